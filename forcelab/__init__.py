@@ -29,34 +29,34 @@ if TYPE_CHECKING:
     from forcelab.labels import Track as Track
     from forcelab.labels import from_codes as segments_from_codes
     from forcelab.project import Project as Project
-    from forcelab.project.labelling import Labelling as Labelling
-    from forcelab.recognition.choice import Choice as Choice
-    from forcelab.recognition.corpus import corpus as corpus
-    from forcelab.recognition.evaluation import leave_one_out as leave_one_out
+    from forcelab.project.track_editor import Labelling as Labelling
+    from forcelab.recognition.cross_validation import across as across
+    from forcelab.recognition.cross_validation import leave_one_out as leave_one_out
+    from forcelab.recognition.dataset import Choice as Choice
+    from forcelab.recognition.dataset import corpus as corpus
     from forcelab.recognition.examples import Examples as Examples
     from forcelab.recognition.examples import Labelled as Labelled
     from forcelab.recognition.examples import prepare as prepare_examples
+    from forcelab.recognition.experiments import evaluate_tasks as evaluate_tasks
+    from forcelab.recognition.experiments import train_tasks as train_tasks
     from forcelab.recognition.features import features as features
     from forcelab.recognition.metrics import Scores as Scores
+    from forcelab.recognition.metrics import score_tracks as score_tracks
     from forcelab.recognition.presets import preset as preset
-    from forcelab.recognition.project_runs import evaluate_tasks as evaluate_tasks
-    from forcelab.recognition.project_runs import train_tasks as train_tasks
     from forcelab.recognition.recogniser import Recogniser as Recogniser
     from forcelab.recognition.results import Evaluation as Evaluation
     from forcelab.recognition.settings import Settings as Settings
     from forcelab.recognition.storage import load as load_recogniser
     from forcelab.recognition.storage import save as save_recogniser
-    from forcelab.recognition.timed import score_tracks as score_tracks
     from forcelab.recognition.training import train as train
-    from forcelab.recognition.transfer import across as across
     from forcelab.review.agreement import agreement as agreement
-    from forcelab.review.coded import coded_demonstrations as coded_demonstrations
-    from forcelab.review.comparing import compare as compare_runs
-    from forcelab.review.outcome import Outcome as Outcome
-    from forcelab.review.outcome import latest as latest_run
-    from forcelab.review.outcome import load as load_run
+    from forcelab.review.agreement import coded_demonstrations as coded_demonstrations
+    from forcelab.review.explanation import why_at as why_at
     from forcelab.review.queue import queue as review_queue
-    from forcelab.review.why import why_at as why_at
+    from forcelab.review.run_comparison import compare as compare_runs
+    from forcelab.review.run_result import Outcome as Outcome
+    from forcelab.review.run_result import latest as latest_run
+    from forcelab.review.run_result import load as load_run
     from forcelab.sample import making as making_sample
     from forcelab.signals.cwt import cwt as cwt
     from forcelab.signals.wavelets import DOG as DOG
@@ -70,7 +70,7 @@ if TYPE_CHECKING:
 #: Where each public name lives: the module, and what it is called there.
 _HOMES = {
     "Channel": ("demonstration", "Channel"),
-    "Choice": ("recognition.choice", "Choice"),
+    "Choice": ("recognition.dataset", "Choice"),
     "DOG": ("signals.wavelets", "DOG"),
     "Demonstration": ("demonstration", "Demonstration"),
     "Evaluation": ("recognition.results", "Evaluation"),
@@ -79,10 +79,10 @@ _HOMES = {
     "Haar": ("signals.wavelets", "Haar"),
     "InputError": ("errors", "InputError"),
     "Labelled": ("recognition.examples", "Labelled"),
-    "Labelling": ("project.labelling", "Labelling"),
+    "Labelling": ("project.track_editor", "Labelling"),
     "MergeMap": ("label_map", "MergeMap"),
     "Morlet": ("signals.wavelets", "Morlet"),
-    "Outcome": ("review.outcome", "Outcome"),
+    "Outcome": ("review.run_result", "Outcome"),
     "Project": ("project", "Project"),
     "ReadOptions": ("formats.recording", "ReadOptions"),
     "RealMorlet": ("signals.wavelets", "RealMorlet"),
@@ -92,21 +92,21 @@ _HOMES = {
     "Settings": ("recognition.settings", "Settings"),
     "Track": ("labels", "Track"),
     "Vocabulary": ("vocabulary", "Vocabulary"),
-    "across": ("recognition.transfer", "across"),
+    "across": ("recognition.cross_validation", "across"),
     "agreement": ("review.agreement", "agreement"),
-    "coded_demonstrations": ("review.coded", "coded_demonstrations"),
-    "compare_runs": ("review.comparing", "compare"),
-    "corpus": ("recognition.corpus", "corpus"),
+    "coded_demonstrations": ("review.agreement", "coded_demonstrations"),
+    "compare_runs": ("review.run_comparison", "compare"),
+    "corpus": ("recognition.dataset", "corpus"),
     "cwt": ("signals.cwt", "cwt"),
-    "evaluate_tasks": ("recognition.project_runs", "evaluate_tasks"),
+    "evaluate_tasks": ("recognition.experiments", "evaluate_tasks"),
     "features": ("recognition.features", "features"),
     "finish": ("jobs", "finish"),
     "glossary": ("glossary", "glossary"),
     "import_files": ("formats.importing", "import_files"),
-    "latest_run": ("review.outcome", "latest"),
-    "leave_one_out": ("recognition.evaluation", "leave_one_out"),
+    "latest_run": ("review.run_result", "latest"),
+    "leave_one_out": ("recognition.cross_validation", "leave_one_out"),
     "load_recogniser": ("recognition.storage", "load"),
-    "load_run": ("review.outcome", "load"),
+    "load_run": ("review.run_result", "load"),
     "making_sample": ("sample", "making"),
     "performing": ("simulation.tasks", "performing"),
     "prepare_examples": ("recognition.examples", "prepare"),
@@ -114,12 +114,12 @@ _HOMES = {
     "read": ("formats", "read"),
     "review_queue": ("review.queue", "queue"),
     "save_recogniser": ("recognition.storage", "save"),
-    "score_tracks": ("recognition.timed", "score_tracks"),
+    "score_tracks": ("recognition.metrics", "score_tracks"),
     "segments_from_codes": ("labels", "from_codes"),
     "simulating": ("simulation.adding", "simulating"),
     "train": ("recognition.training", "train"),
-    "train_tasks": ("recognition.project_runs", "train_tasks"),
-    "why_at": ("review.why", "why_at"),
+    "train_tasks": ("recognition.experiments", "train_tasks"),
+    "why_at": ("review.explanation", "why_at"),
 }
 
 __all__ = ["__version__", *_HOMES]  # noqa: PLE0604 - all of them are strings

@@ -53,9 +53,9 @@ def making(path: str | PathLike[str], jobs: int = 1) -> Generator[Progress, None
         _check(path)
         return False
     # What making one needs is loaded only now.
-    from forcelab.recognition.choice import Choice
+    from forcelab.recognition.dataset import Choice
+    from forcelab.recognition.experiments import train_tasks
     from forcelab.recognition.presets import preset
-    from forcelab.recognition.project_runs import train_tasks
     from forcelab.simulation.production import Order, producing
 
     orders = [

@@ -9,10 +9,10 @@ from synthetic import synthetic_set
 
 from forcelab.jobs import finish
 from forcelab.project import LabelsUsed, Project
-from forcelab.recognition.evaluation import leave_one_out
+from forcelab.recognition.cross_validation import leave_one_out
 from forcelab.recognition.examples import Labelled
 from forcelab.recognition.settings import Settings
-from forcelab.review.outcome import Outcome, Reviewed
+from forcelab.review.run_result import Outcome, Reviewed
 
 __all__ = ["FAST", "made", "outcome_of"]
 

@@ -13,7 +13,7 @@ import numpy as np
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.labels import Segments
 from forcelab.project import Project
-from forcelab.project.labelling import Labelling
+from forcelab.project.track_editor import Labelling
 
 __all__ = ["folder_in_memory", "labelling_in_memory", "recording", "stored"]
 

@@ -16,10 +16,10 @@ from painting_bench import MEMORY
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.labels import Segment
 from forcelab.project import LabelsUsed, Project
-from forcelab.recognition.certainty import Certainty
 from forcelab.recognition.presets import preset
-from forcelab.review.outcome import Outcome, Reviewed
-from forcelab.review.steps import Step
+from forcelab.recognition.probability_trace import Certainty
+from forcelab.review.run_result import Outcome, Reviewed
+from forcelab.review.training import Step
 
 TRACK = (Segment(0.0, 2.0, "grab"), Segment(2.0, 5.0, "hold"))
 PREDICTED = (Segment(0.0, 2.5, "grab"), Segment(2.5, 6.0, "hold"), Segment(6.0, 7.0, "grab"))

@@ -5,11 +5,10 @@ from datetime import datetime, timezone
 import numpy as np
 
 from forcelab.labels import Segment
-from forcelab.recognition.certainty import Certainty
-from forcelab.recognition.metrics import pool
+from forcelab.recognition.metrics import pool, timed_counts
+from forcelab.recognition.probability_trace import Certainty
 from forcelab.recognition.settings import Settings
-from forcelab.recognition.timed import timed_counts
-from forcelab.review.outcome import Outcome, Reviewed
+from forcelab.review.run_result import Outcome, Reviewed
 
 __all__ = ["drawn_outcome", "outcome_of", "reviewed"]
 

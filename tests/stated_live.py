@@ -10,23 +10,31 @@ import numpy as np
 
 from forcelab.demonstration import GAP_PERIODS
 from forcelab.labels import UNLABELLED
-from forcelab.recognition.causal import (
+from forcelab.recognition.features import REACH, REST
+from forcelab.recognition.live import (
+    TOLERANCE,
+    Decided,
+    FixedLag,
+    budget_of,
+    classify,
+    limits_of,
+    longest_gap,
+)
+from forcelab.recognition.live_features import (
     COARSE,
+    EVERY,
+    FIRST,
     FORGETTING,
     LARGEST,
     LATEST,
     OUTLYING,
     OUTLYING_FEW,
     TRUST,
+    CausalGrid,
+    Floor,
+    rows_of,
 )
-from forcelab.recognition.decided import Decided
-from forcelab.recognition.fixed_lag import FixedLag
-from forcelab.recognition.live_part import hop_of, needs_whole
-from forcelab.recognition.online_budget import TOLERANCE, budget_of, limits_of, longest_gap
-from forcelab.recognition.online_classifier import classify
-from forcelab.recognition.online_features import EVERY, FIRST, Floor, rows_of
-from forcelab.recognition.online_grid import CausalGrid
-from forcelab.recognition.windows import REACH, REST
+from forcelab.recognition.live_model import hop_of, needs_whole
 from forcelab.signals.channels import channel_map
 from forcelab.signals.streaming import Kernel, StreamingCwt
 

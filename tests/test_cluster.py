@@ -16,7 +16,7 @@ from forcelab import preset
 from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.parallel import shared
-from forcelab.recognition.evaluation import leave_one_out
+from forcelab.recognition.cross_validation import leave_one_out
 from forcelab.recognition.examples import Labelled
 
 

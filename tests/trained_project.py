@@ -8,7 +8,7 @@ from synthetic import synthetic_set
 
 from forcelab.labels import Track
 from forcelab.project import Project
-from forcelab.recognition.choice import Choice
+from forcelab.recognition.dataset import Choice
 from forcelab.recognition.presets import preset
 
 __all__ = ["CHOICE", "FAST", "make"]

@@ -23,7 +23,7 @@ from forcelab.clock import ClockMap
 from forcelab.demonstration import Channel, Demonstration, VideoReference
 from forcelab.errors import InputError
 from forcelab.labels import Track, ordered
-from forcelab.project.cameras import Camera
+from forcelab.project.loading import Camera
 
 __all__ = ["Gathered", "channels_of_all", "gather"]
 

@@ -15,7 +15,7 @@ from forcelab.capture.unfinished import CAPTURES, unfinished
 from forcelab.demonstration import VideoReference
 from forcelab.errors import InputError
 from forcelab.project import Added, Project
-from forcelab.project.cameras import Camera, camera_stamps
+from forcelab.project.loading import Camera, camera_stamps
 from forcelab.project.records import Incoming
 
 __all__ = [

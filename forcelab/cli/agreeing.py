@@ -10,13 +10,16 @@ from forcelab.cli.output import json_text, percent, printable, progress_bar, tab
 from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.project import Project
-from forcelab.review.agreement import Agreement, agreement
-from forcelab.review.coded import coded_demonstrations
+from forcelab.review.agreement import (
+    Agreement,
+    Consistency,
+    PairAgreement,
+    agreement,
+    coded_demonstrations,
+    landis_koch,
+)
 from forcelab.review.consensus import CONSENSUS
-from forcelab.review.consistency import Consistency
-from forcelab.review.kappa import landis_koch
-from forcelab.review.pair import PairAgreement
-from forcelab.review.places import Place
+from forcelab.review.differences import Interval
 from forcelab.text import counted
 
 __all__ = ["run"]
@@ -156,7 +159,7 @@ def _own(own: Consistency, names: dict[str, str]) -> list[str]:
     return [*lines, ""]
 
 
-def _where(place: Place, names: dict[str, str]) -> str:
+def _where(place: Interval, names: dict[str, str]) -> str:
     """A place in words."""
     return f"in {names[place.demonstration]} at {place.start:.3f} s"
 
@@ -169,7 +172,7 @@ def _kappa(kappa: float | None) -> str:
 def _plain(found: Agreement, names: dict[str, str]) -> dict[str, Any]:
     """The figures and the worst places as plain values."""
 
-    def plain(places: Sequence[Place], first: str, second: str) -> list[dict[str, Any]]:
+    def plain(places: Sequence[Interval], first: str, second: str) -> list[dict[str, Any]]:
         return [
             {
                 "id": place.demonstration,

@@ -17,10 +17,10 @@ from forcelab.cli.settings import choice_from, settings_from
 from forcelab.cli.tabulating import check_table, write_table
 from forcelab.jobs import finish
 from forcelab.project import Project
-from forcelab.recognition.choice import Choice
+from forcelab.recognition.dataset import Choice
+from forcelab.recognition.experiments import Evaluated, evaluate_tasks
 from forcelab.recognition.intervals import METHOD, Intervals
 from forcelab.recognition.metrics import Scores
-from forcelab.recognition.project_runs import Evaluated, evaluate_tasks
 from forcelab.recognition.results import Evaluation
 from forcelab.text import counted
 from forcelab.vocabulary import Vocabulary, joined

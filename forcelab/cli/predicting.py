@@ -15,7 +15,7 @@ from forcelab.formats.tracks import COLUMNS, table_text, to_audacity, to_csv
 from forcelab.io import write_atomically
 from forcelab.labels import Track, model_author
 from forcelab.recognition.rates import unseen
-from forcelab.recognition.silence import silence_remark
+from forcelab.recognition.results import silence_remark
 from forcelab.recognition.storage import load
 
 #: Endings of the files in a folder. They are neither those of recordings, which they must not

@@ -12,11 +12,11 @@ from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.labels import means_unlabelled
 from forcelab.project import Project
-from forcelab.review.cells import crossing
+from forcelab.review.confusion import crossing
 from forcelab.review.differences import Difference
-from forcelab.review.judging import Judged, report
-from forcelab.review.outcome import Outcome, latest, load
 from forcelab.review.queue import Queue, queue
+from forcelab.review.run_result import Outcome, latest, load
+from forcelab.review.verdicts import Judged, report
 from forcelab.text import counted, unknown_word
 
 #: What each section is called in the table.

@@ -8,12 +8,11 @@ from typing import Any
 
 from forcelab.cli.output import json_text, percent, printable, table
 from forcelab.project import Project, RunSummary, RunUse
-from forcelab.recognition.intervals import METHOD, look_up
+from forcelab.recognition.intervals import METHOD, METRICS, look_up
 from forcelab.recognition.presets import PRESETS
-from forcelab.recognition.resampling import METRICS
-from forcelab.recognition.run_results import title_of
-from forcelab.review.comparing import STAGES, Comparison, as_text, compare
-from forcelab.review.outcome import load, tasks_of
+from forcelab.recognition.results import title_of
+from forcelab.review.run_comparison import STAGES, Comparison, as_text, compare
+from forcelab.review.run_result import load, tasks_of
 from forcelab.text import counted
 
 __all__ = ["run"]

@@ -10,11 +10,10 @@ from forcelab.cli.options import WrongWordError
 from forcelab.errors import InputError
 from forcelab.label_map import MergeMap
 from forcelab.recognition.presets import preset
-from forcelab.recognition.relevance import obstacle
-from forcelab.recognition.settings import Settings
+from forcelab.recognition.settings import Settings, obstacle
 
 if TYPE_CHECKING:
-    from forcelab.recognition.choice import Choice
+    from forcelab.recognition.dataset import Choice
 
 __all__ = ["choice_from", "settings_from"]
 
@@ -86,7 +85,7 @@ def _windows(text: str) -> tuple[float, ...]:
 def choice_from(arguments: argparse.Namespace) -> Choice:
     """Which demonstrations the command line means."""
     # Loads what trains and evaluates; the settings alone, which plan reads, need none of that.
-    from forcelab.recognition.choice import Choice
+    from forcelab.recognition.dataset import Choice
 
     return Choice(
         tasks=tuple(arguments.task or ()),

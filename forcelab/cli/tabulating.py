@@ -11,9 +11,8 @@ from typing import Any
 from forcelab.errors import InputError
 from forcelab.formats.tracks import quoted_text
 from forcelab.io import write_atomically
-from forcelab.recognition.intervals import look_up
-from forcelab.recognition.project_runs import Evaluated
-from forcelab.recognition.resampling import METRICS
+from forcelab.recognition.experiments import Evaluated
+from forcelab.recognition.intervals import METRICS, look_up
 from forcelab.recognition.results import Evaluation
 
 __all__ = ["check_table", "write_table"]

@@ -10,7 +10,7 @@ from forcelab.cli.settings import choice_from, settings_from
 from forcelab.io import write_atomically
 from forcelab.jobs import finish
 from forcelab.project import Project
-from forcelab.recognition.project_runs import train_tasks
+from forcelab.recognition.experiments import train_tasks
 from forcelab.text import counted
 
 

@@ -8,10 +8,9 @@ from forcelab.cli.output import json_text, printable, progress_bar, table
 from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.project import Project
-from forcelab.review.nearest import Neighbour
-from forcelab.review.outcome import KIND, Outcome, load, tasks_of
-from forcelab.review.places import Place
-from forcelab.review.why import Why, why_at
+from forcelab.review.differences import Interval
+from forcelab.review.explanation import Neighbour, Why, why_at
+from forcelab.review.run_result import KIND, Outcome, load, tasks_of
 
 
 def run(arguments: argparse.Namespace) -> None:
@@ -64,7 +63,7 @@ def _told(why: Why, names: dict[str, str]) -> list[str]:
     ]
 
 
-def _sentence(place: Place) -> str:
+def _sentence(place: Interval) -> str:
     """What human and model made of the place."""
     human, predicted = place.human or "unlabelled", place.predicted or "nothing"
     return printable(f"{place.duration:.2f} s coded {human}, predicted {predicted}.")

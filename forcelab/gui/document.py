@@ -19,14 +19,14 @@ from forcelab.gui.looking import Snap
 from forcelab.gui.reviewing import Reviewing
 from forcelab.gui.seen_labels import Seen, seen_by
 from forcelab.labels import Segments, is_model
-from forcelab.project import DemonstrationInfo, Project, Reverted
-from forcelab.project.labelling import Labelling
-from forcelab.review.places import Place
+from forcelab.project import DemonstrationInfo, Project, UndoResult
+from forcelab.project.track_editor import Labelling
+from forcelab.review.differences import Interval
 from forcelab.text import tidy_name
 from forcelab.vocabulary import Vocabulary
 
 if TYPE_CHECKING:
-    from forcelab.review.outcome import Outcome
+    from forcelab.review.run_result import Outcome
 
 __all__ = ["Document", "Snap"]
 
@@ -291,7 +291,7 @@ class Document(Reviewing):
         self.outcome_changed.emit()
         self.examined_changed.emit()
 
-    def examine(self, place: Place) -> bool:
+    def examine(self, place: Interval) -> bool:
         """Go to a place: open its demonstration, show it with its surroundings, mark it."""
         if place.demonstration != self.id and not self.open_demonstration(place.demonstration):
             return False
@@ -312,7 +312,7 @@ class Document(Reviewing):
 
     # Inside
 
-    def _bring_back(self, reverted: Reverted) -> None:
+    def _bring_back(self, reverted: UndoResult) -> None:
         """Follow what an undo or a redo changed, in other demonstrations, too."""
         super()._bring_back(reverted)
         if len(reverted.edits) > 1:

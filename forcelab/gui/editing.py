@@ -15,8 +15,8 @@ from PySide6.QtCore import QObject, Signal
 from forcelab.errors import ForcelabError, StaleTrackError
 from forcelab.gui.task_actions import TaskActions
 from forcelab.labels import Segment, Segments
-from forcelab.project import Edit, Origin, Reverted
-from forcelab.project.labelling import Labelling
+from forcelab.project import Edit, Origin, UndoResult
+from forcelab.project.track_editor import Labelling
 
 __all__ = ["Editing", "Stroke"]
 
@@ -84,7 +84,7 @@ class Editing(TaskActions):
         What a key has begun.
     said_here : str
         What was said last of the demonstration that was open then.
-    reverted : Reverted or None
+    reverted : UndoResult or None
         What the latest undo or redo changed, in the demonstration that was open then and others.
     copied_from : str
         The author whose segments were copied last.
@@ -98,7 +98,7 @@ class Editing(TaskActions):
         super().__init__(parent)
         self.author = author
         self.said_here = self.copied_from = ""
-        self.reverted: Reverted | None = None
+        self.reverted: UndoResult | None = None
         self._take_up("", None)
 
     def _take_up(self, id_: str, labelling: Labelling | None) -> None:
@@ -311,7 +311,9 @@ class Editing(TaskActions):
 
     # Inside
 
-    def _edit(self, verb: Callable[[Labelling], Edit | Reverted | None], nothing: str = "") -> bool:
+    def _edit(
+        self, verb: Callable[[Labelling], Edit | UndoResult | None], nothing: str = ""
+    ) -> bool:
         """Carry out an edit; the store has it before a view hears of it."""
         if self._labelling is None:
             return False
@@ -322,16 +324,16 @@ class Editing(TaskActions):
             if nothing and not told:
                 self.say_here(nothing)
             return False
-        edit = self._made = done.edits[0] if isinstance(done, Reverted) else done
+        edit = self._made = done.edits[0] if isinstance(done, UndoResult) else done
         if chosen is not None:
             self.select(self._followed(chosen, edit))
-        if isinstance(done, Reverted):
+        if isinstance(done, UndoResult):
             self.reverted = done
             self._bring_back(done)
         else:
             self.add_actions(*(segment.action for segment in edit.inserted))
         self.tracks_changed.emit()
-        self.say_here(done.sentence() if isinstance(done, Reverted) else done.what)
+        self.say_here(done.sentence() if isinstance(done, UndoResult) else done.what)
         return True
 
     def _show_edit(self) -> bool:

@@ -11,11 +11,11 @@ from PySide6.QtCore import QObject, Signal
 
 from forcelab.gui.editing import Editing
 from forcelab.labels import Segment, Segments
-from forcelab.review.places import Place
+from forcelab.review.differences import Interval
 from forcelab.segment_edits import SLIVER
 
 if TYPE_CHECKING:
-    from forcelab.review.outcome import Outcome, Reviewed
+    from forcelab.review.run_result import Outcome, Reviewed
 
 __all__ = ["Reviewing"]
 
@@ -40,7 +40,7 @@ class Reviewing(Editing):
     def __init__(self, author: str, parent: QObject | None = None) -> None:
         super().__init__(author, parent)
         self.outcome: Outcome | None = None
-        self.examined: Place | None = None
+        self.examined: Interval | None = None
         self.training = False
 
     def set_training(self, training: bool) -> None:
@@ -94,8 +94,8 @@ class Reviewing(Editing):
             none = "There is no prediction to accept here; train a recogniser."
             self.say(blind if self.coding_blind else none, True)
             return False
+        from forcelab.review.active_learning import acceptable
         from forcelab.review.differences import spelt_as_coded
-        from forcelab.review.proposing import acceptable
 
         if at_least and reviewed.certainty is None:
             self.say("This run kept no probabilities; train again to have them.", True)

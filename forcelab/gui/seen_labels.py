@@ -10,7 +10,7 @@ from forcelab.project import Project
 from forcelab.vocabulary import Vocabulary
 
 if TYPE_CHECKING:
-    from forcelab.review.outcome import Outcome
+    from forcelab.review.run_result import Outcome
 
 __all__ = ["Seen", "seen_by"]
 
@@ -61,7 +61,7 @@ def seen_by(
         painted += tuple(segment.action for segment in predicted)
     listed, like = project.vocabulary(demonstration.task), Vocabulary()
     if outcome is not None and any(action not in listed for action in painted):
-        from forcelab.review.looks import vocabulary_of
+        from forcelab.review.run_result import vocabulary_of
 
         like = vocabulary_of(project, outcome)
     return Seen(others, listed, painted, like)

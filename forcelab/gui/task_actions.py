@@ -9,7 +9,7 @@ from PySide6.QtCore import QObject, Signal
 
 from forcelab.errors import ForcelabError
 from forcelab.gui.looking import Looking
-from forcelab.project import Project, Reverted
+from forcelab.project import Project, UndoResult
 from forcelab.vocabulary import Action, Vocabulary
 
 __all__ = ["TaskActions"]
@@ -88,7 +88,7 @@ class TaskActions(Looking):
         if self.action is not None and self.action not in self.vocabulary:
             self.set_action(None)
 
-    def _bring_back(self, reverted: Reverted) -> None:
+    def _bring_back(self, reverted: UndoResult) -> None:
         """Offer what an undo or a redo brought back, which may have left the list since.
 
         Where a renaming was reverted, actions get back the look and the key that they had.
@@ -111,7 +111,7 @@ class TaskActions(Looking):
                     self.vocabulary_changed.emit()
 
     def _before_renaming(
-        self, task: str, listed: Vocabulary, gone: set[str], back: set[str], done: Reverted
+        self, task: str, listed: Vocabulary, gone: set[str], back: set[str], done: UndoResult
     ) -> Vocabulary | None:
         """The actions of a task on the other side of a renaming that was reverted.
 

@@ -21,10 +21,9 @@ from forcelab.capture.recorder import Recorder
 from forcelab.demonstration import GAP_PERIODS, Channel
 from forcelab.labels import UNLABELLED, Segment, model_author
 from forcelab.project import Project
-from forcelab.recognition.certainty import RATE, Certainty
-from forcelab.recognition.live_part import needs_whole
-from forcelab.recognition.online import Decided, OnlineRecogniser
-from forcelab.recognition.online_budget import Early
+from forcelab.recognition.live import Decided, Early, OnlineRecogniser
+from forcelab.recognition.live_model import needs_whole
+from forcelab.recognition.probability_trace import RATE, Certainty
 from forcelab.recognition.rates import unseen_at
 from forcelab.recognition.recogniser import Recogniser
 
@@ -313,7 +312,7 @@ class LiveRecognition:
     name : str
         What it is called.
     latency : float
-        Seconds; see :class:`~forcelab.recognition.online.OnlineRecogniser`.
+        Seconds; see :class:`~forcelab.recognition.live.OnlineRecogniser`.
     recorder : Recorder
         It is open.
     devices : sequence of Device

@@ -19,8 +19,7 @@ from forcelab.capture.gathering import channels_of_all
 from forcelab.capture.recorder import Recorder
 from forcelab.demonstration import Channel
 from forcelab.errors import InputError
-from forcelab.recognition.online_grid import CausalGrid
-from forcelab.recognition.online_resampling import Steps
+from forcelab.recognition.live_features import CausalGrid, Steps
 from forcelab.signals.channels import channel_map
 from forcelab.signals.cwt import frequencies
 from forcelab.signals.streaming import StreamingCwt

@@ -15,7 +15,7 @@ from forcelab.measure.recognition_tasks import size_of, usual_coder
 from forcelab.measure.rows import Row, with_front
 from forcelab.process import interruptible
 from forcelab.project import LabelsUsed, Project, StoredRun
-from forcelab.recognition.corpus import corpus
+from forcelab.recognition.dataset import corpus
 from forcelab.recognition.settings import Settings
 from forcelab.resources import versions
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from forcelab.errors import InputError
 from forcelab.measure.rows import Row
-from forcelab.recognition.evaluation import tested_by
+from forcelab.recognition.cross_validation import tested_by
 from forcelab.recognition.examples import Examples, Labelled
 from forcelab.recognition.metrics import Counts, Scores, pool
 from forcelab.recognition.recogniser import Recogniser

@@ -12,7 +12,7 @@ from forcelab.measure.recognition import ERROR, FOLDS, SECONDS, measuring
 from forcelab.measure.recognition_settings import QUICK, VARIANTS
 from forcelab.measure.rows import Row, Table, with_front
 from forcelab.project import Project
-from forcelab.recognition.corpus import Corpus, corpus
+from forcelab.recognition.dataset import Corpus, corpus
 from forcelab.recognition.examples import Labelled
 
 __all__ = ["Measuring", "Rows", "measured_tasks", "rows_of_tasks", "size_of", "usual_coder"]

@@ -1,25 +1,21 @@
 """The project: one folder, one SQLite store, and every edit ever made."""
 
-from forcelab.project.clearing import RunUse
-from forcelab.project.decisions import (
-    Assignment,
-    AssignmentEvent,
-    Note,
-    StoredVerdict,
-    Verdict,
-    left_to_label,
-)
-from forcelab.project.made import LabelsUsed, RunSummary, StoredRecogniser, StoredRun
+from forcelab.project.project import Project, UndoResult
 from forcelab.project.records import (
     Added,
+    Assignment,
+    AssignmentEvent,
     Author,
     DemonstrationInfo,
     Edit,
     Incoming,
+    Note,
     Origin,
+    StoredVerdict,
+    Verdict,
+    left_to_label,
 )
-from forcelab.project.reverting import Reverted
-from forcelab.project.store import Project
+from forcelab.project.runs import LabelsUsed, RunSummary, RunUse, StoredRecogniser, StoredRun
 
 __all__ = [
     "Added",
@@ -33,12 +29,12 @@ __all__ = [
     "Note",
     "Origin",
     "Project",
-    "Reverted",
     "RunSummary",
     "RunUse",
     "StoredRecogniser",
     "StoredRun",
     "StoredVerdict",
+    "UndoResult",
     "Verdict",
     "left_to_label",
 ]

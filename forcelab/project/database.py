@@ -4,17 +4,404 @@ from __future__ import annotations
 
 import contextlib
 import os
+import re
 import sqlite3
+import threading
 from collections.abc import Callable, Iterator
+from datetime import datetime
 from pathlib import Path
+from typing import Final
 
-from forcelab.errors import InputError
-from forcelab.project.opening import connected, probe
-from forcelab.project.schema import APPLICATION_ID, MIGRATIONS, check_version
-from forcelab.project.syncing import Syncing
-from forcelab.project.troubles import FILE, told_of_store
+from forcelab.errors import InputError, StoreBusyError
+from forcelab.project.files import STORED_ID, STORED_VIDEO, check_file
+from forcelab.project.schema import APPLICATION_ID, MIGRATIONS, check_version, migrate
 
-__all__ = ["FILE", "Database", "Value", "fits"]
+#: Name of the SQLite file inside the project's folder.
+FILE = "project.sqlite"
+
+#: Kinds of trouble: SQLite's numbers of them, and words of its texts.
+_TROUBLES: Final = {
+    "busy": ((5, 6), ("is locked", "busy")),
+    "disk": ((10, 13), ("is full", "disk I/O")),
+    "rights": ((3, 8, 14), ("readonly", "unable to open", "permission denied")),
+    "damaged": ((11, 26), ("malformed", "not a database", "corrupt")),
+    "text": ((), ("not decode to UTF-8",)),  # Python's own, which quotes all of what it is
+}
+
+
+@contextlib.contextmanager
+def told_of_store(folder: Path, timeout: float) -> Iterator[None]:
+    """Turn what SQLite says about the outside world into one sentence."""
+    try:
+        yield
+    except UnicodeEncodeError as error:
+        raise InputError(
+            f"The text {error.object!r} holds characters that are not valid Unicode, so it was "
+            f"not stored; rename it."
+        ) from error
+    except (
+        UnicodeDecodeError
+    ) as error:  # a name in the schema, or SQLite's sentence that quotes one
+        raise InputError(sentence_of(folder, sqlite3.DatabaseError("malformed"), 0)) from error
+    except (sqlite3.IntegrityError, sqlite3.ProgrammingError):
+        raise  # the program's own mistakes
+    except sqlite3.DatabaseError as error:
+        kind = StoreBusyError if trouble_of(error) == "busy" else InputError
+        raise kind(sentence_of(folder, error, timeout)) from error
+
+
+@contextlib.contextmanager
+def told_of_content(what: str, cure: str = "") -> Iterator[None]:
+    """Turn what is wrong with a stored text that is being parsed into one sentence.
+
+    Parameters
+    ----------
+    what : str
+        Whose text it is, as a sentence begins.
+    cure : str
+        What helps besides a copy of the store.
+    """
+    try:
+        yield
+    except (InputError, LookupError, RecursionError, TypeError, ValueError) as error:
+        cures = f"{cure}, or restore" if cure else "restore"
+        raise InputError(f"{what} is damaged in the store; {cures} {FILE} from a copy.") from error
+
+
+def time_of(row: sqlite3.Row, what: str) -> datetime:
+    """When something happened, as stored in a row; `what` begins the sentence where it is none."""
+    with told_of_content(what):
+        return datetime.fromisoformat(row["time"])
+
+
+def sentence_of(folder: Path, error: sqlite3.DatabaseError, timeout: float) -> str:
+    """What happened to the file of a project, and the cure."""
+    text, kind = str(error), trouble_of(error)
+    if kind == "busy":
+        return (
+            f"'{folder}' has been kept busy by another program for more than {timeout:g} s; "
+            f"try again when that is done."
+        )
+    if kind == "disk":
+        return (
+            f"'{folder}' cannot be written or read ({text}), so nothing was changed; "
+            f"make room on the disk or check it."
+        )
+    if kind == "rights":
+        return f"'{folder}' cannot be opened for writing ({text}); check who may write there."
+    if kind == "damaged":
+        return f"The store of '{folder}' is damaged ({text}); restore {FILE} from a copy."
+    if kind == "text":
+        column = re.search(r"column '(\w+)'", text)
+        what = f"a text in column '{column[1]}'" if column else "a text"
+        return f"The store of '{folder}' is damaged ({what} is none); restore {FILE} from a copy."
+    return f"The store of '{folder}' could not be used; SQLite says '{text}'."
+
+
+def trouble_of(error: sqlite3.DatabaseError) -> str:
+    """Which kind of trouble SQLite is in; empty for one that users seldom meet."""
+    # SQLite's number tells best; Python 3.10 has only the text.
+    code = getattr(error, "sqlite_errorcode", None)
+    for kind, (codes, words) in _TROUBLES.items():
+        if code & 0xFF in codes if code is not None else any(word in str(error) for word in words):
+            return kind
+    return ""
+
+
+class WalSync:
+    """A thread that syncs a store's journal to the disk whenever there is something new in it.
+
+    Parameters
+    ----------
+    journal : Path
+        SQLite's write-ahead log. Locks lie on the store and its index, never on this file: that it
+        is opened and closed here lets go of none.
+
+    Attributes
+    ----------
+    failed : bool
+        Whether the disk has refused: whoever writes has to wait for it from now on, and is told.
+    """
+
+    def __init__(self, journal: Path) -> None:
+        self.failed = False
+        self._journal = journal
+        self._asked = threading.Event()
+        self._ended = False
+        self._thread = threading.Thread(target=self._run, name="forcelab sync", daemon=True)
+        self._thread.start()
+
+    def ask(self) -> None:
+        """Have everything brought to the disk that was committed by now."""
+        self._asked.set()
+
+    def close(self) -> None:
+        """Bring the rest to the disk, and end."""
+        self._ended = True
+        self._asked.set()
+        self._thread.join()
+
+    def _run(self) -> None:
+        """Sync as often as it is asked for; what is asked for meanwhile is one more time."""
+        while self._asked.is_set() or not self._ended:
+            self._asked.wait()
+            self._asked.clear()
+            try:
+                with self._journal.open("rb+") as file:
+                    os.fsync(file.fileno())
+            except FileNotFoundError:
+                pass  # all of it was moved into the store, which SQLite syncs itself
+            except OSError:
+                self.failed = True
+                return
+
+
+_SETTINGS = (
+    "PRAGMA synchronous = FULL",  # with WAL: one fsync a commit, and a commit survives a power cut
+    "PRAGMA foreign_keys = ON",
+    "PRAGMA trusted_schema = OFF",
+    "PRAGMA cell_size_check = ON",
+)
+
+#: Bytes up to which a store is checked page by page when it is opened.
+_QUICK = 4 << 20
+
+
+def probe(folder: Path) -> None:
+    """Refuse what is no project of ours, without touching a byte of it.
+
+    The file is looked at through SQLite and not with open(): closing an ordinary handle would
+    release the locks that this process holds on it through another connection.
+
+    Raises
+    ------
+    InputError
+        If it is none, a damaged one or one of a newer version.
+    """
+    try:
+        if not folder.exists():
+            raise InputError(f"There is no project '{folder}'; create it, or check the name.")
+        if not folder.is_dir():
+            raise InputError(f"'{folder}' is a file; a project is a folder.")
+        if not (folder / FILE).is_file():
+            raise InputError(f"'{folder}' is not a forcelab project: it holds no {FILE}.")
+    except OSError as error:
+        raise InputError(f"'{folder}' cannot be read: {error.strerror}.") from error
+    for file in (folder / f"{FILE}{end}" for end in ("", "-wal", "-shm", "-journal")):
+        check_file(file)
+    # "immutable" reads the file as it lies there: no locks, no journal, nothing made beside it.
+    file = folder / FILE
+    try:
+        uri = file.absolute().as_uri() + "?mode=ro&immutable=1"
+        with contextlib.closing(sqlite3.connect(uri, uri=True)) as connection:
+            application_id, version, pages, page_size = (
+                int(connection.execute(f"PRAGMA {name}").fetchone()[0])
+                for name in ("application_id", "user_version", "page_count", "page_size")
+            )
+        check_version(application_id, version, len(MIGRATIONS), str(folder))
+        if file.stat().st_size < pages * page_size:
+            raise sqlite3.DatabaseError("the file is malformed: its end is missing")
+    except UnicodeDecodeError as error:  # of SQLite's sentence, which quotes a damaged schema
+        raise InputError(sentence_of(folder, sqlite3.DatabaseError("malformed"), 0)) from error
+    except sqlite3.DatabaseError as error:
+        # With a journal it may be whole once SQLite has taken that into account.
+        if not _in_journal(folder):
+            raise InputError(sentence_of(folder, error, 0)) from error
+
+
+def connected(folder: Path, timeout: float, writable: bool) -> tuple[sqlite3.Connection, str]:
+    """Connect to the file, whose tables are those of this version then.
+
+    Parameters
+    ----------
+    folder : Path
+        The project's folder, as :func:`probe` let it pass.
+    timeout : float
+        Seconds to wait for another process that is writing.
+    writable : bool
+        Whether this user may write there.
+
+    Returns
+    -------
+    connection : sqlite3.Connection
+        To the file, or to a copy of it in memory.
+    refusal : str
+        Why nothing can be written, in a sentence; empty where it can.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read.
+    """
+    with told_of_store(folder, timeout):
+        if not writable:
+            refusal = f"'{folder}' may only be read here; copy it to where you may write."
+            return _ready(_unwritten(folder, timeout), folder), refusal
+        try:
+            return _ready(_connect(folder, "rw", timeout), folder), ""
+        except sqlite3.OperationalError as error:
+            if trouble_of(error) not in {"disk", "rights"}:
+                raise
+            refusal = (
+                f"'{folder}' could only be opened to be read ({error}); make room on the disk or "
+                f"check it, then open it again."
+            )
+        return _ready(_without_room(folder, timeout), folder), refusal
+
+
+def _unwritten(folder: Path, timeout: float) -> sqlite3.Connection:
+    """Connect where nothing may be written; an older version's tables are copied into memory."""
+    mode = "ro"  # somebody has it open elsewhere, and what is written there is seen here
+    if not all((folder / f"{FILE}-{end}").exists() for end in ("wal", "shm")):
+        if _in_journal(folder):  # which cannot be read without an index beside it
+            raise InputError(
+                f"'{folder}' may only be read here and was not closed by whoever wrote it; open it "
+                f"once where it may be written."
+            )
+        mode = "ro&immutable=1"  # nobody does, and locks cannot be taken
+    connection = _connect(folder, mode, timeout)
+    with _closed_on_error(connection):
+        (version,) = connection.execute("PRAGMA user_version").fetchone()
+    return connection if version == len(MIGRATIONS) else _copied(connection)
+
+
+def _without_room(folder: Path, timeout: float) -> sqlite3.Connection:
+    """A copy in memory of a file beside which there is no room for what SQLite makes there.
+
+    That is the index of the journal, which those who have the file open share. Whoever has the
+    file alone needs none: for as long as copying takes nobody else gets at it.
+    """
+    if not (folder / f"{FILE}-wal").exists():  # then nobody has it open, and nobody can
+        return _copied(_connect(folder, "ro&immutable=1", timeout))
+    connection = _connect(folder, "rw", timeout)
+    connection.execute("PRAGMA locking_mode = EXCLUSIVE")  # before anything is read
+    return _copied(connection)
+
+
+def _copied(file: sqlite3.Connection) -> sqlite3.Connection:
+    """A copy of a store in memory; the file is let go of."""
+    copy = sqlite3.connect(":memory:", isolation_level=None)
+    with contextlib.closing(file), _closed_on_error(copy):
+        file.backup(copy)
+    return copy
+
+
+def _connect(folder: Path, mode: str, timeout: float) -> sqlite3.Connection:
+    """Connect to the file without ever making one."""
+    uri = f"{(folder / FILE).absolute().as_uri()}?mode={mode}"
+    return sqlite3.connect(uri, uri=True, timeout=timeout, isolation_level=None)
+
+
+def _ready(connection: sqlite3.Connection, folder: Path) -> sqlite3.Connection:
+    """The connection as all of the program uses it, an older version brought up to date."""
+    connection.row_factory = sqlite3.Row
+    with _closed_on_error(connection):
+        for setting in _SETTINGS:
+            connection.execute(setting)
+        migrate(connection, str(folder))
+        _check_values(connection, folder)
+    return connection
+
+
+def _check_values(connection: sqlite3.Connection, folder: Path) -> None:
+    """Refuse values that no forcelab writes: wrong kinds, numbers without bounds, names of files.
+
+    Raises
+    ------
+    InputError
+        If there are such; the sentence names the table.
+    """
+    if _pragma_of(connection, "page_count") * _pragma_of(connection, "page_size") <= _QUICK:
+        for (found,) in connection.execute("PRAGMA quick_check"):
+            if found == "ok" or found in _REMOVABLE:
+                continue
+            raise InputError(_damaged(folder, str(found).splitlines()[-1].replace(". ", ", ")))
+    for table, wrong in _WRONG.items():
+        if connection.execute(f"SELECT 1 FROM {table} WHERE {wrong} LIMIT 1").fetchone():
+            raise InputError(_damaged(folder, f"the table '{table}' holds what cannot be"))
+    for row in connection.execute("SELECT id, video FROM demonstration"):
+        if not STORED_ID.fullmatch(row["id"]):
+            raise InputError(_damaged(folder, "a demonstration's id is none"))
+        if row["video"] is not None and not STORED_VIDEO.fullmatch(row["video"]):
+            raise InputError(_damaged(folder, "a video has a name that forcelab does not give"))
+    for row in connection.execute("SELECT id FROM recogniser"):
+        if not STORED_ID.fullmatch(row["id"]):
+            raise InputError(_damaged(folder, "a recogniser's id is none"))
+
+
+def _damaged(folder: Path, what: str) -> str:
+    return f"The store of '{folder}' is damaged ({what}); restore {FILE} from a copy."
+
+
+def _pragma_of(connection: sqlite3.Connection, name: str) -> int:
+    return int(connection.execute(f"PRAGMA {name}").fetchone()[0])
+
+
+def _of_other_kind(kind: str, *columns: str) -> str:
+    return " OR ".join(f"typeof({column}) <> '{kind}'" for column in columns)
+
+
+def _beyond(*columns: str) -> str:
+    """SQL that is true where a number is infinite or larger than any time of a recording."""
+    return " OR ".join(f"NOT abs({column}) <= 1e12" for column in columns)
+
+
+#: What is told where such a thing is read, and can be removed.
+_REMOVABLE = tuple(f"CHECK constraint failed in {table}" for table in ("recogniser", "run"))
+_WRONG = {
+    "demonstration": " OR ".join(
+        (
+            _of_other_kind("text", "id", "name", "task", "channels", "source"),
+            _of_other_kind("integer", "samples"),
+            _of_other_kind("real", "period", "duration"),
+            _beyond("samples", "period", "duration", "grid_rate", "video_offset", "video_rate"),
+            "period < 1e-12 OR duration <= 0 OR grid_rate <= 1e-12 OR video_rate <= 1e-12",
+            "samples < 2",
+            "typeof(grid_rate) NOT IN ('real', 'null')",
+            "video IS NOT NULL AND (typeof(video) <> 'text' OR typeof(video_offset) <> 'real' "
+            "OR typeof(video_rate) <> 'real')",
+        )
+    ),
+    "author": _of_other_kind("text", "name", "kind") + " OR kind NOT IN ('coder', 'model')",
+    "track": _of_other_kind("text", "demonstration")
+    + " OR demonstration NOT IN (SELECT id FROM demonstration)"
+    + " OR author NOT IN (SELECT id FROM author)",
+    "segment": " OR ".join(
+        (
+            _of_other_kind("real", "start", "end"),
+            _of_other_kind("text", "action"),
+            _beyond("start", "end"),
+            "end <= start",
+        )
+    ),
+    "edit": _of_other_kind("text", "kind", "time", "what", "removed", "inserted")
+    + " OR "
+    + _of_other_kind("integer", "track", "position"),
+    "vocabulary": _of_other_kind("text", "task", "actions"),
+    "recogniser": _of_other_kind("text", "id", "name"),
+    "assignment": _of_other_kind("text", "demonstration", "author", "kind", "time"),
+    "verdict": _of_other_kind("text", "demonstration", "author", "coder", "verdict", "time")
+    + f" OR {_beyond('start', 'end')}",
+    "note": _of_other_kind("text", "demonstration", "author", "text", "time"),
+}
+"""By table, what is true of rows that no forcelab writes."""
+
+
+@contextlib.contextmanager
+def _closed_on_error(connection: sqlite3.Connection) -> Iterator[None]:
+    """Let go of a file that turns out not to be usable."""
+    try:
+        yield
+    except BaseException:
+        connection.close()
+        raise
+
+
+def _in_journal(folder: Path) -> bool:
+    """Whether something lies in the journal that the file has not got yet."""
+    journal = folder / f"{FILE}-wal"
+    return journal.is_file() and journal.stat().st_size > 0
+
 
 #: What a column holds.
 Value = str | int | float | None
@@ -46,7 +433,7 @@ class Database:
         self.folder = folder
         self.on_rollback: Callable[[], None] = lambda: None
         self._timeout = timeout
-        self._syncing: Syncing | None = None
+        self._syncing: WalSync | None = None
         probe(folder)
         writable = os.access(folder, os.W_OK) and os.access(folder / FILE, os.W_OK)
         self._connection, self._refusal = connected(folder, timeout, writable)
@@ -87,7 +474,7 @@ class Database:
         """
         if not self.read_only and self._syncing is None:
             self.execute("PRAGMA synchronous = NORMAL")
-            self._syncing = Syncing(self.folder / f"{FILE}-wal")
+            self._syncing = WalSync(self.folder / f"{FILE}-wal")
 
     def execute(self, sql: str, *values: Value) -> sqlite3.Cursor:
         """Carry out one statement."""

@@ -1,12 +1,14 @@
-"""Demonstrations as stored: their list, the one that is meant, its arrays."""
+"""Demonstrations as stored: their list, their arrays, cameras, films and raw stamps."""
 
 from __future__ import annotations
 
 import json
 import re
 import sqlite3
+import zipfile
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Container, Mapping, Sequence
+from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -17,28 +19,38 @@ from numpy.typing import NDArray
 from forcelab.clock import ClockMap
 from forcelab.demonstration import Channel, Demonstration, VideoReference
 from forcelab.errors import InputError
+from forcelab.io import atomic_file
 from forcelab.project import files
-from forcelab.project.database import Database
+from forcelab.project.database import Database, told_of_content
 from forcelab.project.files import read_array, read_json
 from forcelab.project.records import DemonstrationInfo
-from forcelab.project.troubles import told_of_content
 
-__all__ = [
-    "DEMONSTRATIONS",
-    "TRUTH",
-    "channels_of",
-    "home_of",
-    "id_of",
-    "info",
-    "infos",
-    "known_id",
-    "known_ids",
-    "load",
-    "natural_order",
-    "read_signals",
-    "row_of",
-    "truth",
-]
+#: How files are called whose content names them.
+_STORED = re.compile(r"[a-z]+-[0-9a-f]{16}(\.[a-z0-9]{1,8})?")
+
+
+def said_of_film(sentence: str, path: Path, demonstration: str) -> str:
+    """A sentence about a film in the name that people know: that of its demonstration.
+
+    Parameters
+    ----------
+    sentence : str
+        That quotes the file's name, or its path, which stays beside the name.
+    path : Path
+        The file; of one that is not in a store the sentence stays as it is.
+    demonstration : str
+        The demonstration's name.
+    """
+    if not _STORED.fullmatch(path.name):
+        return sentence
+    for quoted, where in ((str(path), f" ('{path}')"), (path.name, "")):
+        told = f"the video of '{demonstration}'{where}"
+        parts = re.split(rf"(?:The video )?'{re.escape(quoted)}'", sentence)
+        if len(parts) > 1:
+            sentence = told.join(parts)
+            return sentence[:1].upper() + sentence[1:]
+    return sentence
+
 
 #: Name of the folder that holds one folder per demonstration.
 DEMONSTRATIONS = "demonstrations"
@@ -215,3 +227,158 @@ def _channels(text: str) -> tuple[Channel, ...]:
     if not all(isinstance(word, str) for pair in pairs for word in pair):
         raise TypeError("a name or a unit that is no text")
     return tuple(Channel(name, unit) for name, unit in pairs)
+
+
+#: Name of the file in a demonstration's folder.
+STAMPS = "stamps.npz"
+#: What the names of files begin with that lie beside, such as the video of a second camera.
+BESIDE = "beside-"
+#: Bytes of stamps, unpacked, that are always read, and those for each sample of a demonstration.
+_LARGEST, _EACH = 1 << 30, 1 << 10
+
+
+def attach_stamps(database: Database, id_: str, arrays: Mapping[str, NDArray[Any]]) -> None:
+    """Keep arrays beside a demonstration, in place of those there; the rows do not know them."""
+    path = home_of(database, known_id(database, id_)) / STAMPS
+    if any(array.dtype.hasobject for array in arrays.values()):
+        raise InputError(f"Stamps of '{id_}' are no plain numbers and names; convert them first.")
+    # As numpy.savez_compressed writes it, at the level that costs a third of the time and almost no
+    # room: what arrives together has one stamp, and the low digits of the others do not compress.
+    with (
+        atomic_file(path) as stream,
+        zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive,
+    ):
+        for name, array in arrays.items():
+            with archive.open(f"{name}.npy", "w", force_zip64=True) as file:
+                np.lib.format.write_array(file, array, allow_pickle=False)
+
+
+def attach_beside(database: Database, id_: str, file: Path) -> Path:
+    """Copy a file into a demonstration's folder; gives the copy, named after what is in it."""
+    home = home_of(database, known_id(database, id_))
+    with (
+        files.told(f"'{file}' was not copied to '{home}'"),
+        files.staging(home.parent) as staging,
+    ):
+        name = files.copy_named(file, staging, BESIDE).name
+        files.move_into(home, staging)
+    return home / name
+
+
+def files_beside(database: Database, id_: str) -> tuple[Path, ...]:
+    """The files that were copied into a demonstration's folder, by their names."""
+    home = home_of(database, known_id(database, id_))
+    found = sorted(home.glob(f"{BESIDE}*"))
+    return tuple(path for path in found if path.is_file() and not path.is_symlink())
+
+
+def stamps(
+    database: Database, id_: str, names: Container[str] | None = None
+) -> dict[str, NDArray[Any]] | None:
+    """The arrays beside a demonstration, or those of some names; None where there are none."""
+    path = home_of(database, known_id(database, id_)) / STAMPS
+    files.check_file(path)
+    largest = max(_LARGEST, _EACH * row_of(database, id_)["samples"])
+    try:
+        # Given a path, NumPy leaves a file open that is no archive.
+        with path.open("rb") as stream, np.load(stream, allow_pickle=False) as found:
+            if sum(member.file_size for member in found.zip.infolist()) > largest:
+                raise ValueError("too large")
+            wanted = (name for name in found.files if names is None or name in names)
+            return {name: found[name] for name in wanted}
+    except FileNotFoundError:
+        return None
+    except (
+        OSError,
+        ValueError,
+        EOFError,
+        KeyError,
+        AttributeError,
+        TypeError,
+        zipfile.BadZipFile,
+    ) as error:
+        raise InputError(
+            f"The file '{path}' is damaged; delete it, the demonstration itself is whole."
+        ) from error
+
+
+_NAMES, _FILES, _CLOCKS = "video_names", "video_files", "video_clocks"
+#: Stamps of every recording: when time 0 was, and of each camera when its frames arrived.
+_START, _FRAMES = "start", "frames_"
+#: Cameras that are looked for.
+MOST = 8
+
+
+@dataclass(frozen=True, slots=True)
+class Camera:
+    """A camera's name, and its video of one recording."""
+
+    name: str
+    video: VideoReference
+
+
+def camera_stamps(filmed: Sequence[Camera]) -> dict[str, NDArray[Any]]:
+    """What tells the cameras of a recording apart, to be kept with its raw stamps.
+
+    Parameters
+    ----------
+    filmed : sequence of Camera
+        The first one's video is the demonstration's; the others are in the folder by now.
+
+    Returns
+    -------
+    dict of str to ndarray
+        ``video_names``; ``video_files``, the name of each file (of the first one nothing); and
+        ``video_clocks``, shape (n, 2): offset (s) and rate, from each video's clock to the force's.
+    """
+    return {
+        _NAMES: np.array([one.name for one in filmed], dtype=np.str_),
+        _FILES: np.array(["", *(one.video.path.name for one in filmed[1:])], dtype=np.str_),
+        _CLOCKS: np.array([(one.video.clock.offset, one.video.clock.rate) for one in filmed]),
+    }
+
+
+def cameras(database: Database, id_: str, first: VideoReference | None) -> tuple[Camera, ...]:
+    """The cameras whose videos there are; nothing is read where no file lies beside."""
+    beside = files_beside(database, id_)
+    if first is None or not beside:
+        return ()
+    found = stamps(database, id_, (_NAMES, _FILES, _CLOCKS)) or {}
+    if _NAMES not in found:
+        return _told_by_frames(database, id_, first, beside)
+    home = home_of(database, known_id(database, id_))
+    try:
+        made = [
+            Camera(
+                str(name),
+                VideoReference(
+                    home / Path(str(file)).name, ClockMap(float(clock[0]), float(clock[1]))
+                ),
+            )
+            for name, file, clock in zip(found[_NAMES], found[_FILES], found[_CLOCKS], strict=True)
+        ]
+    except (KeyError, ValueError, IndexError) as error:
+        raise InputError(
+            f"The stamps of '{id_}' do not say what its cameras filmed ({error})."
+        ) from error
+    there = [camera for camera in made[1:] if camera.video.path in beside]
+    return (Camera(made[0].name, first), *there) if there else ()
+
+
+def _told_by_frames(
+    database: Database, id_: str, first: VideoReference, beside: Sequence[Path]
+) -> tuple[Camera, ...]:
+    """The cameras of a recording of which only the arrivals of frames are kept.
+
+    That was so before their names were. Of two cameras the film beside is the second one's, and
+    its time 0 is when its first frame arrived; of more of them nothing tells which is whose.
+    """
+    wanted = {_START, *(f"{_FRAMES}{number}" for number in range(MOST))}
+    found = stamps(database, id_, wanted) or {}
+    frames = [found.get(f"{_FRAMES}{number}", np.empty((0, 2))) for number in range(MOST)]
+    arrived = [each[:, 0] for each in frames if each.ndim == 2 and len(each)]
+    start = found.get(_START, np.empty(0))
+    if len(beside) != 1 or len(arrived) != 2 or start.shape != ():
+        return ()
+    video = VideoReference(beside[0], ClockMap(float(arrived[1][0] - start)))
+    return Camera("first camera", first), Camera("second camera", video)

@@ -29,7 +29,7 @@ from numpy.typing import NDArray
 from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
 from forcelab.recognition.examples import Labelled
-from forcelab.recognition.windows import REST, SIZE
+from forcelab.recognition.features import REST, SIZE
 from forcelab.signals.channels import channel_map
 from forcelab.signals.grid import on_grid
 

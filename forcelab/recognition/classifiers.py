@@ -1,10 +1,15 @@
-"""Classifiers by name, fitted step by step so that a fit can be watched and stopped."""
+"""Classifiers by name, fitted step by step, and checked when they are read from a file.
+
+scikit-learn's compiled code follows the numbers in a classifier without looking: a node of a tree
+that points outside of it, or a support vector too few, is read past the end of an array. So every
+such number is looked at before anything is predicted.
+"""
 
 from __future__ import annotations
 
 import threading
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
@@ -14,10 +19,164 @@ from numpy.typing import NDArray
 
 from forcelab.errors import InputError
 from forcelab.jobs import finish
-from forcelab.recognition.learning import AVERAGED, Care, fitting_averaged
+from forcelab.recognition.ensemble import AVERAGED, Care, fitting_averaged
+from forcelab.recognition.forest import must
+from forcelab.recognition.settings import Settings
 from forcelab.signals.cwt_blocks import one_blas_thread
 
-__all__ = ["Step", "fitting"]
+#: No number that a recogniser holds is larger: what it learnt are forces, seconds and counts.
+LARGEST = 1e15
+
+
+def check_numbers(content: object) -> None:
+    """Check that every number in nested values, arrays and objects is finite and of a usual size.
+
+    Raises
+    ------
+    ValueError
+        If one is not.
+    """
+    waiting, seen = [content], set[int]()
+    while waiting:
+        value = waiting.pop()
+        if isinstance(value, np.ndarray):
+            if value.dtype.names:
+                waiting += [value[name] for name in value.dtype.names]
+            elif value.dtype.kind in "fiu" and value.size:
+                must(float(np.abs(value, dtype=np.float64).max()) <= LARGEST, "numbers in range")
+        elif isinstance(value, int | float | np.number):
+            must(abs(float(value)) <= LARGEST, "numbers in range")
+        elif isinstance(value, list | tuple):
+            waiting += value
+        elif id(value) not in seen:
+            seen.add(id(value))
+            inner = value if isinstance(value, Mapping) else getattr(value, "__dict__", {})
+            waiting += inner.values()
+
+
+def check_classifier(classifier: Any, settings: Settings, width: int, actions: int) -> None:
+    """Check a fitted classifier and make it ready to predict.
+
+    Parameters
+    ----------
+    classifier : object
+        As read from a file; a decision tree's nodes are still plain arrays. What is plain arrays
+        throughout checks itself, in :mod:`forcelab.recognition.ensemble`.
+    settings : Settings
+        They say which classifier it must be.
+    width : int
+        How many features it must take.
+    actions : int
+        How many actions there are; its codes must lie below.
+
+    Raises
+    ------
+    ValueError
+        If it is another classifier, or its parts do not fit together.
+
+    Notes
+    -----
+    Other errors of NumPy and scikit-learn, over parts that are missing or of a wrong type, pass.
+    What plain NumPy would refuse is left to predicting one sample at the end.
+    """
+    checks: dict[str, tuple[str, Callable[[Any, int], None]]] = {
+        "mlp": ("MLPClassifier", _check_mlp),
+        "naive-bayes": ("GaussianNB", _check_nothing),
+        "decision-tree": ("DecisionTreeClassifier", _check_tree),
+        "nearest-neighbours": ("KNeighborsClassifier", _check_neighbours),
+        "svm": ("SVC", _check_svm),
+    }
+    kind, check = checks[settings.classifier]
+    if settings.classifier == "svm" and settings.needs_probabilities:
+        kind, check = "CalibratedClassifierCV", _check_calibrated
+    must(type(classifier).__name__ == kind, f"the type {kind}")
+    codes = classifier.classes_
+    must(codes.ndim == 1 and codes.dtype == np.int64 and len(codes) >= 2, "codes")
+    must(codes[0] >= 0 and codes[-1] < actions and np.all(np.diff(codes) > 0), "codes")
+    check(classifier, width)
+    _check_prediction(classifier, width, settings.needs_probabilities)
+
+
+def _is_array(values: object, shape: tuple[int, ...], kind: str = "f") -> bool:
+    """Whether something is an array of this shape, of floats or of integers."""
+    return isinstance(values, np.ndarray) and values.shape == shape and values.dtype.kind == kind
+
+
+def _check_mlp(mlp: Any, _width: int) -> None:
+    """An output for each action, by one numbering."""
+    k, outputs = len(mlp.classes_), len(mlp.intercepts_[-1])
+    must(outputs == (1 if k == 2 else k), "an output for each action")
+    must(np.array_equal(mlp._label_binarizer.classes_, mlp.classes_), "codes")
+
+
+def _check_nothing(_classifier: Any, _width: int) -> None:
+    """Naive Bayes is plain NumPy throughout."""
+
+
+def _check_tree(classifier: Any, width: int) -> None:
+    """Inner nodes must point ahead, none outside; then the arrays become a tree."""
+    from sklearn.tree._tree import Tree
+
+    state = classifier.tree_
+    nodes: NDArray[Any] = state["nodes"]
+    n, k = len(nodes), len(classifier.classes_)
+    must(n >= 1 and nodes.ndim == 1 and state["node_count"] == n, "as many nodes as it says")
+    inner = nodes["left_child"] != -1
+    ahead = np.arange(n)[inner]
+    for child in (nodes["left_child"][inner], nodes["right_child"][inner]):
+        must(np.all((child > ahead) & (child < n)), "nodes that point at nodes")
+    asked = nodes["feature"][inner]
+    must(np.all((asked >= 0) & (asked < width)), "nodes that ask for features")
+    classifier.tree_ = Tree(width, np.array([k], dtype=np.intp), 1)
+    classifier.tree_.__setstate__(state)
+
+
+def _check_neighbours(neighbours: Any, width: int) -> None:
+    """Every known sample must have a code that there is."""
+    n, codes = neighbours.n_samples_fit_, neighbours._y
+    must(_is_array(neighbours._fit_X, (n, width)), "samples that fit the features")
+    must(_is_array(codes, (n,), "i"), "a code for each sample")
+    must(np.all((codes >= 0) & (codes < len(neighbours.classes_))), "codes of actions")
+    plain = (neighbours._fit_method, neighbours.metric, neighbours.metric_params, neighbours.p)
+    must(plain == ("brute", "minkowski", None, 2), "Euclidean distances")
+    must(neighbours.weights == "uniform" and neighbours.outputs_2d_ is False, "equal votes")
+
+
+def _check_svm(svm: Any, width: int) -> None:
+    """Support vectors, their counts and coefficients must agree."""
+    k, n = len(svm.classes_), len(svm.support_vectors_)
+    counts = svm._n_support
+    must(svm.kernel == "rbf" and svm._sparse is False, "a Gaussian kernel")
+    must(_is_array(svm.support_vectors_, (n, width)), "support vectors that fit the features")
+    must(_is_array(svm.support_, (n,), "i"), "a number for each support vector")
+    must(_is_array(counts, (k,), "i") and np.all(counts >= 0) and sum(counts) == n, "counts")
+    for coefficients in (svm.dual_coef_, svm._dual_coef_):
+        must(_is_array(coefficients, (k - 1, n)), "coefficients for each support vector")
+    for intercepts in (svm.intercept_, svm._intercept_):
+        must(_is_array(intercepts, (k * (k - 1) // 2,)), "an intercept for each pair of actions")
+    must(len(svm._probA) == len(svm._probB) == 0, "no probabilities of its own")
+
+
+def _check_calibrated(calibrated: Any, width: int) -> None:
+    """One SVM, and for each action a curve from its decisions to probabilities."""
+    from sklearn.svm import SVC
+
+    (only,) = calibrated.calibrated_classifiers_
+    k = len(calibrated.classes_)
+    must(type(only.estimator) is SVC, "an SVM inside")
+    must(len(only.calibrators) == (1 if k == 2 else k), "a curve for each action")
+    _check_svm(only.estimator, width)
+
+
+def _check_prediction(classifier: Any, width: int, probabilities: bool) -> None:
+    """Predict one sample, so that whatever is wrong still shows now and not later."""
+    sample = np.zeros((1, width))
+    with np.errstate(all="ignore"):
+        must(classifier.predict(sample)[0] in classifier.classes_, "codes of actions")
+        if probabilities:
+            shape = (1, len(classifier.classes_))
+            must(classifier.predict_proba(sample).shape == shape, "a probability for each action")
+
 
 #: Folds of the inner cross-validation that turns an SVM's decisions into probabilities.
 CALIBRATION_FOLDS = 5
@@ -110,7 +269,7 @@ def fitting(
 def _fitting_averaged(
     name: str, X: NDArray[np.float64], y: NDArray[np.int64], seed: int, care: Care
 ) -> Iterator[Step]:
-    """Fit what :mod:`forcelab.recognition.learning` fits; inner fits are steps on the way."""
+    """Fit what :mod:`forcelab.recognition.ensemble` fits; inner fits are steps on the way."""
     job = fitting_averaged(name, X, y, seed, care)
     while (fitted := next(job)).done < fitted.total:
         yield Step(fitted.done, fitted.total, None, None)

@@ -1,4 +1,4 @@
-"""The paper's three filters on predicted codes, in this order: threshold, median, drop.
+"""The paper's three filters on predicted codes: threshold, median, drop.
 
 Each takes codes and gives new ones, so that any of them can be used alone. Unlabelled is
 :data:`forcelab.labels.UNLABELLED` throughout.
@@ -15,8 +15,6 @@ from scipy.ndimage import rank_filter
 from forcelab.errors import InputError
 from forcelab.labels import UNLABELLED
 from forcelab.runs import sample_ends, stretches
-
-__all__ = ["ROUNDING", "drop_short", "median", "threshold"]
 
 #: Seconds by which a segment may fall short of a limit and still count as reaching it: far below
 #: any sample period, far above the rounding of the stamps that its length is the difference of.

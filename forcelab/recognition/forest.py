@@ -1,4 +1,8 @@
-"""Trees and weighted sums as plain arrays: fitted by scikit-learn, asked and stored without it.
+"""Trees and weighted sums as plain arrays: fitted by scikit-learn, asked and stored without.
+
+Nodes stand in the order in which one comes to them: first a node, then all of its left side, then
+all of its right side; one tree after another. Where a node's children are follows from that, so
+that it need not be stored, and whatever is stored makes trees that end.
 
 What is stored as arrays can be checked before anything follows it, and is asked for one step as
 fast as for many: scikit-learn looks at its input for longer than a live step may take.
@@ -14,12 +18,46 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from forcelab.recognition.preorder import are_trees, right_children, roots
+Whole = NDArray[np.int32]
 
-__all__ = ["Forest", "Linear", "must", "must_be_numbers", "softmax"]
+
+def _open(leaf: NDArray[np.bool_]) -> Whole:
+    """How many right sides are still to come before each node, and after all; shape (n + 1,).
+
+    Counted from 0 before the first tree; each tree that is complete takes one away.
+    """
+    steps: NDArray[Any] = np.zeros(len(leaf) + 1, dtype=np.int32)
+    np.cumsum(np.where(leaf, np.int32(-1), np.int32(1)), out=steps[1:])
+    return steps
+
+
+def are_trees(leaf: NDArray[np.bool_]) -> bool:
+    """Whether nodes, told which are leaves, make complete trees, at least one."""
+    steps = _open(leaf)
+    return len(leaf) > 0 and bool(steps[-1] < steps[:-1].min())
+
+
+def roots(leaf: NDArray[np.bool_]) -> NDArray[np.int64]:
+    """The first node of each tree, shape (t,)."""
+    steps = _open(leaf)[:-1]
+    lowest = np.minimum.accumulate(steps)
+    return np.flatnonzero(np.diff(lowest, prepend=np.int32(1)))
+
+
+def right_children(leaf: NDArray[np.bool_]) -> Whole:
+    """Where the right side of each node begins, shape (n,); of a leaf, the leaf itself."""
+    # A left side takes away what its node has opened: the next node before which as much is open
+    # as before the node itself is the first one of the right side.
+    steps = _open(leaf)[:-1]
+    order = np.argsort(steps, kind="stable").astype(np.int32)
+    following = np.empty(len(leaf), dtype=np.int32)
+    following[order[:-1]] = order[1:]
+    following[order[-1]] = order[-1]
+    return np.where(leaf, np.arange(len(leaf), dtype=np.int32), following)
+
 
 Real = NDArray[np.float64]
-Whole = NDArray[np.signedinteger[Any]]
+Integers = NDArray[np.signedinteger[Any]]
 
 #: Rows of features that go down all trees together, so that where they stand fits the cache.
 BLOCK = 512
@@ -42,7 +80,7 @@ class Forest:
     ----------
     feature : ndarray of whole numbers, shape (n,)
         Which feature a node asks for; -1 at a leaf. Nodes stand in the order of
-        :mod:`forcelab.recognition.preorder`.
+        :mod:`forcelab.recognition.forest`.
     threshold : ndarray of float32 or float64, shape (n - l,)
         Of each inner node; at most this: to the left. Features are rounded to the same kind of
         number first: scikit-learn's averaged trees are grown on float32 and look at nothing finer.
@@ -72,7 +110,7 @@ class Forest:
             total[first : first + BLOCK] = self.value[self._said(rows)].sum(axis=1) + self.base
         return softmax(total) if self.boosted else total / total.sum(axis=1, keepdims=True)
 
-    def _said(self, rows: NDArray[np.floating[Any]]) -> Whole:
+    def _said(self, rows: NDArray[np.floating[Any]]) -> Integers:
         """Which row of values each tree says of each row of features, shape (m, t)."""
         roots, threshold, right, said = self._paths
         nodes = np.broadcast_to(roots, (len(rows), len(roots)))
@@ -134,7 +172,7 @@ class Forest:
 
     @classmethod
     def _small(
-        cls, feature: Whole, threshold: Any, value: Real, base: Real, boosted: bool
+        cls, feature: Integers, threshold: Any, value: Real, base: Real, boosted: bool
     ) -> Forest:
         """In the smallest whole numbers that do, each row of values once."""
         each, leaf = np.unique(value.astype(np.float64), axis=0, return_inverse=True)

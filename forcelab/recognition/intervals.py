@@ -1,5 +1,8 @@
 """How far scores would move if other demonstrations of the same kind had been recorded.
 
+Counts of demonstrations add up, so a resample is a number of times that each demonstration is
+counted: a row of weights. All resamples together are a few products of matrices.
+
 Demonstrations are resampled with replacement, as many as there are, and each resample is scored;
 the interval holds the middle 95 % of those scores. This is the percentile interval.
 
@@ -15,26 +18,146 @@ training of the same recogniser would give.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from forcelab.recognition.metrics import Counts
-from forcelab.recognition.resampling import METRICS, draws, replicates
+from forcelab.recognition.metrics import OVERLAPS, Counts, Events
 from forcelab.text import counted
 
-__all__ = [
-    "FEWEST",
-    "LEVEL",
-    "METHOD",
-    "RESAMPLES",
-    "Intervals",
-    "differences",
-    "intervals",
-    "look_up",
-]
+Real = NDArray[np.float64]
+Weights = NDArray[np.int64]
+
+#: The parts of :class:`~forcelab.recognition.events.Events`.
+EVENTS = tuple(part.name for part in fields(Events))
+#: Every number in the scores but the confusion, as the path to it in their JSON.
+METRICS = (
+    *("accuracy", "balanced_accuracy", "coverage", "kappa", "edit"),
+    *(f"f1.{overlap}" for overlap in OVERLAPS),
+    *(f"f1_labelled.{overlap}" for overlap in OVERLAPS),
+    "boundaries_found",
+    *("boundary_ms.median", "boundary_ms.p90"),
+    *("boundary_labelled_ms.median", "boundary_labelled_ms.p90"),
+    *(f"events.{part}.{what}" for part in EVENTS for what in ("count", "seconds")),
+)
+#: Numbers held at once while boundary errors are resampled: 32 MB.
+AT_ONCE = 4_000_000
+
+
+def draws(demonstrations: int, resamples: int, seed: int) -> Weights:
+    """How often each demonstration is drawn in each resample.
+
+    Returns
+    -------
+    ndarray of int64, shape (resamples, demonstrations)
+        Each row sums to `demonstrations`: that many are drawn, with replacement.
+    """
+    random = np.random.default_rng(seed)
+    chances = np.full(demonstrations, 1.0 / demonstrations)
+    return random.multinomial(demonstrations, chances, size=resamples)
+
+
+def replicates(parts: Sequence[Counts], weights: Weights) -> dict[str, Real]:
+    """Score resamples of demonstrations as :func:`~forcelab.recognition.metrics.pool` would.
+
+    Parameters
+    ----------
+    parts : sequence of Counts, length n >= 1
+        One for each demonstration, all made with the same actions.
+    weights : ndarray of int64, shape (r, n)
+        How often each demonstration counts in each resample.
+
+    Returns
+    -------
+    dict of str to ndarray of float64, shape (r,)
+        For each of :data:`METRICS`; NaN where the metric is not defined.
+    """
+    result = _of_frames(parts, weights)
+    edits = np.array([sum(part.edits) for part in parts])
+    result["edit"] = _over(weights @ edits, weights @ np.array([len(p.edits) for p in parts]))
+    for name in ("segments", "labelled_segments"):
+        segments = np.stack([getattr(part, name).ravel() for part in parts])
+        matched = (weights @ segments).reshape(len(weights), len(OVERLAPS), 3)
+        for number, overlap in enumerate(OVERLAPS):
+            true, false, missed = (matched[:, number, column] for column in range(3))
+            f1 = "f1" if name == "segments" else "f1_labelled"
+            result[f"{f1}.{overlap}"] = _over(2 * true, 2 * true + false + missed)
+    found, boundaries = (weights @ np.stack([part.found for part in parts])).T
+    result["boundaries_found"] = _over(found, boundaries)
+    for name, errors in (
+        ("boundary_ms", [part.boundaries for part in parts]),
+        ("boundary_labelled_ms", [part.labelled_boundaries for part in parts]),
+    ):
+        median, p90 = _percentiles(errors, weights, (50, 90))
+        result |= {f"{name}.median": median, f"{name}.p90": p90}
+    for name in EVENTS:
+        for what in ("count", "seconds"):
+            each = np.array([getattr(getattr(part.events, name), what) for part in parts])
+            result[f"events.{name}.{what}"] = (weights @ each).astype(np.float64)
+    return result
+
+
+def _of_frames(parts: Sequence[Counts], weights: Weights) -> dict[str, Real]:
+    """The metrics that are made from the confusion."""
+    confusions = np.stack([part.confusion for part in parts]).astype(np.float64)
+    right = weights @ np.diagonal(confusions, axis1=1, axis2=2)
+    labelled = weights @ confusions.sum(axis=2)
+    predicted = weights @ confusions[:, :, :-1].sum(axis=1)
+    total = labelled.sum(axis=1)
+    used = labelled > 0
+    recalls = np.divide(right, labelled, out=np.zeros_like(right), where=used)
+    chance = (labelled[:, : right.shape[1]] * predicted).sum(axis=1)
+    kappa = np.divide(
+        total * right.sum(axis=1) - chance,
+        total**2 - chance,
+        out=np.zeros_like(total),
+        where=total**2 > chance,
+    )
+    return {
+        "accuracy": _over(right.sum(axis=1), total),
+        "balanced_accuracy": _over(recalls.sum(axis=1), used.sum(axis=1)),
+        "coverage": _over(predicted.sum(axis=1), total),
+        "kappa": np.where(total > 0, kappa, np.nan),
+    }
+
+
+def _percentiles(parts: Sequence[Real], weights: Weights, percents: tuple[int, ...]) -> list[Real]:
+    """Percentiles of the boundary errors, linear between neighbours as ``np.percentile`` is.
+
+    All errors are sorted once; in a resample each stands there as often as its demonstration.
+    """
+    errors = np.concatenate(parts)
+    owners = np.repeat(np.arange(len(parts)), [len(part) for part in parts])
+    order = np.argsort(errors, kind="stable")
+    errors, owners = errors[order], owners[order]
+    result = [np.full(len(weights), np.nan) for _ in percents]
+    if len(errors) == 0:
+        return result
+    step = max(1, AT_ONCE // len(errors))
+    for first in range(0, len(weights), step):
+        chunk = slice(first, first + step)
+        upto = np.cumsum(weights[chunk][:, owners], axis=1)
+        count = upto[:, -1]
+        there = count > 0
+        for percent, values in zip(percents, result, strict=True):
+            rank = np.maximum(count - 1, 0) * (percent / 100)
+            low = np.floor(rank)
+            ends = [
+                errors[np.minimum((upto <= at[:, None]).sum(axis=1), len(errors) - 1)]
+                for at in (low, np.minimum(low + 1, np.maximum(count - 1, 0)))
+            ]
+            between = ends[0] + (rank - low) * (ends[1] - ends[0])
+            values[chunk] = np.where(there, between, np.nan)
+    return result
+
+
+def _over(parts: NDArray[np.number], wholes: NDArray[np.number]) -> Real:
+    """Fractions; NaN of nothing."""
+    above, below = parts.astype(np.float64), wholes.astype(np.float64)
+    return np.divide(above, below, out=np.full(above.shape, np.nan), where=below > 0)
+
 
 #: The share of resamples that an interval holds.
 LEVEL = 0.95
@@ -55,7 +178,7 @@ class Intervals:
     Parameters
     ----------
     values : mapping of str to (float, float) or None
-        Lower and upper end by the names of :data:`~forcelab.recognition.resampling.METRICS`, in
+        Lower and upper end by the names of :data:`~forcelab.recognition.intervals.METRICS`, in
         the metric's own unit; None where the metric is not defined.
     reason : str
         Why there is none at all; ``""`` where there are some.

@@ -1,16 +1,55 @@
-"""Scores: how well a predicted track agrees with a human one.
+"""Scores: how well a predicted track agrees with a human one, by samples, segments and events.
+
+A frame metric hardly notices a prediction that flickers; these look at the segments.
+
+Sources
+-------
+Lea, Flynn, Vidal, Reiter and Hager, "Temporal convolutional networks for action segmentation and
+detection", CVPR 2017: the edit score and F1@k. Farha and Gall, "MS-TCN", CVPR 2019: the same, in
+the form in which they are commonly reported.
+
+Source
+------
+Ward, Lukowicz and Gellersen, "Performance metrics for activity recognition", ACM Transactions on
+Intelligent Systems and Technology 2(1), article 6, 2011.
+
+Each action is taken on its own, as the binary question "is it this action?". An *event* is one
+human or one predicted segment of the action. Time is cut wherever either answer changes, which
+leaves stretches that are right (both yes), missed (only the human says yes), false (only the
+prediction does) or empty. A missed or false stretch gets its name from its two neighbours:
+
+================  ================  ===============
+right neighbours  missed stretch    false stretch
+================  ================  ===============
+none              deletion          insertion
+one               underfill         overfill
+both              fragmentation     merge
+================  ================  ===============
+
+Where time breaks off, at a gap, beside unlabelled human time and at both ends of the recording,
+there is no neighbour: an event never reaches across. A sample called by the wrong action is an
+error of two actions, missed for the one and false for the other.
+
+A coder who leaves a few hundredths of a second between two actions cuts a predicted segment that
+runs through in two, and each boundary into an edge that no prediction can miss. Some publish their
+segmental scores so, others cut the unlabelled time out first; the two differ by ten points and
+more, so both are reported.
 
 A demonstration is counted once, into :class:`Counts`; scores of one demonstration and of many
 pooled ones are made from counts alone, so that pooling is exact.
 
 Samples that the human left unlabelled are never counted in anything: predictions are masked there
 before segments are gathered. A sample that the human labelled and the prediction did not is wrong.
+
+An :class:`~forcelab.recognition.metrics.Overlay` counts in samples; here a sample is a nanosecond
+and stretches are found from the edges of segments alone, so that an hour costs no more than its
+segments. With even stamps every score is the same; where stamps jitter, rates differ by as much.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Callable, Sequence, Sized
+from dataclasses import asdict, dataclass, fields
 from functools import reduce
 from operator import add
 from typing import Any
@@ -18,19 +57,434 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from forcelab.recognition.events import Events, event_errors
-from forcelab.recognition.labelled_time import boundaries_found, closed_up, inner_boundary_errors
-from forcelab.recognition.overlay import Overlay, overlay
-from forcelab.recognition.segmental import (
-    OVERLAPS,
-    Matches,
-    boundary_errors,
-    edit_score,
-    f1,
-    match,
-)
+from forcelab.errors import InputError
+from forcelab.labels import UNLABELLED, Segments
+from forcelab.runs import Runs, sample_ends, stretches
 
-__all__ = ["Counts", "Scores", "count", "count_overlay", "pool", "score"]
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Overlay:
+    """A human and a predicted track over one demonstration, cut into pieces; p pieces.
+
+    Parameters
+    ----------
+    human, predicted : Stretches
+        The segments of both, the predicted ones masked to where the human labelled.
+    pieces : Stretches
+        Every stretch the human labelled, cut wherever either track changes. Its codes number the
+        pairs of actions and mean nothing by themselves.
+    human_codes, predicted_codes : ndarray of int64, shape (p,)
+        The actions of each piece; the predicted one may be unlabelled.
+    actions : int
+        How many actions there are.
+    """
+
+    human: Runs
+    predicted: Runs
+    pieces: Runs
+    human_codes: NDArray[np.int64]
+    predicted_codes: NDArray[np.int64]
+    actions: int
+
+    @classmethod
+    def gathered(
+        cls,
+        human: NDArray[np.int64],
+        predicted: NDArray[np.int64],
+        actions: int,
+        gather: Callable[[NDArray[np.int64]], Runs],
+    ) -> Overlay:
+        """Mask the prediction to where the human labelled, and gather both tracks and their pairs.
+
+        Parameters
+        ----------
+        human, predicted : ndarray of int64, shape (n,)
+            Codes of both tracks at the same places, below `actions`; negative ones are unlabelled.
+        actions : int
+        gather : callable
+            Makes stretches out of such codes.
+        """
+        masked = np.where(human < 0, UNLABELLED, np.maximum(predicted, UNLABELLED))
+        columns = actions + 1  # unlabelled is the first
+        pieces = gather(np.where(human < 0, UNLABELLED, human * columns + masked + 1))
+        return cls(
+            human=gather(human),
+            predicted=gather(masked),
+            pieces=pieces,
+            human_codes=pieces.codes // columns,
+            predicted_codes=pieces.codes % columns - 1,
+            actions=actions,
+        )
+
+
+def overlay(
+    human: NDArray[np.int64],
+    predicted: NDArray[np.int64],
+    times: NDArray[np.float64],
+    actions: Sized,
+) -> Overlay:
+    """Lay a predicted track over a human one.
+
+    Where the human left a sample unlabelled the prediction is unlabelled too before anything is
+    gathered, so that what was predicted there cannot matter to anything.
+
+    Parameters
+    ----------
+    human, predicted : ndarray of int64, shape (n,)
+        Codes of both tracks; every negative code means unlabelled.
+    times : ndarray, shape (n,)
+        Times of the samples in seconds, strictly increasing.
+    actions : sized
+        As many actions as there are codes.
+
+    Raises
+    ------
+    ValueError
+        If the lengths disagree, or a code has no action.
+    """
+    k = len(actions)
+    if not len(human) == len(predicted) == len(times):
+        raise ValueError(
+            f"{len(human)} human and {len(predicted)} predicted codes for {len(times)} times"
+        )
+    highest = max(human.max(initial=-1), predicted[human >= 0].max(initial=-1))
+    if highest >= k:
+        raise ValueError(f"a code of {highest} for {k} actions")
+    ends = sample_ends(times)
+    return Overlay.gathered(human, predicted, k, lambda codes: stretches(codes, times, ends))
+
+
+#: The overlaps (intersection over union, in percent) at which F1 is reported.
+OVERLAPS = (10, 25, 50)
+
+
+def edit_distance(a: NDArray[np.int64], b: NDArray[np.int64]) -> int:
+    """Levenshtein distance of two sequences of codes: insertions, deletions, substitutions.
+
+    Bit-parallel: one column of the usual table is two integers holding the signs of the
+    differences between its neighbouring cells (Myers, "A fast bit-vector algorithm for
+    approximate string matching based on dynamic programming", J. ACM 46(3), 1999; Hyyrö 2003 for
+    the distance of whole sequences). A raw prediction may flicker through 100,000 segments.
+
+    Parameters
+    ----------
+    a, b : ndarray of int64, shapes (m,) and (n,)
+        Any codes.
+    """
+    short, long = (a, b) if len(a) <= len(b) else (b, a)
+    if len(short) == 0:
+        return len(long)
+    places = {
+        code: int.from_bytes(np.packbits(long == code, bitorder="little").tobytes(), "little")
+        for code in np.unique(short).tolist()
+    }
+    everywhere = (1 << len(long)) - 1
+    bottom = 1 << (len(long) - 1)
+    rises, falls, distance = everywhere, 0, len(long)
+    for code in short.tolist():
+        equal = places[code]
+        diagonal = (((equal & rises) + rises) ^ rises) | equal | falls
+        right_rises = falls | (everywhere & ~(diagonal | rises))
+        right_falls = rises & diagonal
+        distance += bool(right_rises & bottom) - bool(right_falls & bottom)
+        right_rises = ((right_rises << 1) | 1) & everywhere
+        right_falls = (right_falls << 1) & everywhere
+        rises = right_falls | (everywhere & ~(diagonal | right_rises))
+        falls = right_rises & diagonal
+    return distance
+
+
+def edit_score(over: Overlay) -> float | None:
+    """1 - edit distance of the two sequences of actions / length of the longer (0 to 1).
+
+    Durations play no part. None where the human labelled nothing.
+    """
+    longer = max(len(over.human), len(over.predicted))
+    if longer == 0:
+        return None
+    return 1.0 - edit_distance(over.human.codes, over.predicted.codes) / longer
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Matches:
+    """Which predicted segment stands for which human one; m pairs.
+
+    Parameters
+    ----------
+    human, predicted : ndarray of int64, shape (m,)
+        Numbers of the matched segments among the human and the predicted ones.
+    """
+
+    human: NDArray[np.int64]
+    predicted: NDArray[np.int64]
+
+    def __len__(self) -> int:
+        return len(self.human)
+
+
+def match(over: Overlay, overlap: int) -> Matches:
+    """Match predicted to human segments as F1@k does.
+
+    In the order of time each predicted segment points at the human segment of its own action with
+    the largest intersection over union (the earlier of two equal ones), counted in samples. It is
+    matched if that is at least `overlap` and no earlier one was matched to the same human segment;
+    it does not turn to its second choice. This is the rule of the published code (``>=``), so that
+    figures can be compared.
+
+    Parameters
+    ----------
+    over : Overlay
+        Both tracks.
+    overlap : int
+        Percent, above 0.
+    """
+    same = np.flatnonzero(over.human_codes == over.predicted_codes)
+    firsts = over.pieces.firsts[same]
+    human, predicted = over.human.holding(firsts), over.predicted.holding(firsts)
+    # Two segments share at most one stretch, so these pairs are all the pairs that overlap.
+    shared = over.pieces.samples[same]
+    union = over.human.samples[human] + over.predicted.samples[predicted] - shared
+    choice = np.lexsort((human, -shared / union, predicted))
+    _, best = np.unique(predicted[choice], return_index=True)
+    best = choice[best]
+    # Whole numbers on both sides: an overlap of exactly one half is one half.
+    best = best[100 * shared[best] >= overlap * union[best]]
+    matched, earliest = np.unique(human[best], return_index=True)
+    return Matches(matched, predicted[best[earliest]])
+
+
+def f1(true: int, false: int, missed: int) -> float | None:
+    """F1 of counts of segments: matched, predicted without match, human without match.
+
+    None where there is no segment at all.
+    """
+    total = 2 * true + false + missed
+    return 2 * true / total if total else None
+
+
+def boundary_errors(over: Overlay, matches: Matches) -> NDArray[np.float64]:
+    """How far matched segments' edges lie apart.
+
+    Both edges of every matched pair are counted, start against start and end against end. Edges
+    that meet because unlabelled human time, a gap or an end of the recording cuts both segments at
+    the same place are counted as they are, with an error of zero.
+
+    Returns
+    -------
+    ndarray of float64, shape (2 m,)
+        Distances in milliseconds, never negative.
+    """
+    human, predicted = matches.human, matches.predicted
+    starts = over.human.starts[human] - over.predicted.starts[predicted]
+    ends = over.human.ends[human] - over.predicted.ends[predicted]
+    return 1000.0 * np.abs(np.concatenate([starts, ends]))
+
+
+_RIGHT, _MISSED, _FALSE = 0, 1, 2
+
+
+@dataclass(frozen=True, slots=True)
+class Tally:
+    """How many, and how long together.
+
+    Parameters
+    ----------
+    count : int
+        Number of events or stretches.
+    seconds : float
+        Their time.
+    """
+
+    count: int = 0
+    seconds: float = 0.0
+
+    def __add__(self, other: Tally) -> Tally:
+        return Tally(self.count + other.count, self.seconds + other.seconds)
+
+
+@dataclass(frozen=True, slots=True)
+class Events:
+    """Event errors summed over all actions.
+
+    Whatever was predicted in unlabelled human time is not counted. The time that is right is
+    ``human - deletion - fragmentation - underfill``, and also
+    ``predicted - insertion - merge - overfill``.
+
+    Parameters
+    ----------
+    human, predicted : Tally
+        All human and all predicted events, and their time.
+    insertion : Tally
+        Predicted events that meet no human event of their action, and their time.
+    deletion : Tally
+        Human events that no predicted event of their action meets, and their time.
+    fragmentation : Tally
+        Human events that several predicted ones fall into, and the time missed between those.
+    merge : Tally
+        Predicted events that join several human ones, and the false time between those.
+    overfill : Tally
+        Stretches by which predicted events reach over an edge of a human one, and their time.
+    underfill : Tally
+        Stretches by which predicted events stay short of an edge of a human one, and their time.
+    """
+
+    human: Tally = Tally()
+    predicted: Tally = Tally()
+    insertion: Tally = Tally()
+    deletion: Tally = Tally()
+    fragmentation: Tally = Tally()
+    merge: Tally = Tally()
+    overfill: Tally = Tally()
+    underfill: Tally = Tally()
+
+    def __add__(self, other: Events) -> Events:
+        return Events(
+            *(getattr(self, part.name) + getattr(other, part.name) for part in fields(self))
+        )
+
+    def to_json(self) -> dict[str, dict[str, float]]:
+        """``{"human": {"count": ..., "seconds": ...}, "predicted": ..., "insertion": ...}``."""
+        return asdict(self)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Stretches:
+    """Stretches of right, missed or false time of all actions, by action and then by time."""
+
+    kinds: NDArray[np.int64]
+    firsts: NDArray[np.int64]
+    seconds: NDArray[np.float64]
+    #: How many of the two neighbours are right.
+    neighbours: NDArray[np.int64]
+
+
+def _stretches(over: Overlay) -> _Stretches:
+    """Cut time by the binary answers of each action."""
+    wrong = np.flatnonzero(over.human_codes != over.predicted_codes)
+    false = wrong[over.predicted_codes[wrong] >= 0]
+    kinds = np.full(len(over.pieces), _RIGHT)
+    kinds[wrong] = _MISSED
+    # A piece is right or missed for the human's action and, if wrong, false for the predicted one.
+    piece = np.concatenate([np.arange(len(over.pieces)), false])
+    action = np.concatenate([over.human_codes, over.predicted_codes[false]])
+    kind = np.concatenate([kinds, np.full(len(false), _FALSE)])
+    order = np.lexsort((piece, action))
+    piece, action, kind = piece[order], action[order], kind[order]
+
+    starts, ends = over.pieces.starts[piece], over.pieces.ends[piece]
+    touches = (action[1:] == action[:-1]) & (ends[:-1] == starts[1:])
+    cuts = np.flatnonzero(~touches | (kind[1:] != kind[:-1])) + 1
+    heads = np.concatenate([[0], cuts])
+    tails = np.concatenate([cuts, [len(piece)]]) - 1
+    kind = kind[heads]
+    joined = touches[cuts - 1]
+    neighbours = np.zeros(len(heads), dtype=np.int64)
+    neighbours[1:] += joined & (kind[:-1] == _RIGHT)
+    neighbours[:-1] += joined & (kind[1:] == _RIGHT)
+    return _Stretches(
+        kind, over.pieces.firsts[piece[heads]], ends[tails] - starts[heads], neighbours
+    )
+
+
+def event_errors(over: Overlay) -> Events:
+    """Count and time the event errors of one demonstration (see the module)."""
+    if len(over.pieces) == 0:
+        return Events()
+    cut = _stretches(over)
+
+    def tally(kind: int, neighbours: int, events: Runs | None = None) -> Tally:
+        """Sum up stretches, counting the events that hold them where `events` is given."""
+        chosen = (cut.kinds == kind) & (cut.neighbours == neighbours)
+        held = np.flatnonzero(chosen)
+        if events is not None:
+            held = np.unique(events.holding(cut.firsts[chosen]))
+        return Tally(len(held), float(cut.seconds[chosen].sum()))
+
+    return Events(
+        human=Tally(len(over.human), float(over.human.seconds.sum())),
+        predicted=Tally(len(over.predicted), float(over.predicted.seconds.sum())),
+        insertion=tally(_FALSE, 0),
+        deletion=tally(_MISSED, 0),
+        fragmentation=tally(_MISSED, 2, over.human),
+        merge=tally(_FALSE, 2, over.predicted),
+        overfill=tally(_FALSE, 1),
+        underfill=tally(_MISSED, 1),
+    )
+
+
+#: Seconds within which a predicted boundary counts as a human one found.
+NEAR = 0.1
+
+
+def closed_up(over: Overlay) -> Overlay:
+    """The overlay with all that the human left unlabelled, and gaps, cut out.
+
+    Neighbours of one action that now touch are one segment.
+    """
+    samples, seconds = over.pieces.samples, over.pieces.seconds
+    places = np.concatenate([[0], np.cumsum(samples)])
+    times = np.concatenate([[0.0], np.cumsum(seconds)])
+
+    def gathered(codes: NDArray[np.int64]) -> Runs:
+        """Neighbouring pieces of one code together; unlabelled ones left out."""
+        changes = np.flatnonzero(np.diff(codes)) + 1
+        first = np.concatenate([[0], changes]) if len(codes) else changes
+        last = np.concatenate([changes, [len(codes)]]) if len(codes) else changes
+        kept = codes[first] >= 0
+        first, last = first[kept], last[kept]
+        return Runs(codes[first], places[first], places[last], times[first], times[last])
+
+    return Overlay.gathered(over.human_codes, over.predicted_codes, over.actions, gathered)
+
+
+def boundaries_found(closed: Overlay) -> tuple[int, int]:
+    """How many human boundaries have a predicted one within 100 ms, and how many there are.
+
+    Parameters
+    ----------
+    closed : Overlay
+        Closed up. Its boundaries are where one action gives way to another; the ends of what was
+        recorded are none. A predicted one counts whichever its actions are.
+    """
+    human, predicted = closed.human.starts[1:], _inner(closed)
+    if len(predicted) == 0:
+        return 0, len(human)
+    after = np.searchsorted(predicted, human)
+    sides = np.maximum(after - 1, 0), np.minimum(after, len(predicted) - 1)
+    near = np.minimum(*(np.abs(human - predicted[side]) for side in sides))
+    # Stamps are rounded: 100 ms are 100 ms.
+    return int((near <= NEAR * (1 + 1e-9)).sum()), len(human)
+
+
+def inner_boundary_errors(closed: Overlay, matches: Matches) -> NDArray[np.float64]:
+    """How far matched segments' edges lie apart, where one action gives way to another.
+
+    Unlike those of :func:`forcelab.recognition.metrics.boundary_errors`, of which every edge at
+    unlabelled time is 0 whatever was predicted. The first edge and the last one are left out.
+
+    Parameters
+    ----------
+    closed : Overlay
+        Closed up.
+    matches : Matches
+        Of its segments.
+
+    Returns
+    -------
+    ndarray of float64
+        Distances in milliseconds, never negative.
+    """
+    human, predicted = matches.human, matches.predicted
+    starts = (closed.human.starts[human] - closed.predicted.starts[predicted])[human > 0]
+    ends = closed.human.ends[human] - closed.predicted.ends[predicted]
+    inner = human < len(closed.human) - 1
+    return np.asarray(1000.0 * np.abs(np.concatenate([starts, ends[inner]])))
+
+
+def _inner(closed: Overlay) -> NDArray[np.float64]:
+    """Where the prediction changes, in seconds, rising."""
+    changes = np.flatnonzero(np.diff(closed.predicted_codes)) + 1
+    return closed.pieces.starts[changes]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -45,7 +499,7 @@ class Counts:
     edits : tuple of float
         Edit score of each demonstration that has one.
     segments : ndarray of int64, shape (3, 3)
-        A row for each of :data:`~forcelab.recognition.segmental.OVERLAPS`: matched segments,
+        A row for each of :data:`~forcelab.recognition.metrics.OVERLAPS`: matched segments,
         predicted ones without a match, human ones without a match.
     boundaries : ndarray of float64, shape (b,)
         Boundary errors in milliseconds.
@@ -277,3 +731,99 @@ def _kappa(confusion: NDArray[np.int64]) -> float | None:
     chance = sum(h * p for h, p in zip(human, predicted, strict=True))
     possible = n * n - chance
     return (n * int(np.trace(confusion)) - chance) / possible if possible else 0.0
+
+
+#: Ticks a second: the samples of these overlays.
+TICKS = 1_000_000_000
+
+
+def timed_overlay(human: Segments, predicted: Segments, actions: Sequence[str]) -> Overlay:
+    """Lay predicted over human segments; what is predicted in unlabelled time is left out.
+
+    Parameters
+    ----------
+    human, predicted : tuple of Segment
+        In order, never overlapping. Touching segments of one action are one.
+    actions : sequence of str
+        The action with code ``i`` is ``actions[i]``.
+
+    Raises
+    ------
+    KeyError
+        If a segment's action is not among `actions`.
+    """
+    number = {action: code for code, action in enumerate(actions)}
+    edges = np.array([time for s in (*human, *predicted) for time in (s.start, s.end)])
+    ticks, firsts = np.unique(np.rint(edges * TICKS).astype(np.int64), return_index=True)
+    times = edges[firsts]
+    return Overlay.gathered(
+        _codes(human, number, ticks),
+        _codes(predicted, number, ticks),
+        len(actions),
+        lambda codes: _timed_runs(codes, ticks, times),
+    )
+
+
+def timed_counts(human: Segments, predicted: Segments, actions: Sequence[str]) -> Counts:
+    """Count a predicted against a human track as :func:`~forcelab.recognition.metrics.count` does.
+
+    The confusion is in nanoseconds. Parameters are those of :func:`timed_overlay`.
+    """
+    return count_overlay(timed_overlay(human, predicted, actions))
+
+
+def score_tracks(
+    human: Segments, predicted: Segments, actions: Sequence[str] | None = None, name: str = ""
+) -> Scores:
+    """Score a predicted against a human track, wherever the two come from.
+
+    Unlabelled human time is never counted.
+
+    Parameters
+    ----------
+    human, predicted : tuple of Segment
+        In order, never overlapping, as of :class:`~forcelab.labels.Track`.
+    actions : sequence of str, optional
+        In the order of the confusion; by default that of their first occurrence.
+    name : str
+        Of the demonstration.
+
+    Returns
+    -------
+    Scores
+        Its confusion is in nanoseconds instead of samples.
+
+    Raises
+    ------
+    InputError
+        If an action is not among `actions`.
+    """
+    used = tuple(dict.fromkeys(segment.action for segment in (*human, *predicted)))
+    known = used if actions is None else tuple(actions)
+    if unknown := [action for action in used if action not in known]:
+        raise InputError(f"'{unknown[0]}' is not among the actions {', '.join(known)}.")
+    return pool(name, [timed_counts(human, predicted, known)])
+
+
+def _codes(
+    segments: Segments, number: dict[str, int], ticks: NDArray[np.int64]
+) -> NDArray[np.int64]:
+    """The code of the time between each edge and the next, shape (edges - 1,)."""
+    starts = ticks[:-1]
+    if not segments:
+        return np.full(len(starts), UNLABELLED, dtype=np.int64)
+    codes = np.array([number[s.action] for s in segments], dtype=np.int64)
+    begin, end = (
+        np.rint(np.array([getattr(s, side) for s in segments]) * TICKS).astype(np.int64)
+        for side in ("start", "end")
+    )
+    last = np.searchsorted(begin, starts, side="right") - 1
+    return np.where((last >= 0) & (starts < end[last]), codes[last], UNLABELLED)
+
+
+def _timed_runs(
+    codes: NDArray[np.int64], ticks: NDArray[np.int64], times: NDArray[np.float64]
+) -> Runs:
+    """Gather neighbours of equal code, numbered in ticks instead of in edges."""
+    found = stretches(codes, times[:-1], times[1:])
+    return Runs(found.codes, ticks[found.firsts], ticks[found.lasts], found.starts, found.ends)

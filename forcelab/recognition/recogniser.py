@@ -15,19 +15,16 @@ from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError
 from forcelab.labels import UNLABELLED, Segments, from_codes
 from forcelab.recognition import filters
-from forcelab.recognition.certainty import Certainty
-from forcelab.recognition.changes import Changes
-from forcelab.recognition.choreography import Choreography
-from forcelab.recognition.decoding import decode
-from forcelab.recognition.examples import Examples, Labelled, prepare
-from forcelab.recognition.posterior import marginals
+from forcelab.recognition.examples import Examples, Labelled, other_units, prepare
+from forcelab.recognition.hsmm import decode, marginals
+from forcelab.recognition.label_noise import Contradicted
+from forcelab.recognition.probability_trace import Certainty
 from forcelab.recognition.settings import Settings
-from forcelab.recognition.trimming import Contradicted
-from forcelab.recognition.units import other_units
+from forcelab.recognition.task_grammar import Changes, Choreography
 from forcelab.signals.cwt_blocks import one_blas_thread
 
 if TYPE_CHECKING:
-    from forcelab.recognition.live_part import LivePart
+    from forcelab.recognition.live_model import LivePart
 
 __all__ = ["Prediction", "Recogniser"]
 

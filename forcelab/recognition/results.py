@@ -1,7 +1,8 @@
-"""What an evaluation found: predictions beside human tracks, and their scores."""
+"""What an evaluation found, and what a run keeps of it as plain values."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -10,14 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.labels import Segments, from_codes
-from forcelab.recognition.certainty import Certainty
+from forcelab.recognition.calibration import Reliability
 from forcelab.recognition.intervals import Intervals, intervals
 from forcelab.recognition.metrics import Counts, Scores, count, pool
-from forcelab.recognition.reliability import Reliability
+from forcelab.recognition.probability_trace import Certainty
+from forcelab.recognition.recogniser import Prediction
 from forcelab.recognition.settings import Settings
 from forcelab.resources import versions
-
-__all__ = ["Evaluation", "Tested"]
 
 
 @dataclass(frozen=True)
@@ -200,3 +200,100 @@ class Evaluation:
             }
             for item in self.tested
         ]
+
+
+#: Share of the time steps that had an action before the filters; less is no timeline.
+LEAST = 0.2
+#: Hz, for which the scales of the presets are made.
+USUAL = 1000
+
+
+def silence_remark(
+    predicted: Sequence[Tested | Prediction], settings: Settings, rate: float
+) -> tuple[str, ...]:
+    """A remark where the filters left no timeline, with what took it and a likely cause.
+
+    Parameters
+    ----------
+    predicted : sequence of Tested or Prediction
+        All by recognisers of the same settings.
+    settings : Settings
+    rate : float
+        Samples a second of the grid.
+
+    Returns
+    -------
+    tuple of str
+        One sentence; none where something is left, or nothing was there before the filters.
+    """
+
+    def left(stage: str) -> int:
+        codes = (one.stages.get(stage, one.filtered) for one in predicted)
+        return sum(int(np.count_nonzero(each >= 0)) for each in codes)
+
+    before = sum(int(np.count_nonzero(one.raw >= 0)) for one in predicted)
+    if not before or left("all") >= LEAST * before:
+        return ()
+    filters = {
+        "threshold": f"what is less probable than {settings.threshold} (threshold)",
+        "median": f"what a median over {settings.median} samples turns (median)",
+        "drop": f"what lasts less than {settings.drop} of the shortest segment trained on (drop)",
+    }
+    on = [name for name in filters if getattr(settings, name) is not None]
+    if not on or settings.decodes:
+        return ()
+    counts = [before, *map(left, on)]
+    culprit = max(range(len(on)), key=lambda i: counts[i] - counts[i + 1])
+    cause = ""
+    if settings.features == "wavelets":
+        # To three digits, but as 1,020 and not as 1.02e+03.
+        low, high = (float(f"{1000 * one / rate:.3g}") for one in settings.scales[[0, -1]])
+        such = "" if rate == USUAL else f", such as {USUAL} Hz"
+        cause = (
+            f"; at {rate:.6g} Hz the scales are {low:,g} to {high:,g} ms, so try others or another "
+            f"rate{such}"
+        )
+    share = 100 * left("all") / before
+    return (
+        f"The filters left {share:.1f} % of the predicted time, most of it taken by one that "
+        f"unlabels {filters[on[culprit]]}{cause}; or train on more, or switch that filter off.",
+    )
+
+
+def title_of(tasks: Sequence[str], test_task: str | None) -> str:
+    """What an evaluation is called."""
+    title = " + ".join(tasks) or "no task"
+    return title if test_task is None else f"{title} → {test_task or 'no task'}"
+
+
+def kept(evaluation: Evaluation, *, certainty: bool = False) -> dict[str, Any]:
+    """An evaluation as a run keeps it, as plain values.
+
+    Parameters
+    ----------
+    evaluation : Evaluation
+    certainty : bool
+        Whether it also keeps how certain each prediction is, and what each filter led to.
+    """
+    whole = evaluation.to_json()
+    result = {"digest": digest(evaluation.title, whole)} | whole
+    result["tracks"] = evaluation.tracks_to_json(stages=certainty)
+    if certainty:
+        result["certainty"] = {
+            item.id: item.certainty.to_json()
+            for item in evaluation.tested
+            if item.certainty is not None
+        }
+    return result
+
+
+def digest(title: str, whole: Mapping[str, Any]) -> dict[str, Any]:
+    """What a list of runs says of one; rates from 0 to 1, None where there is none."""
+    pooled = whole.get("filtered", {}).get("pooled", {})
+    return {
+        "title": title,
+        "tested": len(whole.get("tested", ())),
+        "accuracy": pooled.get("accuracy"),
+        "edit": pooled.get("edit"),
+        "f1": pooled.get("f1", {}).get("50"),
+    }

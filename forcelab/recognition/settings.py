@@ -1,4 +1,4 @@
-"""Everything a recogniser is made with: features, classifier, filters and decoder.
+"""Everything a recogniser is made with, and which settings count beside the others.
 
 Named sets of settings are in :mod:`forcelab.recognition.presets`.
 """
@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -16,20 +16,10 @@ from numpy.typing import NDArray
 
 from forcelab.errors import InputError
 from forcelab.label_map import MergeMap
-from forcelab.recognition.peaks import PEAKS, SPANS
+from forcelab.recognition.features import PEAKS, SPANS
 from forcelab.signals.cwt import frequencies, geometric_scales
-from forcelab.signals.wavelets import Wavelet, wavelet_named
+from forcelab.signals.wavelets import WAVELETS, Wavelet, wavelet_named
 from forcelab.text import unknown_word
-
-__all__ = [
-    "AMPLITUDES",
-    "CHOREOGRAPHIES",
-    "CLASSIFIERS",
-    "DECODERS",
-    "FEATURES",
-    "PLAIN_CLASSIFIERS",
-    "Settings",
-]
 
 #: Classifiers by name: the paper's choice and those it was compared with.
 CLASSIFIERS = (
@@ -359,3 +349,61 @@ def _number(value: object, least: float, most: float) -> bool:
 def _whole(value: object, least: int) -> bool:
     """Whether a value is an int (True and False are not) of at least `least`."""
     return type(value) is int and value >= least
+
+
+#: A setting, and what it has to be.
+Need = tuple[str, Collection[Any]]
+
+_WAVELETS: Need = ("features", ("wavelets",))
+_WINDOWS: Need = ("features", ("windows",))
+_PLAIN: Need = ("classifier", PLAIN_CLASSIFIERS)
+#: Of classifiers something is drawn at random, but of these.
+_DRAWN: Need = (
+    "classifier",
+    tuple(
+        name
+        for name in CLASSIFIERS
+        if name not in ("naive-bayes", "nearest-neighbours", "logistic")
+    ),
+)
+_DECODER: Need = ("decoder", ("semi-markov",))
+_FILTERS: Need = ("decoder", ("filters",))
+#: What has to be so for a setting to count; one that is not named always does.
+_NEEDS: Mapping[str, tuple[Need, ...]] = {
+    **dict.fromkeys(("wavelet", "min_scale", "max_scale", "spacing", "phase"), (_WAVELETS,)),
+    "parameter": (_WAVELETS, ("wavelet", tuple(name for name in WAVELETS if name != "haar"))),
+    "circular": (_WAVELETS, ("phase", (True,))),
+    **dict.fromkeys(("windows", "amplitude", "peaks"), (_WINDOWS,)),
+    **dict.fromkeys(("balanced", "calibrated"), (_PLAIN,)),
+    "seed": (_DRAWN,),
+    **dict.fromkeys(("choreography", "changes"), (_DECODER,)),
+    **dict.fromkeys(("threshold", "median", "drop"), (_FILTERS,)),
+}
+
+
+def counts(name: str, values: Mapping[str, Any]) -> bool:
+    """Whether a setting changes anything, told from all of them by name."""
+    return _missing(name, values) is None
+
+
+def obstacle(name: str, values: Mapping[str, Any]) -> str:
+    """Why a setting changes nothing, as the end of a sentence; empty where it does."""
+    need = _missing(name, values)
+    if need is None:
+        return ""
+    other, wanted = need
+    return (
+        f"with {other} {_word(values[other])}; it needs {other} {' or '.join(map(_word, wanted))}"
+    )
+
+
+def _missing(name: str, values: Mapping[str, Any]) -> Need | None:
+    """The first thing that would have to be otherwise."""
+    if name == "seed" and (values["trimmed"] or (values["changes"] and counts("changes", values))):
+        return None  # of them, too, something is drawn
+    return next((need for need in _NEEDS.get(name, ()) if values[need[0]] not in need[1]), None)
+
+
+def _word(value: object) -> str:
+    """A value as it is written."""
+    return {True: "on", False: "off"}[value] if isinstance(value, bool) else str(value)

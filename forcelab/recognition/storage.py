@@ -18,13 +18,12 @@ from typing import Any
 
 from forcelab.errors import InputError
 from forcelab.io import write_atomically
-from forcelab.recognition.averaged import Averaged
-from forcelab.recognition.changes import Changes
-from forcelab.recognition.choreography import Choreography
-from forcelab.recognition.live_part import LivePart
+from forcelab.recognition.classifiers import check_classifier, check_numbers
+from forcelab.recognition.ensemble import Averaged
+from forcelab.recognition.live_model import LivePart
 from forcelab.recognition.recogniser import Recogniser
 from forcelab.recognition.settings import PLAIN_CLASSIFIERS, RATES, Settings
-from forcelab.recognition.soundness import check_classifier, check_numbers
+from forcelab.recognition.task_grammar import Changes, Choreography
 from forcelab.resources import versions
 
 __all__ = ["dump", "load", "pack", "save"]

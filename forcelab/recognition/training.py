@@ -12,9 +12,8 @@ import numpy as np
 from forcelab.errors import InputError
 from forcelab.jobs import Progress, finish
 from forcelab.labels import from_codes
-from forcelab.recognition.changes import fitting_changes, near_changes
-from forcelab.recognition.choreography import Choreography
 from forcelab.recognition.classifiers import fitting
+from forcelab.recognition.ensemble import AVERAGED, Care, learnt_steps
 from forcelab.recognition.examples import (
     Examples,
     Labelled,
@@ -24,11 +23,11 @@ from forcelab.recognition.examples import (
     prepare,
     same_channels,
 )
-from forcelab.recognition.learning import AVERAGED, Care, learnt_steps
-from forcelab.recognition.live_part import fitting_live, needs_whole
+from forcelab.recognition.label_noise import Contradicted, trimming
+from forcelab.recognition.live_model import fitting_live, needs_whole
 from forcelab.recognition.recogniser import Recogniser
 from forcelab.recognition.settings import Settings
-from forcelab.recognition.trimming import Contradicted, trimming
+from forcelab.recognition.task_grammar import Choreography, fitting_changes, near_changes
 
 __all__ = ["Epoch", "fit_examples", "fit_trimmed", "preparing", "train", "training"]
 
@@ -121,13 +120,13 @@ def fit_trimmed(
     trained_on: Sequence[str] = (),
     text: str = "fit",
 ) -> Generator[Progress, None, Recogniser]:
-    """Fit a recogniser to what :func:`~forcelab.recognition.trimming.trimming` left of examples.
+    """Fit a recogniser to what :func:`~forcelab.recognition.label_noise.trimming` left of examples.
 
     Parameters
     ----------
     examples : sequence of Examples
         Of the training demonstrations; unlabelled time steps teach no action, though those between
-        two actions may teach where they change (:mod:`forcelab.recognition.changes`).
+        two actions may teach where they change (:mod:`forcelab.recognition.task_grammar`).
     left_out : tuple of Contradicted
         What is gone, to remember.
     settings : Settings

@@ -16,12 +16,11 @@ from typing import Literal
 from forcelab.errors import InputError
 from forcelab.labels import Segment, Segments
 from forcelab.project import Edit, Project
-from forcelab.review.coded import actions_of, pieces_of
-from forcelab.review.disagreeing import Disagreement, differences
+from forcelab.review.agreement import CoderDifference, actions_of, differences, pieces_of
 from forcelab.segment_edits import SLIVER, erase, paint
 from forcelab.text import counted
 
-__all__ = ["CONSENSUS", "TOLERANCE", "Consensus", "Disagreement", "differences", "standing"]
+__all__ = ["CONSENSUS", "TOLERANCE", "CoderDifference", "Consensus", "differences", "standing"]
 
 #: Who the consensus is by, unless said otherwise.
 CONSENSUS = "consensus"
@@ -99,7 +98,7 @@ class Consensus:
         self.a, self.b, self.author = a, b, author
         self.track_a: Segments = ()
         self.track_b: Segments = ()
-        self.differences: tuple[Disagreement, ...] = ()
+        self.differences: tuple[CoderDifference, ...] = ()
         self.refresh()
         for name, segments in ((a, self.track_a), (b, self.track_b)):
             if not segments:
@@ -125,11 +124,11 @@ class Consensus:
         return bool(self.segments) or bool(self._left)
 
     @property
-    def undecided(self) -> tuple[Disagreement, ...]:
+    def undecided(self) -> tuple[CoderDifference, ...]:
         """The differences that wait for a decision, in order of time."""
         return tuple(one for one in self.differences if not self.decided(one))
 
-    def decided(self, difference: Disagreement) -> bool:
+    def decided(self, difference: CoderDifference) -> bool:
         """Whether the consensus says anything there, or was left unlabelled there on purpose."""
         return bool(_cut(self.segments, difference.start, difference.end)) or (
             _left(difference) in self._left
@@ -144,7 +143,7 @@ class Consensus:
                 after = paint(after, start, end, segment.action)
         return self._store(after, f"what {self.a} and {self.b} agree on taken")
 
-    def take(self, difference: Disagreement, who: Literal["a", "b"]) -> Edit | None:
+    def take(self, difference: CoderDifference, who: Literal["a", "b"]) -> Edit | None:
         """Decide for one of the two coders."""
         name = self.a if who == "a" else self.b
         action = difference.a if who == "a" else difference.b
@@ -152,17 +151,17 @@ class Consensus:
             return self.leave(difference)
         return self.put(difference, action, f"as {name}")
 
-    def put(self, difference: Disagreement, action: str, why: str = "decided") -> Edit | None:
+    def put(self, difference: CoderDifference, action: str, why: str = "decided") -> Edit | None:
         """Decide for any action."""
         what = f"{action} {_stretch(difference)} {why}"
         return self._decide([(difference, [(difference.start, difference.end, action)])], what)
 
-    def leave(self, difference: Disagreement) -> Edit | None:
+    def leave(self, difference: CoderDifference) -> Edit | None:
         """Decide that it is unlabelled."""
         parts: _Parts = [(difference.start, difference.end, None)]
         return self._decide([(difference, parts)], _left(difference), even_so=True)
 
-    def mean(self, difference: Disagreement) -> Edit | None:
+    def mean(self, difference: CoderDifference) -> Edit | None:
         """Set the boundary to the middle between the two coders' edges.
 
         Raises
@@ -198,7 +197,7 @@ class Consensus:
         self.refresh()
         return edit
 
-    def _halves(self, difference: Disagreement) -> _Parts:
+    def _halves(self, difference: CoderDifference) -> _Parts:
         """What was before up to the middle, what comes after from there on."""
         middle = difference.start + difference.duration / 2
         ending = _cut(self.track_a, difference.start - 3 * SLIVER, difference.start)
@@ -207,7 +206,7 @@ class Consensus:
         return [(difference.start, middle, before), (middle, difference.end, after)]
 
     def _decide(
-        self, made: Sequence[tuple[Disagreement, _Parts]], what: str, even_so: bool = False
+        self, made: Sequence[tuple[CoderDifference, _Parts]], what: str, even_so: bool = False
     ) -> Edit | None:
         """Write parts in the place of differences, as one edit.
 
@@ -258,11 +257,11 @@ def _free(segments: Segments, start: float, end: float) -> list[tuple[float, flo
     ]
 
 
-def _stretch(difference: Disagreement) -> str:
+def _stretch(difference: CoderDifference) -> str:
     """Its bounds in a line of history."""
     return f"{difference.start:.3f}-{difference.end:.3f} s"
 
 
-def _left(difference: Disagreement) -> str:
+def _left(difference: CoderDifference) -> str:
     """The line of history of a stretch that was left unlabelled on purpose."""
     return f"{_stretch(difference)} decided: unlabelled"

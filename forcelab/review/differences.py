@@ -1,4 +1,4 @@
-"""Every stretch over which a human's track and a prediction differ, told apart by kind.
+"""Every interval over which a human's track and a prediction differ, told apart by kind.
 
 Both tracks together cut time into pieces over which neither changes; what differs is found by
 arithmetic on the edges of segments, whatever the rate of the samples.
@@ -10,23 +10,93 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import Literal, NamedTuple
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 from forcelab.labels import Segment, Segments
 from forcelab.project import Project
-from forcelab.recognition.certainty import Certainty
-from forcelab.review.outcome import Outcome, Reviewed
-from forcelab.review.places import Place
+from forcelab.recognition.probability_trace import Certainty
+from forcelab.review.run_result import Outcome, Reviewed
 
-__all__ = [
-    "Difference",
-    "Kind",
-    "compared",
-    "current_tracks",
-    "spelt",
-    "spelt_as_coded",
-    "spelt_back",
-]
+if TYPE_CHECKING:
+    from forcelab.review.run_result import Reviewed  # loads scipy
+
+
+@dataclass(frozen=True, slots=True)
+class Interval:
+    """A stretch of a demonstration, and what human and model make of it.
+
+    Parameters
+    ----------
+    demonstration : str
+        Its id.
+    start, end : float
+        Seconds, ``start < end``.
+    human, predicted : str, optional
+        The action that each sees there; None where it is unlabelled or nothing is known.
+    confidence : float, optional
+        Mean probability, 0 to 1, that the model gives to what it predicts.
+    """
+
+    demonstration: str
+    start: float
+    end: float
+    human: str | None = None
+    predicted: str | None = None
+    confidence: float | None = None
+
+    @property
+    def duration(self) -> float:
+        """Length in seconds."""
+        return self.end - self.start
+
+
+def action_over(segments: Segments, start: float, end: float) -> str | None:
+    """The action that covers most of ``[start, end)``; None where nothing covers any of it."""
+    covered: dict[str, float] = {}
+    for segment in segments:
+        shared = min(segment.end, end) - max(segment.start, start)
+        if shared > 0:
+            covered[segment.action] = covered.get(segment.action, 0.0) + shared
+    return max(covered, key=lambda action: covered[action], default=None)
+
+
+def place_of(reviewed: Reviewed, start: float, end: float, human: str | None = None) -> Interval:
+    """A stretch of a demonstration with what human and model mostly make of it.
+
+    Parameters
+    ----------
+    reviewed : Reviewed
+    start, end : float
+        Seconds.
+    human : str, optional
+        What the human makes of it, where that is known better.
+    """
+    predicted = action_over(reviewed.predicted, start, end)
+    confidence = None
+    if predicted is not None and reviewed.certainty is not None:
+        confidence = reviewed.certainty.of_action(predicted, start, end)
+    human = human or action_over(reviewed.human, start, end)
+    return Interval(reviewed.id, start, end, human, predicted, confidence)
+
+
+def place_at(reviewed: Reviewed, time: float) -> Interval | None:
+    """The stretch around a time (s) in which neither human nor model changes their mind.
+
+    None where nothing is labelled and nothing is predicted there.
+    """
+    start, end = reviewed.start, reviewed.end
+    found = False
+    for segments in (reviewed.human, reviewed.predicted):
+        for segment in segments:
+            if segment.start <= time < segment.end:
+                found = True
+                start, end = max(start, segment.start), min(end, segment.end)
+            elif segment.end <= time:
+                start = max(start, segment.end)
+            else:
+                end = min(end, segment.start)
+    return place_of(reviewed, start, end) if found else None
+
 
 Kind = Literal["action", "missed", "invented", "boundary"]
 
@@ -35,7 +105,7 @@ EDGE_SHARE = 0.25
 
 
 @dataclass(frozen=True, slots=True)
-class Difference(Place):
+class Difference(Interval):
     """A place where human and model differ.
 
     `confidence` is the mean probability that the model gives to what it predicts there; where it
@@ -47,7 +117,7 @@ class Difference(Place):
         Both name an action, not the same one; only the human does; only the model does; both see
         the same actions one after the other and only the edge between them differs.
     suspicion : float
-        How much speaks for an error of the coder, 0 to 1; see :mod:`forcelab.review.suspicion`.
+        How much speaks for an error of the coder, 0 to 1; see :mod:`forcelab.review.label_errors`.
     """
 
     kind: Kind = "action"

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 from forcelab.jobs import Progress, finish
 from forcelab.labels import Segments
 from forcelab.project import Project, StoredVerdict
-from forcelab.project.decisions import changed_labels
+from forcelab.project.records import changed_labels
+from forcelab.recognition.label_noise import SUSPECT
 from forcelab.review.differences import Difference, Kind, compared, current_tracks
-from forcelab.review.hearing import Heard, heard
-from forcelab.review.judging import covers, speaks_of
-from forcelab.review.outcome import Outcome, Reviewed
-from forcelab.review.suspicion import SUSPECT, suspect_edges, suspects
+from forcelab.review.label_errors import ModelEvidence, heard, suspect_edges, suspects
+from forcelab.review.run_result import Outcome, Reviewed
+from forcelab.review.verdicts import covers, speaks_of
 
 __all__ = ["LEAST", "Compared", "Queue", "arranging", "queue"]
 
@@ -71,7 +71,7 @@ class Compared:
     reviewed: Reviewed
     segments: Segments
     differences: tuple[Difference, ...]
-    heard: Heard
+    heard: ModelEvidence
 
 
 def queue(project: Project, outcome: Outcome, invented: bool = False) -> Queue:

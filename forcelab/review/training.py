@@ -1,39 +1,183 @@
-"""Training as the window does it: everything that a review shows, made at once and kept as a run.
+"""Training as the window does it: everything that a review shows, with its progress.
 
 It works on the labels as they are when it begins, reads them once and never writes a track: what
-is edited meanwhile stays, and is counted by :func:`forcelab.review.outcome.edits_since`. The run
+is edited meanwhile stays, and is counted by :func:`forcelab.review.run_result.edits_since`. The run
 and the recogniser are stored together at the very end, as soon as no other program keeps the
 project busy, or not at all.
 """
 
 from __future__ import annotations
 
-from collections.abc import Generator, Sequence
+from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from time import monotonic
+from typing import Any, Literal, TypeVar, cast
 
 from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError, StoreBusyError
+from forcelab.jobs import Progress
 from forcelab.labels import from_codes
 from forcelab.process import interruptible
 from forcelab.project import DemonstrationInfo, LabelsUsed, Project
-from forcelab.recognition.choice import Choice
-from forcelab.recognition.corpus import Corpus
-from forcelab.recognition.grouping import groups
-from forcelab.recognition.project_runs import evaluating, idle, told, unlearnt, unlike
+from forcelab.recognition.dataset import Choice, Corpus, groups
+from forcelab.recognition.experiments import evaluating, idle, told, unlearnt, unlike
 from forcelab.recognition.recogniser import Prediction, Recogniser
-from forcelab.recognition.results import Evaluation
-from forcelab.recognition.run_results import digest, kept, title_of
+from forcelab.recognition.results import Evaluation, digest, kept, title_of
 from forcelab.recognition.settings import Settings
 from forcelab.recognition.storage import dump
-from forcelab.recognition.training import training
+from forcelab.recognition.training import Epoch, training
 from forcelab.resources import versions
-from forcelab.review.outcome import KIND
-from forcelab.review.steps import Step, Steps
-from forcelab.review.typicality import sampled, typicality
+from forcelab.review.active_learning import sampled, typicality
+from forcelab.review.run_result import KIND
 
-__all__ = ["reviewing"]
+Phase = Literal["features", "fold", "final fit", "proposals", "storing"]
+MadeT = TypeVar("MadeT")
+
+#: Parts of the progress that one fit is.
+PARTS = 100
+
+
+@dataclass(frozen=True, slots=True)
+class Step(Progress):
+    """How far a training is.
+
+    Parameters
+    ----------
+    phase : "features", "fold", "final fit", "proposals" or "storing"
+        What is being done; of the features, both for testing and for the final fit.
+    fold, folds : int
+        Which recogniser for testing is trained, from 1, of how many; 0 before the first.
+    epoch : int or None
+        Of the fit; None where it has none.
+    loss : float or None
+        After that epoch; None for classifiers that have none.
+    seconds_left : float or None
+        Estimated from what the fits before took; None until one is done.
+    """
+
+    phase: Phase = "features"
+    fold: int = 0
+    folds: int = 0
+    epoch: int | None = None
+    loss: float | None = None
+    seconds_left: float | None = None
+
+
+class TrainingProgress:
+    """Turns the progress of the parts of a training into that of the whole.
+
+    Parameters
+    ----------
+    folds : int
+        Recognisers that are trained for testing.
+    fit : bool
+        Whether one is trained at the end.
+    clock : callable
+        Gives seconds.
+    """
+
+    def __init__(self, folds: int, fit: bool, clock: Callable[[], float] = monotonic) -> None:
+        self.folds = folds
+        self._fits = folds + fit
+        self._clock = clock
+        self._fold = 0
+        self._done = 0  # fits
+        self._took: list[float] = []  # seconds of each
+        self._began = clock()  # the fit that is under way
+        self._text = ""  # of that; empty while there is none
+
+    def test(self, job: Generator[Progress, None, MadeT]) -> Generator[Step, None, MadeT]:
+        """An evaluation as steps."""
+        made = yield from self._of(job, "fold")
+        self._fold = self.folds
+        return made
+
+    def fit(self, job: Generator[Progress, None, MadeT]) -> Generator[Step, None, MadeT]:
+        """The final fit as steps."""
+        # Testing may have been given up in the middle of it.
+        self._done, self._text = self.folds, ""
+        return (yield from self._of(job, "final fit"))
+
+    def proposing(self, done: int, total: int, name: str) -> Step:
+        """The step before a demonstration is recognised."""
+        share = done / max(total, 1)
+        return self._step("proposals", name, self._fits + share)
+
+    def storing(self) -> Step:
+        """The last step."""
+        return self._step("storing", "storing", self._fits + 1)
+
+    def _of(
+        self, job: Generator[Progress, None, MadeT], phase: Phase
+    ) -> Generator[Step, None, MadeT]:
+        """The steps of a job."""
+        try:
+            while True:
+                try:
+                    progress = next(job)
+                except StopIteration as end:
+                    self._end_fit()
+                    return cast(MadeT, end.value)
+                yield self._seen(progress, phase)
+        finally:
+            job.close()
+
+    def _seen(self, progress: Progress, phase: Phase) -> Step:
+        """The step that a progress is."""
+        if not isinstance(progress, Epoch):
+            if progress.text != "features":
+                self._end_fit()
+                return self._step(phase, progress.text, self._done)
+            self._began = self._clock()
+            return self._step("features", "features", self._done)
+        if progress.text != self._text:
+            self._end_fit()
+            self._text = progress.text
+            self._fold += phase == "fold"
+        share = progress.done / max(progress.total, 1)
+        words = f"fold {self._fold} of {self.folds}" if phase == "fold" else "final fit"
+        epoch = progress.done if progress.loss is not None else None
+        return self._step(phase, words, self._done + share, epoch, progress.loss)
+
+    def _end_fit(self) -> None:
+        """Count the fit that is under way, if there is one; the next begins now."""
+        if self._text:
+            now = self._clock()
+            self._took.append(now - self._began)
+            self._began, self._text = now, ""
+            self._done += 1
+
+    def _step(
+        self,
+        phase: Phase,
+        text: str,
+        fits: float,
+        epoch: int | None = None,
+        loss: float | None = None,
+    ) -> Step:
+        """A step, with what is left."""
+        return Step(
+            done=round(PARTS * fits),
+            total=PARTS * (self._fits + 1),
+            text=text,
+            phase=phase,
+            fold=self._fold,
+            folds=self.folds,
+            epoch=epoch,
+            loss=loss,
+            seconds_left=self._left(),
+        )
+
+    def _left(self) -> float | None:
+        """Seconds left: each fit that is not done takes as long as the mean of those that are."""
+        if not self._took:
+            return None
+        mean = sum(self._took) / len(self._took)
+        waiting = self._fits - self._done
+        if not waiting:
+            return 0.0
+        return mean * (waiting - 1) + max(0.0, mean - (self._clock() - self._began))
 
 
 @dataclass(frozen=True)
@@ -105,7 +249,7 @@ def reviewing(
         yield Step(0, 1, "labels", phase="features")
         snapshot = _snapshot(project, settings, choice)
         choice = choice.settled(snapshot.found)
-        steps = Steps(_folds(snapshot, choice), fit)
+        steps = TrainingProgress(_folds(snapshot, choice), fit)
         title = title_of(snapshot.tasks, choice.test_task)
         evaluation, remarks = yield from _tested(snapshot, settings, choice, steps, fit)
         if evaluation is not None:
@@ -176,7 +320,7 @@ def _folds(snapshot: _Snapshot, choice: Choice) -> int:
 
 
 def _tested(
-    snapshot: _Snapshot, settings: Settings, choice: Choice, steps: Steps, fit: bool
+    snapshot: _Snapshot, settings: Settings, choice: Choice, steps: TrainingProgress, fit: bool
 ) -> Generator[Step, None, tuple[Evaluation | None, tuple[str, ...]]]:
     """Evaluate; where that cannot be, None and a remark that says why.
 
@@ -216,7 +360,7 @@ def _untested(title: str, settings: Settings) -> dict[str, Any]:
 
 
 def _proposals(
-    project: Project, snapshot: _Snapshot, recogniser: Recogniser, steps: Steps
+    project: Project, snapshot: _Snapshot, recogniser: Recogniser, steps: TrainingProgress
 ) -> Generator[Step, None, tuple[list[dict[str, Any]], tuple[str, ...]]]:
     """What the recogniser makes of the demonstrations that the coder has not labelled.
 

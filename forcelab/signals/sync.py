@@ -22,7 +22,7 @@ from forcelab.clock import ClockMap, fit_clock
 from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
 from forcelab.jobs import Progress
-from forcelab.project.films import said_of_film
+from forcelab.project.loading import said_of_film
 from forcelab.signals.grid import readings
 from forcelab.signals.taps import Tap, find_taps, rate_of_change
 from forcelab.video.motion import measuring_motion

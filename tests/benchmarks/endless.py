@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from forcelab.demonstration import Demonstration
 from forcelab.jobs import Progress
 from forcelab.measure.rows import Row
-from forcelab.recognition.online import OnlineRecogniser
-from forcelab.recognition.online_features import EVERY
+from forcelab.recognition.live import OnlineRecogniser
+from forcelab.recognition.live_features import EVERY
 from forcelab.recognition.recogniser import Recogniser
 
 Codes = NDArray[np.int64]

@@ -25,15 +25,14 @@ from forcelab.errors import InputError
 from forcelab.jobs import Progress, finish
 from forcelab.measure.recognition_spent import remembered, timed, usual
 from forcelab.measure.rows import Row, with_front
-from forcelab.recognition.evaluation import tested_by
+from forcelab.recognition.cross_validation import tested_by
 from forcelab.recognition.examples import Examples, Labelled, actions_of
 from forcelab.recognition.metrics import pool
 from forcelab.recognition.presets import PRESETS
 from forcelab.recognition.recogniser import Recogniser
 from forcelab.recognition.settings import Settings
 from forcelab.recognition.training import fit_examples, preparing
-from forcelab.review.proposing import uncertainty
-from forcelab.review.typicality import sampled, typicality
+from forcelab.review.active_learning import sampled, typicality, uncertainty
 from forcelab.text import there_are
 
 #: What the columns of the table hold.

@@ -16,7 +16,7 @@ from forcelab.measure.recognition_spent import remembered
 from forcelab.measure.rows import Row, Table, with_front
 from forcelab.measure.streams import performed
 from forcelab.recognition.examples import Labelled
-from forcelab.recognition.online import OnlineRecogniser
+from forcelab.recognition.live import OnlineRecogniser
 from forcelab.recognition.presets import preset
 from forcelab.recognition.recogniser import Recogniser
 from forcelab.recognition.training import train

@@ -26,8 +26,8 @@ from forcelab.jobs import Progress
 from forcelab.label_map import MergeMap
 from forcelab.labels import Segments
 from forcelab.project import Project
-from forcelab.recognition.corpus import corpus
-from forcelab.recognition.evaluation import leave_one_out
+from forcelab.recognition.cross_validation import leave_one_out
+from forcelab.recognition.dataset import corpus
 from forcelab.recognition.examples import Labelled
 from forcelab.recognition.presets import preset
 from forcelab.recognition.settings import Settings

@@ -23,16 +23,15 @@ from forcelab.jobs import Progress, finish
 from forcelab.labels import Segments
 from forcelab.measure.recognition_spent import enough, remembered, timed, usual
 from forcelab.measure.rows import Row
-from forcelab.recognition.evaluation import tested_by
+from forcelab.recognition.cross_validation import tested_by
 from forcelab.recognition.examples import Examples, Labelled, actions_of
 from forcelab.recognition.metrics import Counts, pool
 from forcelab.recognition.recogniser import Prediction
 from forcelab.recognition.settings import Settings
 from forcelab.recognition.training import fit_examples, preparing
 from forcelab.review.differences import compared
-from forcelab.review.hearing import Heard, heard
-from forcelab.review.outcome import Reviewed
-from forcelab.review.suspicion import suspects
+from forcelab.review.label_errors import ModelEvidence, heard, suspects
+from forcelab.review.run_result import Reviewed
 
 #: What the columns of the table hold.
 ERROR_SWAPPED, SECONDS_SWAPPED = "1 - accuracy, trained on wrong labels", "training (CPU s)"
@@ -184,7 +183,7 @@ def _drawn(
     ]
     actions = actions_of(examples)
     counts: list[Counts] = []
-    everything: list[Heard] = []
+    everything: list[ModelEvidence] = []
     taken = 0.0
     for i, item in enumerate(wrong):
         others = [*learnt[:i], *learnt[i + 1 :]]
@@ -211,7 +210,7 @@ def _drawn(
 
 def _heard(
     item: Labelled, segments: Segments, prediction: Prediction, actions: tuple[str, ...]
-) -> Heard:
+) -> ModelEvidence:
     """What the model says about the labels of one demonstration."""
     demonstration = item.demonstration
     seen = Reviewed(

@@ -28,10 +28,10 @@ from forcelab.gui.window import Window
 from forcelab.jobs import Progress
 from forcelab.labels import Segment, Track
 from forcelab.project import Project
-from forcelab.recognition.choice import Choice
+from forcelab.recognition.dataset import Choice
 from forcelab.recognition.presets import preset
 from forcelab.recognition.settings import Settings
-from forcelab.review.outcome import Outcome
+from forcelab.review.run_result import Outcome
 from tests.benchmarks import view
 from tests.benchmarks.latency import Bound, Latencies, Latency, Level, load
 from tests.benchmarks.view import AUTHOR, Lateness, rest, settle, shown, stage, until

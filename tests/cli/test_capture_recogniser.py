@@ -23,7 +23,7 @@ from forcelab.labels import to_codes
 from forcelab.live.recognition import LiveRecognition
 from forcelab.project import Project
 from forcelab.recognition.examples import Labelled
-from forcelab.recognition.online import with_latency
+from forcelab.recognition.live import with_latency
 from forcelab.recognition.storage import save
 from forcelab.recognition.training import train
 from forcelab.resources import asset

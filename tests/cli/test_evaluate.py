@@ -9,7 +9,7 @@ from quick import FAST
 from synthetic import ACTIONS
 
 from forcelab.project import Project
-from forcelab.recognition import grouping
+from forcelab.recognition import dataset
 
 SCORES = {
     "name", "accuracy", "balanced_accuracy", "coverage", "kappa", "edit", "f1",
@@ -138,8 +138,7 @@ def test_a_task_that_cannot_be_evaluated_does_not_keep_the_others(forcelab, proj
 
 def test_figures_have_the_colours_of_the_window(forcelab, project, tmp_path, monkeypatch):
     from forcelab.gui.figures.timelines import TimelinePairs
-    from forcelab.review.looks import vocabulary_of
-    from forcelab.review.outcome import latest
+    from forcelab.review.run_result import latest, vocabulary_of
 
     drawn = []
     monkeypatch.setattr(TimelinePairs, "save", lambda figure, _path: drawn.append(figure))
@@ -420,8 +419,8 @@ def test_a_task_is_adapted_to_another_with_scores_with_and_without(forcelab, pro
 def test_many_demonstrations_are_left_out_in_groups_unless_it_is_said(
     forcelab, project, monkeypatch, words, folds
 ):
-    monkeypatch.setattr(grouping, "MANY", 2)
-    monkeypatch.setattr(grouping, "GROUPS", 2)
+    monkeypatch.setattr(dataset, "MANY", 2)
+    monkeypatch.setattr(dataset, "GROUPS", 2)
     given = ["evaluate", project, "--task", "foam", *FAST, *words]
     content = forcelab(*given, "--json", "-").json
     assert len(content["tested"]) == 4

@@ -10,7 +10,7 @@ import pytest
 
 from forcelab.labels import Segment
 from forcelab.project import LabelsUsed, Project, Verdict
-from forcelab.project.labelling import Labelling
+from forcelab.project.track_editor import Labelling
 
 MADE = {"settings": {"preset": "fast"}, "seed": None, "versions": {}}
 

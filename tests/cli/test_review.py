@@ -6,11 +6,11 @@ from trained_project import CHOICE, FAST, make
 
 from forcelab.jobs import finish
 from forcelab.project import Project
-from forcelab.recognition.project_runs import evaluate_tasks
-from forcelab.review.cells import crossing
-from forcelab.review.judging import judge
-from forcelab.review.outcome import load
+from forcelab.recognition.experiments import evaluate_tasks
+from forcelab.review.confusion import crossing
 from forcelab.review.queue import queue
+from forcelab.review.run_result import load
+from forcelab.review.verdicts import judge
 
 
 @pytest.fixture(scope="module")

@@ -5,7 +5,7 @@ from trained_project import CHOICE, FAST, make
 
 from forcelab.jobs import finish
 from forcelab.project import Project
-from forcelab.recognition.project_runs import evaluate_tasks
+from forcelab.recognition.experiments import evaluate_tasks
 
 
 @pytest.fixture(scope="module")

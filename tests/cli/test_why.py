@@ -8,10 +8,9 @@ from explained import FAST, made
 from forcelab.cli import main
 from forcelab.jobs import finish
 from forcelab.project import Project
-from forcelab.review.outcome import load
-from forcelab.review.places import place_at
-from forcelab.review.why import explaining
-from forcelab.review.why_training import withholding
+from forcelab.review.differences import place_at
+from forcelab.review.explanation import explaining, withholding
+from forcelab.review.run_result import load
 
 
 @pytest.fixture(scope="module")

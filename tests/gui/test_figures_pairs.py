@@ -17,7 +17,7 @@ from forcelab.gui.figures.marks import agreed_share
 from forcelab.gui.figures.pairs import Lane
 from forcelab.gui.figures.timelines import Pair, TimelinePairs
 from forcelab.labels import Segment, ordered, to_codes
-from forcelab.recognition.certainty import Certainty
+from forcelab.recognition.probability_trace import Certainty
 from forcelab.review.differences import compared
 from forcelab.vocabulary import Vocabulary
 

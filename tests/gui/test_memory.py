@@ -26,8 +26,8 @@ from forcelab.gui.window import Window
 from forcelab.labels import Segment, Track
 from forcelab.project import Project
 from forcelab.recognition.settings import Settings
-from forcelab.review.outcome import Outcome, Reviewed
-from forcelab.review.places import Place
+from forcelab.review.differences import Interval
+from forcelab.review.run_result import Outcome, Reviewed
 from forcelab.vocabulary import Vocabulary
 
 ACTIONS = ("grab", "hold", "release")
@@ -135,7 +135,7 @@ def test_three_hundred_demonstrations_leave_nothing_behind(app, study, until):
             if number % 6:
                 continue
             window.show_workspace("review")
-            document.examine(Place(info.id, 3.0, 6.0, "hold", "release"))
+            document.examine(Interval(info.id, 3.0, 6.0, "hold", "release"))
             queue.judge("human")
             yield
             window.show_workspace("label")

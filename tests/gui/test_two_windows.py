@@ -16,7 +16,7 @@ from forcelab.gui.label.segments import SegmentTable
 from forcelab.gui.label.track_menu import own_menu
 from forcelab.labels import Segment, Track
 from forcelab.project import Project
-from forcelab.review.places import Place
+from forcelab.review.differences import Interval
 from forcelab.vocabulary import Vocabulary
 
 ONE, TWO, THREE = Segment(1, 2, "grab"), Segment(3, 4, "pull"), Segment(5, 6, "grab")
@@ -225,7 +225,7 @@ def test_blindness_given_elsewhere_hides_labels_and_their_actions(window, path):
 
 def test_blindness_given_elsewhere_unmarks_the_place_that_is_examined(window, path):
     document = window("Ben")
-    document.examine(Place(document.id, 1.0, 2.0))  # where Ada's segment begins and ends
+    document.examine(Interval(document.id, 1.0, 2.0))  # where Ada's segment begins and ends
     with Project.open(path) as other:
         other.assign(document.id, "Ben", blind=True)
     document.refresh()

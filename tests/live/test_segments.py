@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from forcelab.labels import from_codes
 from forcelab.live.recognition import Growing, Recent
-from forcelab.recognition.online import Decided
+from forcelab.recognition.live import Decided
 
 ACTIONS = ("grab", "pull")
 PERIOD = 0.01

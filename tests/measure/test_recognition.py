@@ -23,7 +23,7 @@ from forcelab.measure.recognition_settings import (
 )
 from forcelab.measure.recognition_tasks import measured_tasks, usual_coder
 from forcelab.project import Project
-from forcelab.recognition.evaluation import leave_one_out
+from forcelab.recognition.cross_validation import leave_one_out
 from forcelab.recognition.examples import Labelled
 from forcelab.recognition.presets import PRESETS, preset
 

@@ -9,11 +9,11 @@ from synthetic import synthetic_set
 from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
 from forcelab.jobs import finish
-from forcelab.recognition import learning
+from forcelab.recognition import ensemble
 from forcelab.recognition.examples import Labelled
 from forcelab.recognition.presets import preset
 from forcelab.recognition.training import fit_examples, preparing
-from forcelab.review.typicality import sampled, typicality
+from forcelab.review.active_learning import sampled, typicality
 from tests.benchmarks import label_next
 from tests.benchmarks.label_next import CHOOSING, measuring_next
 
@@ -38,7 +38,7 @@ def mixed():
 @pytest.fixture(scope="module")
 def rows(mixed):
     with pytest.MonkeyPatch.context() as patched:
-        patched.setattr(learning, "TREES", 10)
+        patched.setattr(ensemble, "TREES", 10)
         patched.setattr(label_next, "ADDED", 2)
         return finish(measuring_next(mixed, "foam", PLAIN, turns=4))
 
@@ -81,7 +81,7 @@ def test_who_chooses_sees_no_label(mixed, monkeypatch):
         given.extend(waiting)
         return [0.0] * len(waiting)
 
-    monkeypatch.setattr(learning, "TREES", 2)
+    monkeypatch.setattr(ensemble, "TREES", 2)
     monkeypatch.setattr(label_next, "CHOOSING", {"spy": spying, "at random": None})
     (row, _) = finish(measuring_next(mixed[:6], "foam", PLAIN, turns=1))
     assert row.reference.endswith("all are equally typical")

@@ -12,7 +12,7 @@ from forcelab.errors import InputError
 from forcelab.formats import pdl
 from forcelab.formats.recording import ReadOptions
 from forcelab.jobs import finish
-from forcelab.recognition import learning
+from forcelab.recognition import ensemble
 from forcelab.recognition.examples import Labelled
 from forcelab.recognition.presets import preset
 from tests.benchmarks import swapped as benchmark
@@ -39,7 +39,7 @@ def test_so_many_segments_get_another_action_and_no_other_changes(items, share, 
 
 
 def test_wrong_labels_are_scored_with_the_right_ones(items, monkeypatch):
-    monkeypatch.setattr(learning, "TREES", 10)
+    monkeypatch.setattr(ensemble, "TREES", 10)
     settings = preset("fast").replace(amplitude="absolute", stride=2)
     row = finish(measuring_swapped(items, "synthetic", settings, draws=2))
     assert (row.name, row.setting, row.size) == ("swapped", "fast", "synthetic")
@@ -50,7 +50,7 @@ def test_wrong_labels_are_scored_with_the_right_ones(items, monkeypatch):
 
 
 def test_draws_are_compared_under_their_own_seeds(items, monkeypatch):
-    monkeypatch.setattr(learning, "TREES", 2)
+    monkeypatch.setattr(ensemble, "TREES", 2)
     seeds = []
     fit = benchmark.fit_examples
 
@@ -79,7 +79,7 @@ def test_of_too_little_it_is_told_what_is_missing(items):
 @pytest.mark.skipif(not TONGS.is_dir(), reason="the real recordings are not here")
 @pytest.mark.parametrize("file", ["soft_sig.pdl", "JPen_sig.pdl"])
 def test_of_the_papers_recordings_a_twentieth_swapped_costs_little_and_is_found(file, monkeypatch):
-    monkeypatch.setattr(learning, "TREES", 10)
+    monkeypatch.setattr(ensemble, "TREES", 10)
     recordings = pdl.read(TONGS / file, ReadOptions())
     items = [Labelled(r.demonstration, r.tracks[0].segments) for r in recordings]
     row = finish(measuring_swapped(items, file, preset("fast"), draws=2))

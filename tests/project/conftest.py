@@ -15,8 +15,8 @@ from in_memory import folder_in_memory, labelling_in_memory
 
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.project import Project
-from forcelab.project.labelling import Labelling
 from forcelab.project.schema import APPLICATION_ID, MIGRATIONS, migrate
+from forcelab.project.track_editor import Labelling
 
 Make = Callable[..., Demonstration]
 

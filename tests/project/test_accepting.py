@@ -12,8 +12,7 @@ from in_memory import labelling_in_memory, stored
 
 from forcelab.errors import ForcelabError, InputError
 from forcelab.labels import Segment
-from forcelab.project.accepting import free_parts, paint_all
-from forcelab.project.labelling import Labelling
+from forcelab.project.track_editor import Labelling, free_parts, paint_all
 from forcelab.segment_edits import paint
 
 MODEL = "model paper 12"

@@ -11,7 +11,7 @@ from forcelab.clock import ClockMap
 from forcelab.demonstration import VideoReference
 from forcelab.errors import InputError
 from forcelab.labels import Segment, Track
-from forcelab.project import Incoming, LabelsUsed, Project, adding
+from forcelab.project import Incoming, LabelsUsed, Project, demonstrations
 
 GRAB = (Segment(0.0, 0.1, "grab"),)
 HOLD = (Segment(0.0, 0.1, "grab"), Segment(0.2, 0.3, "hold"))
@@ -342,7 +342,7 @@ def test_an_import_that_is_stopped_half_way_leaves_everything_as_it_was(
     project.add(old, [Track("anna", GRAB)])
     before = (project.demonstrations(), project.history(old.id, "anna"))
     files = sorted(file for file in path.rglob("*") if "sqlite" not in file.name)
-    extend, calls = adding.extend_vocabulary, []
+    extend, calls = demonstrations.extend_vocabulary, []
 
     def stopped(*args):
         calls.append(args)
@@ -352,7 +352,7 @@ def test_an_import_that_is_stopped_half_way_leaves_everything_as_it_was(
 
     given = [Incoming(make(seed, name=str(seed)), (Track("anna", HOLD),)) for seed in (1, 2, 3, 4)]
     with monkeypatch.context() as patch:
-        patch.setattr(adding, "extend_vocabulary", stopped)
+        patch.setattr(demonstrations, "extend_vocabulary", stopped)
         with pytest.raises(stop):
             project.add_all(given)
     assert (project.demonstrations(), project.history(old.id, "anna")) == before

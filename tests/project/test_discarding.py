@@ -13,7 +13,7 @@ import pytest
 from forcelab.errors import InputError
 from forcelab.labels import Segment, Track
 from forcelab.project import Project
-from forcelab.project.made import LabelsUsed
+from forcelab.project.runs import LabelsUsed
 from forcelab.project.schema import MIGRATIONS
 
 GRAB = (Segment(0.0, 0.1, "grab"),)
@@ -178,7 +178,7 @@ def test_labels_that_nobody_was_told_of_keep_it(project, path, kept):
 KILLED = """
 import os, signal, sys
 from pathlib import Path
-from forcelab.project import Project, discarding, files
+from forcelab.project import Project, demonstrations, files
 from forcelab.project.database import Database
 
 folder, verb, id_, author, head = sys.argv[1:]
@@ -197,7 +197,7 @@ def discard(path, number):
     project = Project.open(path)
     left = number
     Database.execute = counted(Database.execute)
-    discarding.sync_folder = counted(discarding.sync_folder)
+    demonstrations.sync_folder = counted(demonstrations.sync_folder)
     os.unlink, os.rmdir = counted(os.unlink), counted(os.rmdir)  # of shutil.rmtree
     Path.rename = counted(Path.rename)
     heads = {author: int(head)}

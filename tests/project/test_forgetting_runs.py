@@ -9,7 +9,7 @@ import pytest
 from forcelab.errors import InputError
 from forcelab.labels import Segment, Track
 from forcelab.project import LabelsUsed, Project, Verdict
-from forcelab.project.labelling import Labelling
+from forcelab.project.track_editor import Labelling
 
 MADE = {"settings": {}, "seed": None, "versions": {}}
 PROPOSER = "model paper 1"

@@ -8,7 +8,7 @@ from in_memory import labelling_in_memory, stored
 from forcelab.errors import InputError, StaleTrackError
 from forcelab.labels import Segment
 from forcelab.project import Project
-from forcelab.project.labelling import Labelling
+from forcelab.project.track_editor import Labelling
 
 
 def test_every_verb_is_in_the_store_with_a_line_people_can_read(labelling):

@@ -9,7 +9,7 @@ from in_memory import labelling_in_memory
 
 from forcelab.labels import Segment
 from forcelab.project import Project
-from forcelab.project.made import LabelsUsed
+from forcelab.project.runs import LabelsUsed
 
 
 @pytest.fixture(scope="module")

@@ -10,7 +10,7 @@ import pytest
 
 from forcelab.errors import InputError
 from forcelab.labels import Segment, Track
-from forcelab.project import Incoming, Note, Project, notes
+from forcelab.project import Incoming, Note, Project, coding
 from forcelab.project.schema import MIGRATIONS
 
 GRAB = (Segment(0.0, 0.1, "grab"),)
@@ -56,7 +56,7 @@ def test_what_changes_nothing_is_not_written_down(project, make):
 def test_a_clock_that_is_set_back_lets_no_older_note_count(project, make, monkeypatch):
     id_ = project.add(make(1)).id
     for hours, text in ((2, "first"), (1, "second"), (0, "first")):
-        monkeypatch.setattr(notes, "utc_now", lambda hours=hours: THEN + timedelta(hours=hours))
+        monkeypatch.setattr(coding, "utc_now", lambda hours=hours: THEN + timedelta(hours=hours))
         project.set_note(id_, "anna", text)
         assert told(project.notes()) == [("anna", text)]
     assert len(project.note_events()) == 3

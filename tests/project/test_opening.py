@@ -13,8 +13,8 @@ import pytest
 from forcelab.errors import InputError
 from forcelab.labels import Segment, Track
 from forcelab.project import Project
+from forcelab.project.database import told_of_store
 from forcelab.project.schema import APPLICATION_ID, MIGRATIONS, migrate
-from forcelab.project.troubles import told_of_store
 
 
 def contents(folder: Path) -> dict[str, bytes | None]:

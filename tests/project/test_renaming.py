@@ -4,7 +4,8 @@ import pytest
 
 from forcelab.errors import InputError
 from forcelab.labels import Segment, Track
-from forcelab.project import LabelsUsed, Project, renaming
+from forcelab.project import LabelsUsed, Project
+from forcelab.project import project as renaming
 from forcelab.vocabulary import Vocabulary
 
 #: Ada's and Ben's labels: two of Ada's 'hold' touch, and stay two.

@@ -6,7 +6,7 @@ import pytest
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError
 from forcelab.project import Project
-from forcelab.project.stamps import STAMPS
+from forcelab.project.loading import STAMPS
 
 TIMES = np.arange(10) / 10
 

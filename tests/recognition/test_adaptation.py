@@ -10,9 +10,9 @@ from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.recognition.adaptation import MARGIN, matching
+from forcelab.recognition.cross_validation import across
 from forcelab.recognition.examples import Labelled
 from forcelab.recognition.presets import preset
-from forcelab.recognition.transfer import across
 
 RATE = 200.0
 #: Of the two sensors' axes: one side of the tongs is held loosely.

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from forcelab.recognition.certainty import RATE, Certainty
+from forcelab.recognition.probability_trace import RATE, Certainty
 
 ACTIONS = ("grab", "hold")
 

@@ -14,11 +14,11 @@ from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.labels import Segment
-from forcelab.recognition.changes import NEAR, fitting_changes, near_changes
+from forcelab.recognition.cross_validation import parted
 from forcelab.recognition.examples import Labelled, gathering, prepare
-from forcelab.recognition.folds import parted
 from forcelab.recognition.presets import preset
 from forcelab.recognition.storage import TRUSTED, load, pack, save
+from forcelab.recognition.task_grammar import NEAR, fitting_changes, near_changes
 from forcelab.recognition.training import fit_examples, train
 
 #: Small, so that a fit takes no time.

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from forcelab.labels import Segment
-from forcelab.recognition.choreography import SLIP_SECONDS, Choreography
+from forcelab.recognition.task_grammar import SLIP_SECONDS, Choreography
 
 
 def track(*pieces: tuple[str, float], hole: float = 0.0, start: float = 0.0):

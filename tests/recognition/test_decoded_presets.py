@@ -12,8 +12,8 @@ from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.labels import Segment
-from forcelab.recognition import learning
-from forcelab.recognition.evaluation import leave_one_out
+from forcelab.recognition import ensemble
+from forcelab.recognition.cross_validation import leave_one_out
 from forcelab.recognition.examples import Labelled, prepare
 from forcelab.recognition.presets import preset
 from forcelab.recognition.settings import Settings
@@ -27,7 +27,7 @@ FAST, BEST = preset("fast"), preset("best")
 def few_trees():
     """A few trees do for all of this and are there at once."""
     with pytest.MonkeyPatch.context() as patched:
-        patched.setattr(learning, "TREES", 6)
+        patched.setattr(ensemble, "TREES", 6)
         yield
 
 

@@ -10,12 +10,10 @@ from hypothesis import strategies as st
 from scipy.stats import lognorm
 
 from forcelab.errors import InputError
-from forcelab.recognition import semimarkov as model
-from forcelab.recognition.choreography import Choreography
-from forcelab.recognition.decoding import decode
-from forcelab.recognition.fixed_lag import FixedLag
-from forcelab.recognition.posterior import marginals
-from forcelab.recognition.semimarkov import FINE, LENGTHS, Scores
+from forcelab.recognition import hsmm as model
+from forcelab.recognition.hsmm import FINE, LENGTHS, Scores, decode, marginals
+from forcelab.recognition.live import FixedLag
+from forcelab.recognition.task_grammar import Choreography
 
 USES = ("none", "durations", "order")
 STEP = 0.1

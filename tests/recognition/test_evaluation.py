@@ -18,13 +18,12 @@ from forcelab.formats.recording import ReadOptions
 from forcelab.jobs import finish
 from forcelab.label_map import MergeMap
 from forcelab.labels import Segment, from_codes, to_codes
-from forcelab.recognition import folds, grouping
-from forcelab.recognition.evaluation import leave_one_out
+from forcelab.recognition import cross_validation, dataset
+from forcelab.recognition.cross_validation import across, leave_one_out
 from forcelab.recognition.examples import Labelled, kept_apart
 from forcelab.recognition.metrics import score
 from forcelab.recognition.settings import Settings
 from forcelab.recognition.training import fit_examples, train
-from forcelab.recognition.transfer import across
 
 ROOT = Path(__file__).resolve().parents[2]
 TONGS = ROOT / "../shared/data/tongs"
@@ -74,8 +73,10 @@ def test_each_demonstration_is_recognised_by_a_recogniser_trained_on_the_others(
 
 def test_in_groups_each_is_recognised_by_one_that_has_seen_none_of_its_group(six, monkeypatch):
     fits = []
-    fit = folds.fit_examples
-    monkeypatch.setattr(folds, "fit_examples", lambda *a, **k: fits.append(a) or fit(*a, **k))
+    fit = cross_validation.fit_examples
+    monkeypatch.setattr(
+        cross_validation, "fit_examples", lambda *a, **k: fits.append(a) or fit(*a, **k)
+    )
     found = finish(leave_one_out(six, FAST, "foam", folds=4))
     assert [item.name for item in found.tested] == [i.demonstration.name for i in six]
     assert len(fits) == 4
@@ -155,7 +156,7 @@ import json, sys, threading
 sys.path.insert(0, "tests")
 from synthetic import synthetic_set
 from forcelab.jobs import finish
-from forcelab.recognition.evaluation import leave_one_out
+from forcelab.recognition.cross_validation import leave_one_out
 from forcelab.recognition.examples import Labelled
 from forcelab.recognition.settings import Settings
 items = [Labelled(*pair) for pair in synthetic_set(6, rate=100.0)][:3]
@@ -283,7 +284,7 @@ def names_of(items, fold):
 @pytest.mark.parametrize("count", [None, 2, 3, 4])
 def test_a_recording_that_is_there_twice_is_left_out_as_a_whole(six, count):
     items = [*six[:3], later(six[0], "twin"), six[3], later(six[2], "again")]
-    parts = grouping.groups([item.demonstration for item in items], count)
+    parts = dataset.groups([item.demonstration for item in items], count)
     assert sorted(i for part in parts for i in part) == list(range(len(items)))
     assert len(parts) == (count or 4)
     for first, second in ((0, 3), (2, 5)):
@@ -295,7 +296,7 @@ def test_a_recording_that_is_there_twice_is_left_out_as_a_whole(six, count):
         return fit_examples(examples, *others, **further)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(folds, "fit_examples", fit)
+        patch.setattr(cross_validation, "fit_examples", fit)
         found = finish(leave_one_out(items, FAST, folds=count))
     assert [tested.name for tested in found.tested] == names_of(items, range(len(items)))
     every = set(names_of(items, range(len(items))))
@@ -310,7 +311,7 @@ def test_a_recording_that_is_there_twice_is_left_out_as_a_whole(six, count):
 @pytest.mark.parametrize("groups", [None, 0, 2, 3, 5, 99])
 def test_neighbours_are_left_out_in_different_groups(count, groups):
     items = [d for d, _ in synthetic_set(count, rate=50.0)]
-    parts = grouping.groups(items, groups)
+    parts = dataset.groups(items, groups)
     assert len(parts) == min(groups or count, count)
     assert sorted(i for part in parts for i in part) == list(range(count))
     assert max(map(len, parts)) - min(map(len, parts)) <= 1

@@ -5,8 +5,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from forcelab.recognition.events import Events, Tally, event_errors
-from forcelab.recognition.overlay import overlay
+from forcelab.recognition.metrics import Events, Tally, event_errors, overlay
 
 ACTIONS = ["a", "b", "c"]
 ERRORS = ("insertion", "deletion", "fragmentation", "merge", "overfill", "underfill")

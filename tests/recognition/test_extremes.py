@@ -11,8 +11,8 @@ from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.labels import Segment
-from forcelab.recognition import learning
-from forcelab.recognition.evaluation import leave_one_out
+from forcelab.recognition import ensemble
+from forcelab.recognition.cross_validation import leave_one_out
 from forcelab.recognition.examples import Labelled
 from forcelab.recognition.presets import preset
 from forcelab.recognition.training import train
@@ -46,7 +46,7 @@ def settings(request):
 def small_forests():
     """A fifth of the trees: what breaks careless code breaks these as well."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(learning, "TREES", 10)
+        patch.setattr(ensemble, "TREES", 10)
         yield
 
 

@@ -9,9 +9,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.stats import bootstrap
 
-from forcelab.recognition.intervals import Intervals, differences, intervals, look_up
+from forcelab.recognition.intervals import (
+    METRICS,
+    Intervals,
+    differences,
+    draws,
+    intervals,
+    look_up,
+    replicates,
+)
 from forcelab.recognition.metrics import Counts, count, pool
-from forcelab.recognition.resampling import METRICS, draws, replicates
 
 ACTIONS = ("still", "grab", "hold")
 
@@ -149,5 +156,5 @@ def test_boundaries_are_resampled_in_parts_alike(monkeypatch):
     parts = eight()
     whole = intervals(parts)["boundary_ms.p90"]
     assert len(reduce(add, parts).boundaries) > 20
-    monkeypatch.setattr("forcelab.recognition.resampling.AT_ONCE", 100)
+    monkeypatch.setattr("forcelab.recognition.intervals.AT_ONCE", 100)
     assert intervals(parts)["boundary_ms.p90"] == whole

@@ -7,10 +7,9 @@ from sklearn.ensemble import ExtraTreesClassifier, HistGradientBoostingClassifie
 from sklearn.linear_model import LogisticRegression
 
 from forcelab.jobs import finish
-from forcelab.recognition import learning
-from forcelab.recognition.averaged import Averaged, sharpened
+from forcelab.recognition import ensemble
+from forcelab.recognition.ensemble import AVERAGED, Averaged, Care, fitting_averaged, sharpened
 from forcelab.recognition.forest import Forest, Linear, _rounded_down
-from forcelab.recognition.learning import AVERAGED, Care, fitting_averaged
 
 NAMES = tuple(AVERAGED)
 
@@ -19,8 +18,8 @@ NAMES = tuple(AVERAGED)
 def few_trees():
     """A few trees and rounds do for all of this and are there at once."""
     with pytest.MonkeyPatch.context() as patched:
-        patched.setattr(learning, "TREES", 6)
-        patched.setattr(learning, "ROUNDS", 10)
+        patched.setattr(ensemble, "TREES", 6)
+        patched.setattr(ensemble, "ROUNDS", 10)
         yield
 
 
@@ -234,7 +233,7 @@ def test_rare_actions_count_as_much_where_asked(name):
 
 
 def test_of_too_many_samples_evenly_many_are_learnt_and_every_action(monkeypatch):
-    monkeypatch.setattr(learning, "MOST", 50)
+    monkeypatch.setattr(ensemble, "MOST", 50)
     y = np.repeat([0, 1, 2], [121, 80, 1])  # the last one falls between two that are taken
-    assert np.bincount(y[learning.thinned(y)]).tolist() == [25, 17, 1]
-    assert len(learning.thinned(y[95:145])) == 50  # as many as there may be: none is left out
+    assert np.bincount(y[ensemble.thinned(y)]).tolist() == [25, 17, 1]
+    assert len(ensemble.thinned(y[95:145])) == 50  # as many as there may be: none is left out

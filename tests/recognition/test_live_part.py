@@ -14,14 +14,14 @@ from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.labels import UNLABELLED
 from forcelab.live.recognition import promised
-from forcelab.recognition import learning, live_evaluation
-from forcelab.recognition.averaged import sharpened
-from forcelab.recognition.causal import CausalWindows, StreamingWindows
-from forcelab.recognition.decoding import decode
+from forcelab.recognition import cross_validation, ensemble
+from forcelab.recognition.cross_validation import leave_one_out_live
+from forcelab.recognition.ensemble import sharpened
 from forcelab.recognition.examples import Labelled
-from forcelab.recognition.live_evaluation import leave_one_out_live
-from forcelab.recognition.live_part import LOOKS, LivePart
-from forcelab.recognition.online import OnlineRecogniser
+from forcelab.recognition.hsmm import decode
+from forcelab.recognition.live import OnlineRecogniser
+from forcelab.recognition.live_features import CausalWindows, StreamingWindows
+from forcelab.recognition.live_model import LOOKS, LivePart
 from forcelab.recognition.presets import preset
 from forcelab.recognition.storage import load, save
 from forcelab.recognition.training import train, training
@@ -38,7 +38,7 @@ def three():
 @pytest.fixture(scope="module")
 def trained(three):
     with pytest.MonkeyPatch.context() as patched:
-        patched.setattr(learning, "TREES", 8)
+        patched.setattr(ensemble, "TREES", 8)
         return train(three[:2], preset("fast"))
 
 
@@ -213,7 +213,7 @@ def test_with_time_enough_labels_are_nearly_those_of_offline_recognition(trained
 
 def test_devices_whose_clocks_differ_a_little_are_learnt_from_together(monkeypatch):
     # Of 2.498 and of 2.502 samples a time step: two of one device, three of the other.
-    monkeypatch.setattr(learning, "TREES", 4)
+    monkeypatch.setattr(ensemble, "TREES", 4)
     slow, quick = (
         Labelled(changed(demonstration, demonstration.times * 125 / rate), segments)
         for (demonstration, segments), rate in zip(
@@ -341,7 +341,7 @@ def test_what_does_not_fit_is_refused(trained):
 
 
 def test_an_evaluation_as_a_stream_leaves_each_demonstration_out(three, monkeypatch):
-    monkeypatch.setattr(learning, "TREES", 4)
+    monkeypatch.setattr(ensemble, "TREES", 4)
     evaluation = finish(leave_one_out_live(three, preset("fast"), 0.1, "foam"))
     pooled, each = evaluation.scores("filtered")
     assert len(each) == 3
@@ -362,8 +362,8 @@ def test_a_recording_that_is_there_twice_is_left_out_as_a_whole_as_a_stream(thre
         trained_on.append([item.demonstration.name for item in labelled])
         return training(labelled, settings)
 
-    monkeypatch.setattr(learning, "TREES", 2)
-    monkeypatch.setattr(live_evaluation, "training", watched)
+    monkeypatch.setattr(ensemble, "TREES", 2)
+    monkeypatch.setattr(cross_validation, "training", watched)
     items = [*three, Labelled(twin, moved)]
     found = finish(leave_one_out_live(items, preset("fast"), 0.1))
     _, second, third = (item.demonstration.name for item in three)
@@ -377,7 +377,7 @@ def test_a_recording_that_is_there_twice_is_left_out_as_a_whole_as_a_stream(thre
 
 
 def test_probabilities_of_a_stream_are_calibrated_where_those_offline_are(three, monkeypatch):
-    monkeypatch.setattr(learning, "TREES", 4)
+    monkeypatch.setattr(ensemble, "TREES", 4)
     plain = preset("fast").replace(stride=1)
     bare, calibrated = (train(three, plain.replace(calibrated=on)) for on in (False, True))
     assert {part.classifier.exponent for part in bare.live} == {1.0}
@@ -392,7 +392,7 @@ def test_probabilities_of_a_stream_are_calibrated_where_those_offline_are(three,
 
 
 def test_an_evaluation_as_a_stream_says_how_far_to_rely_on_its_probabilities(three, monkeypatch):
-    monkeypatch.setattr(learning, "TREES", 4)
+    monkeypatch.setattr(ensemble, "TREES", 4)
     evaluation = finish(leave_one_out_live(three, preset("fast"), 0.1, "foam"))
     assert 0 < evaluation.reliability.brier < 0.5
     assert evaluation.to_json()["reliability"]["ece"] < 0.5

@@ -12,11 +12,8 @@ from forcelab.errors import InputError
 from forcelab.labels import UNLABELLED
 from forcelab.recognition import filters
 from forcelab.recognition.examples import Labelled
-from forcelab.recognition.online import OnlineRecogniser
-from forcelab.recognition.online_classifier import prober
-from forcelab.recognition.online_filters import CausalDrop, CausalMedian
-from forcelab.recognition.online_grid import PATIENCE, CausalGrid
-from forcelab.recognition.online_resampling import Steps
+from forcelab.recognition.live import CausalDrop, CausalMedian, OnlineRecogniser, prober
+from forcelab.recognition.live_features import PATIENCE, CausalGrid, Steps
 from forcelab.recognition.settings import Settings
 from forcelab.recognition.training import train
 from forcelab.signals.grid import on_grid

@@ -11,8 +11,8 @@ from forcelab.demonstration import Demonstration
 from forcelab.labels import UNLABELLED
 from forcelab.recognition.examples import Labelled
 from forcelab.recognition.features import ROUNDING
-from forcelab.recognition.online import OnlineRecogniser
-from forcelab.recognition.online_features import EVERY, LASTING, Floor, StreamingFeatures
+from forcelab.recognition.live import OnlineRecogniser
+from forcelab.recognition.live_features import EVERY, LASTING, Floor, StreamingFeatures
 from forcelab.recognition.settings import Settings
 from forcelab.recognition.training import train
 from forcelab.signals.streaming import HALF, StreamingCwt

@@ -4,12 +4,11 @@ import numpy as np
 import pytest
 from synthetic import synthetic_set
 
-from forcelab.recognition import learning
+from forcelab.recognition import ensemble
 from forcelab.recognition.examples import Labelled
-from forcelab.recognition.peaks import PEAKS, SPANS, peak_features
+from forcelab.recognition.features import PEAKS, SPANS, peak_features, smoothed
 from forcelab.recognition.presets import preset
 from forcelab.recognition.training import train
-from forcelab.recognition.windows import smoothed
 
 WINDOW = 0.02
 RATE = 100.0
@@ -75,7 +74,7 @@ def test_missing_samples_are_bridged():
 
 @pytest.mark.parametrize("amplitude", ["absolute", "both"])
 def test_a_recogniser_looks_at_peaks_whatever_the_unit(monkeypatch, amplitude):
-    monkeypatch.setattr(learning, "TREES", 5)
+    monkeypatch.setattr(ensemble, "TREES", 5)
     settings = preset("fast").replace(amplitude=amplitude, peaks=True)
     items = [Labelled(*pair) for pair in synthetic_set(3, rate=100.0)]
     recogniser = train(items, settings)

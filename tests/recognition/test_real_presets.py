@@ -9,7 +9,7 @@ import pytest
 from forcelab.formats import pdl
 from forcelab.formats.recording import ReadOptions
 from forcelab.jobs import finish
-from forcelab.recognition.evaluation import leave_one_out
+from forcelab.recognition.cross_validation import leave_one_out
 from forcelab.recognition.examples import Labelled
 from forcelab.recognition.presets import preset
 

@@ -3,8 +3,7 @@
 import pytest
 
 from forcelab.recognition.presets import PRESETS, preset
-from forcelab.recognition.relevance import counts, obstacle
-from forcelab.recognition.settings import Settings
+from forcelab.recognition.settings import Settings, counts, obstacle
 
 
 @pytest.mark.parametrize(

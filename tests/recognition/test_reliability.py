@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from forcelab.recognition.reliability import Reliability
+from forcelab.recognition.calibration import Reliability
 
 ACTIONS = ("grab", "hold", "pull")
 

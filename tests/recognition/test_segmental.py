@@ -8,13 +8,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from forcelab.labels import from_codes
-from forcelab.recognition.overlay import overlay
-from forcelab.recognition.segmental import (
+from forcelab.recognition.metrics import (
     OVERLAPS,
     boundary_errors,
     edit_distance,
     edit_score,
     match,
+    overlay,
 )
 from forcelab.runs import sample_ends, stretches
 

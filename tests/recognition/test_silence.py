@@ -5,8 +5,8 @@ import pytest
 
 from forcelab.labels import UNLABELLED
 from forcelab.recognition import results
+from forcelab.recognition.results import silence_remark
 from forcelab.recognition.settings import Settings
-from forcelab.recognition.silence import silence_remark
 
 N = 100
 NOTHING = Settings(threshold=None, median=None, drop=None)

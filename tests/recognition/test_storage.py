@@ -22,7 +22,7 @@ from skops import io as skops_io
 from synthetic import synthetic_set
 
 from forcelab.errors import InputError
-from forcelab.recognition.averaged import Averaged
+from forcelab.recognition.ensemble import Averaged
 from forcelab.recognition.examples import Labelled
 from forcelab.recognition.forest import Forest
 from forcelab.recognition.presets import preset

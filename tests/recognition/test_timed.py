@@ -7,8 +7,14 @@ from hypothesis import strategies as st
 
 from forcelab.errors import InputError
 from forcelab.labels import Segment, from_codes
-from forcelab.recognition.metrics import pool, score
-from forcelab.recognition.timed import TICKS, score_tracks, timed_counts, timed_overlay
+from forcelab.recognition.metrics import (
+    TICKS,
+    pool,
+    score,
+    score_tracks,
+    timed_counts,
+    timed_overlay,
+)
 
 ACTIONS = ("still", "grab", "hold", "pull")
 

@@ -14,7 +14,7 @@ from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.label_map import MergeMap
 from forcelab.labels import Segment
-from forcelab.recognition import learning, live_part, trimming
+from forcelab.recognition import ensemble, label_noise, live_model
 from forcelab.recognition import training as training_module
 from forcelab.recognition.classifiers import Step
 from forcelab.recognition.examples import Labelled, prepare
@@ -126,9 +126,9 @@ def test_of_too_many_samples_only_those_that_are_learnt_from_are_gathered(
     X, y = fitted_to["X"], fitted_to["y"]
     groups = fitted_to["care"].groups
     assert len(X) == len(y) == len(groups)
-    monkeypatch.setattr(learning, "MOST", 100)
+    monkeypatch.setattr(ensemble, "MOST", 100)
     finish(fit_examples(examples, settings))
-    some = learning.thinned(y)
+    some = ensemble.thinned(y)
     assert len(some) < len(y) / 2
     np.testing.assert_array_equal(fitted_to["X"], X[some])
     np.testing.assert_array_equal(fitted_to["y"], y[some])
@@ -137,7 +137,7 @@ def test_of_too_many_samples_only_those_that_are_learnt_from_are_gathered(
 
 def test_training_without_room_holds_the_features_of_one_demonstration_at_a_time(monkeypatch):
     monkeypatch.setattr(training_module, "ROOM", 0)
-    for module in (learning, trimming):
+    for module in (ensemble, label_noise):
         monkeypatch.setattr(module, "TREES", 2)
         monkeypatch.setattr(module, "MOST", 200)
     items = [Labelled(*pair) for pair in synthetic_set(12, rate=200.0)]
@@ -155,7 +155,7 @@ def test_training_without_room_holds_the_features_of_one_demonstration_at_a_time
 
 @pytest.mark.parametrize("room", [0, 1])  # for none, and for those of the first
 def test_training_learns_what_a_fit_to_kept_features_learns(three, monkeypatch, room):
-    monkeypatch.setattr(learning, "TREES", 2)
+    monkeypatch.setattr(ensemble, "TREES", 2)
     monkeypatch.setattr(training_module, "ROOM", room)
     unkept = finish(preparing(three, preset("best"), room))
     assert [hasattr(example, "features") for example in unkept] == [room == 1, False, False]
@@ -168,9 +168,9 @@ def test_training_learns_what_a_fit_to_kept_features_learns(three, monkeypatch, 
 
 
 def test_what_follows_streams_is_learnt_of_no_more_samples_than_may_be(three, monkeypatch):
-    monkeypatch.setattr(learning, "TREES", 2)
+    monkeypatch.setattr(ensemble, "TREES", 2)
     every, fewer = [], []
-    fitting = live_part.fitting_averaged
+    fitting = live_model.fitting_averaged
 
     def watched(seen):
         def watching(name, X, y, seed, care):
@@ -179,13 +179,13 @@ def test_what_follows_streams_is_learnt_of_no_more_samples_than_may_be(three, mo
 
         return watching
 
-    monkeypatch.setattr(live_part, "fitting_averaged", watched(every))
+    monkeypatch.setattr(live_model, "fitting_averaged", watched(every))
     train(three, preset("fast").replace(stride=1))
-    monkeypatch.setattr(live_part, "fitting_averaged", watched(fewer))
-    monkeypatch.setattr(learning, "MOST", 60)
+    monkeypatch.setattr(live_model, "fitting_averaged", watched(fewer))
+    monkeypatch.setattr(ensemble, "MOST", 60)
     train(three, preset("fast").replace(stride=1))
     for (X, y, groups), given in zip(every, fewer, strict=True):
-        some = learning.thinned(y)
+        some = ensemble.thinned(y)
         assert len(some) < len(y) / 2
         for whole, part in zip((X, y, groups), given, strict=True):
             np.testing.assert_array_equal(part, whole[some])

@@ -12,16 +12,15 @@ from synthetic import synthetic_set
 from forcelab.demonstration import Demonstration
 from forcelab.jobs import finish
 from forcelab.labels import Segment
-from forcelab.recognition import learning
+from forcelab.recognition import ensemble
+from forcelab.recognition import label_noise as trimming_module
 from forcelab.recognition import training as training_module
-from forcelab.recognition import trimming as trimming_module
-from forcelab.recognition.evaluation import leave_one_out
+from forcelab.recognition.cross_validation import leave_one_out, parted
+from forcelab.recognition.dataset import groups
 from forcelab.recognition.examples import Labelled, prepare
-from forcelab.recognition.folds import parted
-from forcelab.recognition.grouping import groups
+from forcelab.recognition.label_noise import Contradicted, remark_on, trimming
 from forcelab.recognition.presets import preset
 from forcelab.recognition.training import fit_examples, train
-from forcelab.recognition.trimming import Contradicted, remark_on, trimming
 
 FAST = preset("fast").replace(trimmed=True)
 #: still, grab, hold, release, still: the hold of the demonstration with this number is renamed.
@@ -31,7 +30,7 @@ WRONG, HOLD = 1, 2
 @pytest.fixture(autouse=True)
 def _small_forests(monkeypatch):
     """Of what is learnt in the end: what is left out is found by other trees, before."""
-    monkeypatch.setattr(learning, "TREES", 2)
+    monkeypatch.setattr(ensemble, "TREES", 2)
 
 
 def renamed(item, k, action):

@@ -11,13 +11,12 @@ from forcelab.demonstration import Channel
 from forcelab.jobs import finish
 from forcelab.labels import Track
 from forcelab.project import Project
-from forcelab.recognition.choice import Choice
-from forcelab.recognition.examples import Labelled
-from forcelab.recognition.project_runs import evaluate_tasks, train_tasks
+from forcelab.recognition.dataset import Choice
+from forcelab.recognition.examples import Labelled, mixed_units, other_units, units_of
+from forcelab.recognition.experiments import evaluate_tasks, train_tasks
 from forcelab.recognition.settings import Settings
 from forcelab.recognition.storage import TRUSTED, dump, load
 from forcelab.recognition.training import train
-from forcelab.recognition.units import mixed_units, other_units, units_of
 
 SMALL = Settings(max_scale=32.0, stride=6, classifier="naive-bayes")
 

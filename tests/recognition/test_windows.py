@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from forcelab.recognition.windows import own_amplitude, window_features
+from forcelab.recognition.features import own_amplitude, window_features
 
 WINDOWS = (0.01, 0.04, 0.16)
 RATE = 500.0

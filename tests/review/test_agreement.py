@@ -9,12 +9,18 @@ from synthetic import synthetic_set
 from forcelab.jobs import finish
 from forcelab.labels import Segment, Track, to_codes
 from forcelab.project import Incoming, Project
-from forcelab.review.agreement import agreement
-from forcelab.review.boundaries import match_boundaries
-from forcelab.review.coded import Coded, coded_demonstrations
-from forcelab.review.consistency import consistency
-from forcelab.review.kappa import cohen, fleiss, landis_koch, spread
-from forcelab.review.pair import agreeing
+from forcelab.review.agreement import (
+    CoderTracks,
+    agreeing,
+    agreement,
+    coded_demonstrations,
+    cohen,
+    consistency,
+    fleiss,
+    landis_koch,
+    match_boundaries,
+    spread,
+)
 
 
 def track(*rows):
@@ -26,7 +32,7 @@ def agree(coded, a, b):
 
 
 def coded(a, b, id_="d", task="foam", **more):
-    return Coded(id_, id_, task, {"Ann": a, "Ben": b, **more})
+    return CoderTracks(id_, id_, task, {"Ann": a, "Ben": b, **more})
 
 
 ANN = track((0, 1, "grab"), (1, 3, "hold"), (3.5, 4, "release"))
@@ -149,7 +155,7 @@ def test_three_coders_of_whom_one_labelled_less():
 
 
 def test_two_names_of_one_coder_are_compared_with_each_other_only():
-    again = [Coded("d", "d", "foam", {"Ann": ANN, "Ann again": BEN, "Cleo": ANN})]
+    again = [CoderTracks("d", "d", "foam", {"Ann": ANN, "Ann again": BEN, "Cleo": ANN})]
     found = finish(agreement(again, same=("Ann", "Ann again")))
     assert [(p.a, p.b) for p in found.pairs] == [("Ann", "Cleo")]
     assert [(p.a, p.b) for p in found.repeated] == [("Ann", "Ann again")]
@@ -214,7 +220,7 @@ def test_the_nearest_boundaries_are_matched_within_the_window():
 
 
 def test_what_cannot_be_said_is_not_said():
-    assert agree([Coded("d", "d", "foam", {"Ann": ANN})], "Ann", "Ben") is None
+    assert agree([CoderTracks("d", "d", "foam", {"Ann": ANN})], "Ann", "Ben") is None
     grabs = agree([coded(track((0, 1, "grab")), track((0, 1, "grab")))], "Ann", "Ben")
     assert grabs.kappa is None  # with one action chance agrees always
     assert grabs.agreed == 1.0

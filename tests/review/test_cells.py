@@ -11,13 +11,13 @@ from synthetic import synthetic_set
 from forcelab.jobs import finish
 from forcelab.labels import Segment, Track, from_codes
 from forcelab.project import Incoming, Project
-from forcelab.recognition.certainty import Certainty
-from forcelab.recognition.choice import Choice
+from forcelab.recognition.dataset import Choice
+from forcelab.recognition.experiments import evaluate_tasks
 from forcelab.recognition.metrics import count
-from forcelab.recognition.project_runs import evaluate_tasks
+from forcelab.recognition.probability_trace import Certainty
 from forcelab.recognition.settings import Settings
-from forcelab.review.cells import crossing, shares
-from forcelab.review.outcome import Outcome, Reviewed, load
+from forcelab.review.confusion import crossing, shares
+from forcelab.review.run_result import Outcome, Reviewed, load
 
 ACTIONS = ("grab", "hold", "pull")
 

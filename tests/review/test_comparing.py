@@ -7,10 +7,9 @@ from outcomes import drawn_outcome, outcome_of
 
 from forcelab.label_map import MergeMap
 from forcelab.recognition.intervals import differences, look_up
-from forcelab.recognition.metrics import pool
+from forcelab.recognition.metrics import pool, timed_counts
 from forcelab.recognition.settings import Settings
-from forcelab.recognition.timed import timed_counts
-from forcelab.review.comparing import compare, settings_that_differ
+from forcelab.review.run_comparison import compare, settings_that_differ
 
 ACTIONS = ("grab", "hold", "release")
 

@@ -10,7 +10,7 @@ from painting_bench import MEMORY, demonstration
 from forcelab.errors import InputError
 from forcelab.labels import Segment
 from forcelab.project import Project
-from forcelab.review.consensus import Consensus, Disagreement, differences
+from forcelab.review.consensus import CoderDifference, Consensus, differences
 from forcelab.segment_edits import SLIVER
 
 
@@ -22,9 +22,9 @@ def track(*rows):
 ANN = track((0, 1, "grab"), (1, 3, "hold"), (3, 4, "pull"), (4, 5, "hold"), (6, 7, "release"))
 BEN = track((0, 1.06, "grab"), (1.06, 3, "hold"), (3, 4, "slip"), (4, 5, "hold"))
 EDGE, ACTION, LAST = (
-    Disagreement(1, 1.06, "hold", "grab", True),
-    Disagreement(3, 4, "pull", "slip"),
-    Disagreement(6, 7, "release", None),
+    CoderDifference(1, 1.06, "hold", "grab", True),
+    CoderDifference(3, 4, "pull", "slip"),
+    CoderDifference(6, 7, "release", None),
 )
 
 
@@ -135,7 +135,7 @@ def test_a_difference_that_a_coder_makes_later_is_open(project):
     consensus.leave(LAST)
     project.edit(project.id_, "Ann", ANN, (*ANN, Segment(8, 9, "grab")), "added")
     consensus.refresh()
-    assert consensus.undecided == (Disagreement(8, 9, "grab", None),)
+    assert consensus.undecided == (CoderDifference(8, 9, "grab", None),)
     project.edit(project.id_, "Ben", BEN, (*BEN, Segment(8, 9, "grab")), "added")
     consensus.refresh()
     assert consensus.undecided == ()

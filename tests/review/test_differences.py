@@ -11,10 +11,10 @@ from hypothesis import strategies as st
 
 from forcelab.label_map import MergeMap
 from forcelab.labels import Segment
-from forcelab.recognition.certainty import Certainty
+from forcelab.recognition.probability_trace import Certainty
 from forcelab.recognition.settings import Settings
 from forcelab.review.differences import compared, spelt, spelt_back
-from forcelab.review.outcome import Outcome, Reviewed
+from forcelab.review.run_result import Outcome, Reviewed
 
 
 def track(*rows):

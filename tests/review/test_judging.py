@@ -10,12 +10,12 @@ from painting_bench import MEMORY, demonstration
 
 from forcelab.labels import Segment
 from forcelab.project import Project
-from forcelab.project.labelling import Labelling
+from forcelab.project.track_editor import Labelling
 from forcelab.recognition.settings import Settings
 from forcelab.review.differences import compared
-from forcelab.review.judging import action_for, judge, report, withdraw
-from forcelab.review.outcome import Outcome, Reviewed
 from forcelab.review.queue import queue
+from forcelab.review.run_result import Outcome, Reviewed
+from forcelab.review.verdicts import action_for, judge, report, withdraw
 
 HUMAN = (Segment(0, 2, "grab"), Segment(2, 6, "hold"), Segment(6, 8, "release"))
 SEEN = (

@@ -9,8 +9,8 @@ from synthetic import synthetic_demonstration
 
 from forcelab.recognition.examples import Labelled, prepare
 from forcelab.recognition.settings import Settings
-from forcelab.review.nearest import Summaries, nearest, summarised, summary
-from forcelab.review.places import Place
+from forcelab.review.differences import Interval
+from forcelab.review.explanation import SegmentFeatures, nearest, summarised, summary
 
 SETTINGS = Settings(max_scale=32.0)
 SCALES = len(SETTINGS.scales)
@@ -22,10 +22,10 @@ def drawn(seed, count=30, width=7):
     values = random.normal(size=(count, width)) * random.uniform(0.1, 50.0, size=width)
     values[:, 3] = 4.0
     places = tuple(
-        Place(str(random.integers(3)), float(i), i + 1.0, ("grab", "hold")[random.integers(2)])
+        Interval(str(random.integers(3)), float(i), i + 1.0, ("grab", "hold")[random.integers(2)])
         for i in range(count)
     )
-    return Summaries(places, values), values[0] + random.normal(size=width)
+    return SegmentFeatures(places, values), values[0] + random.normal(size=width)
 
 
 @given(st.integers(0, 2**32 - 1), st.integers(1, 5))
@@ -62,7 +62,7 @@ def test_they_are_those_of_scikit_learn():
 def test_the_unit_of_a_number_makes_no_difference():
     training, wanted = drawn(9)
     factors = np.array([1e3, 1.0, 1e-6, 1.0, 1.0, 5.0, 1.0])
-    scaled = Summaries(training.places, training.values * factors)
+    scaled = SegmentFeatures(training.places, training.values * factors)
     ours = [n.place for n in nearest(wanted, training, "hold")]
     assert [n.place for n in nearest(wanted * factors, scaled, "hold")] == ours
 
@@ -102,6 +102,6 @@ def test_a_demonstration_without_labels_adds_nothing():
     demonstration, segments = synthetic_demonstration(3, rate=200.0)
     bare = summarised(prepare(Labelled(demonstration), SETTINGS), demonstration, SCALES)
     full = summarised(prepare(Labelled(demonstration, segments), SETTINGS), demonstration, SCALES)
-    joined = Summaries.joined([bare, full])
+    joined = SegmentFeatures.joined([bare, full])
     assert joined.places == full.places
     assert np.array_equal(joined.values, full.values)

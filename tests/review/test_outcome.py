@@ -12,9 +12,9 @@ from forcelab.errors import InputError
 from forcelab.formats.archive import read_archive, write_archive
 from forcelab.jobs import finish
 from forcelab.project import Project
-from forcelab.recognition.certainty import Certainty
-from forcelab.recognition.project_runs import evaluate_tasks
-from forcelab.review.outcome import edits_since, latest, load
+from forcelab.recognition.experiments import evaluate_tasks
+from forcelab.recognition.probability_trace import Certainty
+from forcelab.review.run_result import edits_since, latest, load
 from forcelab.review.training import reviewing
 
 

@@ -8,10 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from forcelab.labels import Segment
-from forcelab.recognition.certainty import Certainty
+from forcelab.recognition.probability_trace import Certainty
 from forcelab.recognition.settings import Settings
-from forcelab.review.outcome import Outcome, Reviewed
-from forcelab.review.proposing import (
+from forcelab.review.active_learning import (
     BINS,
     Calibration,
     _rising,
@@ -20,6 +19,7 @@ from forcelab.review.proposing import (
     proposals,
     weighed,
 )
+from forcelab.review.run_result import Outcome, Reviewed
 
 ACTIONS = ("grab", "hold")
 

@@ -11,17 +11,16 @@ from forcelab.formats import pdl
 from forcelab.formats.recording import ReadOptions
 from forcelab.jobs import finish
 from forcelab.labels import Segment
-from forcelab.recognition import learning
-from forcelab.recognition.certainty import Certainty
+from forcelab.recognition import ensemble
 from forcelab.recognition.examples import Labelled, actions_of
 from forcelab.recognition.presets import preset
+from forcelab.recognition.probability_trace import Certainty
 from forcelab.recognition.settings import Settings
 from forcelab.recognition.training import fit_examples, preparing
 from forcelab.review.differences import compared
-from forcelab.review.hearing import heard
-from forcelab.review.outcome import Outcome, Reviewed
+from forcelab.review.label_errors import SUSPECT, heard, suspect_edges, suspects
 from forcelab.review.queue import arranging
-from forcelab.review.suspicion import SUSPECT, suspect_edges, suspects
+from forcelab.review.run_result import Outcome, Reviewed
 
 TONGS = Path(__file__).resolve().parents[2] / "../shared/data/tongs"
 ORDER = ("still", "grab", "hold", "release", "still")
@@ -326,7 +325,7 @@ def evaluated(items, settings):
 def test_three_swapped_labels_are_among_the_first_five_of_real_recordings(
     file, settings, monkeypatch
 ):
-    monkeypatch.setattr(learning, "TREES", 10)  # of 50, which find them no worse
+    monkeypatch.setattr(ensemble, "TREES", 10)  # of 50, which find them no worse
     recordings = pdl.read(TONGS / file, ReadOptions())
     items, places = swapped(
         [Labelled(r.demonstration, r.tracks[0].segments) for r in recordings], 1
@@ -340,7 +339,7 @@ def test_three_swapped_labels_are_among_the_first_five_of_real_recordings(
 @pytest.mark.real
 @pytest.mark.skipif(not TONGS.is_dir(), reason="the real recordings are not here")
 def test_the_part_of_a_real_segment_over_which_the_pen_is_held_still_is_suspected(monkeypatch):
-    monkeypatch.setattr(learning, "TREES", 10)
+    monkeypatch.setattr(ensemble, "TREES", 10)
     recordings = pdl.read(TONGS / "JPen_sig.pdl", ReadOptions())
     items = [Labelled(r.demonstration, r.tracks[0].segments) for r in recordings]
     outcome = evaluated(items, preset("fast"))

@@ -19,15 +19,14 @@ from forcelab.jobs import Progress, finish
 from forcelab.labels import Segment, Track, from_codes
 from forcelab.process import elsewhere
 from forcelab.project import Project
-from forcelab.recognition.choice import Choice
-from forcelab.recognition.evaluation import leave_one_out
+from forcelab.recognition.cross_validation import leave_one_out
+from forcelab.recognition.dataset import Choice
 from forcelab.recognition.examples import Labelled
 from forcelab.recognition.storage import load as load_recogniser
 from forcelab.recognition.training import Epoch
-from forcelab.review.outcome import edits_since, load
-from forcelab.review.steps import Steps
-from forcelab.review.training import reviewing
-from forcelab.review.typicality import sampled, typicality
+from forcelab.review.active_learning import sampled, typicality
+from forcelab.review.run_result import edits_since, load
+from forcelab.review.training import TrainingProgress, reviewing
 
 
 @pytest.fixture(scope="module")
@@ -309,7 +308,7 @@ def test_another_task_is_tested_on_and_both_tasks_get_proposals(tmp_path):
 
 def test_the_time_left_is_what_the_fits_before_took():
     now = [0.0]
-    steps = Steps(3, True, lambda: now[0])
+    steps = TrainingProgress(3, True, lambda: now[0])
 
     def job():
         yield Progress(1, 1, "features")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from forcelab.recognition.examples import Examples
-from forcelab.review.typicality import STEPS, sampled, typicality
+from forcelab.review.active_learning import STEPS, sampled, typicality
 
 
 def steps(level, seed, count=200, spread=1.0):

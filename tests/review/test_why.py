@@ -18,18 +18,16 @@ from forcelab.jobs import finish
 from forcelab.labels import Segment
 from forcelab.project import LabelsUsed, Project
 from forcelab.recognition import training
-from forcelab.recognition.certainty import Certainty
-from forcelab.recognition.choice import Choice
+from forcelab.recognition.attribution import Network, Voter, judge_of, log_odds
 from forcelab.recognition.classifiers import fitting
-from forcelab.recognition.influence import Network, Voter, judge_of, log_odds
+from forcelab.recognition.dataset import Choice
+from forcelab.recognition.probability_trace import Certainty
 from forcelab.recognition.recogniser import Recogniser
-from forcelab.review import why_training
-from forcelab.review.outcome import Reviewed, load
-from forcelab.review.places import Place, action_over, place_at, place_of
+from forcelab.review import explanation
+from forcelab.review.differences import Interval, action_over, place_at, place_of
+from forcelab.review.explanation import explaining, influence, track_at, withholding
+from forcelab.review.run_result import Reviewed, load
 from forcelab.review.training import reviewing
-from forcelab.review.why import explaining
-from forcelab.review.why_influence import influence
-from forcelab.review.why_training import track_at, withholding
 
 #: Epochs of an MLP's fit: what it has learnt by then is enough to be explained.
 EPOCHS = 40
@@ -233,8 +231,8 @@ def test_segments_that_were_not_trained_on_are_not_shown_as_if(bayes, monkeypatc
         fits.append([example.segments for example in examples])
         return training.fit_trimmed(examples, *others)
 
-    monkeypatch.setattr(why_training, "trimming", trimmed)
-    monkeypatch.setattr(why_training, "fit_trimmed", watched)
+    monkeypatch.setattr(explanation, "trimming", trimmed)
+    monkeypatch.setattr(explanation, "fit_trimmed", watched)
     after = finish(withholding(path, outcome, id_))
     homes = {place.demonstration for place in before.training.places}
     assert len(after.training.places) == len(before.training.places) - len(homes)
@@ -355,7 +353,7 @@ def test_it_travels_between_processes(bayes):
 def explained(mlp, withheld, human, predicted, hidden=()):
     one = mlp[1].tested[0]
     hold = next(s for s in one.human if s.action == "hold")
-    place = Place(one.id, hold.start, hold.end, human, predicted)
+    place = Interval(one.id, hold.start, hold.end, human, predicted)
     return finish(explaining(withheld, mlp[1], place, hidden))
 
 
@@ -424,7 +422,7 @@ def test_an_explanation_is_plain_values_too(mlp, withheld):
 def test_a_place_without_samples_is_refused(mlp, withheld):
     one = mlp[1].tested[0]
     with pytest.raises(InputError, match="no sample"):
-        finish(explaining(withheld, mlp[1], Place(one.id, one.end + 1, one.end + 2)))
+        finish(explaining(withheld, mlp[1], Interval(one.id, one.end + 1, one.end + 2)))
 
 
 # --- places --------------------------------------------------------------------------------------

@@ -8,8 +8,8 @@ from explained import FAST, made
 
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.jobs import finish
-from forcelab.review.places import Place
-from forcelab.review.why_traces import trace, tracing
+from forcelab.review.differences import Interval
+from forcelab.review.explanation import trace, tracing
 
 
 @pytest.fixture
@@ -51,7 +51,7 @@ def test_no_video_needs_no_decoder(tmp_path, monkeypatch):
     path = tmp_path / "study.forcelab"
     outcome = made(path, FAST.replace(classifier="naive-bayes"), count=2)
     monkeypatch.setitem(sys.modules, "cv2", None)  # importing it fails
-    places = [Place(one.id, 1.0, 2.0) for one in outcome.tested]
+    places = [Interval(one.id, 1.0, 2.0) for one in outcome.tested]
     found = finish(tracing(path, places))
     assert [one.name for one in found] == [one.name for one in outcome.tested]
     assert all(one.frame is None for one in found)

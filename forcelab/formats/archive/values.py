@@ -19,8 +19,7 @@ from forcelab.project import (
     StoredVerdict,
     Verdict,
 )
-from forcelab.project.decisions import ASSIGNMENT_KINDS, VERDICT_KINDS
-from forcelab.project.records import EDIT_KINDS, segments_to_json
+from forcelab.project.records import ASSIGNMENT_KINDS, EDIT_KINDS, VERDICT_KINDS, segments_to_json
 
 __all__ = [
     "VERDICTS",

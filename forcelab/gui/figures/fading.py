@@ -17,7 +17,7 @@ from forcelab.gui.figures.shades import translucent
 from forcelab.labels import Segments, to_codes
 
 if TYPE_CHECKING:
-    from forcelab.recognition.certainty import Certainty
+    from forcelab.recognition.probability_trace import Certainty
 
 __all__ = ["Veil", "opacity", "paint_veils", "veil_at", "veils"]
 

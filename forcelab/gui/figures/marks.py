@@ -12,8 +12,7 @@ from forcelab.gui.figures.axes import Axis
 from forcelab.labels import Segments
 
 if TYPE_CHECKING:
-    from forcelab.review.differences import Difference
-    from forcelab.review.places import Place
+    from forcelab.review.differences import Difference, Interval
 
 __all__ = ["agreed_share", "mark_box", "paint_marks"]
 
@@ -24,14 +23,14 @@ POST = 2.0
 WRONG, MISSED = 4.0, 2.0
 
 
-def agreed_share(human: Segments, marks: Sequence[Place]) -> float | None:
+def agreed_share(human: Segments, marks: Sequence[Interval]) -> float | None:
     """Share of the time the human labelled that is predicted right; None if that is none."""
     labelled = sum(segment.duration for segment in human)
     wrong = sum(mark.duration for mark in marks)
     return 1.0 - wrong / labelled if labelled > 0 else None
 
 
-def mark_box(band: QRectF, axis: Axis, mark: Place) -> QRectF:
+def mark_box(band: QRectF, axis: Axis, mark: Interval) -> QRectF:
     """Where a mark lies in the band between two bars, in pixels; none is too narrow to be seen."""
     left, right = max(axis.at(mark.start), band.left()), min(axis.at(mark.end), band.right())
     if right - left < NARROWEST:

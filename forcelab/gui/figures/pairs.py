@@ -20,7 +20,7 @@ from forcelab.gui.figures.tracks import Look, paint_track
 from forcelab.labels import Segments
 
 if TYPE_CHECKING:
-    from forcelab.recognition.certainty import Certainty
+    from forcelab.recognition.probability_trace import Certainty
     from forcelab.review.differences import Difference
 
 __all__ = ["CAPTION", "Lane", "Measures", "Pair", "PairBoxes", "captions", "paint_pair"]

@@ -10,7 +10,7 @@ from forcelab.demonstration import VideoReference
 from forcelab.errors import ForcelabError
 from forcelab.gui.document import Document
 from forcelab.gui.figures.text import NAMES
-from forcelab.project.cameras import Camera
+from forcelab.project.loading import Camera
 
 __all__ = ["CameraChoice", "Cameras"]
 

@@ -20,7 +20,7 @@ from PySide6.QtWidgets import (
 
 from forcelab.gui.label.frames import Frames
 from forcelab.gui.label.picture_view import PictureView
-from forcelab.project.films import said_of_film
+from forcelab.project.loading import said_of_film
 from forcelab.video.index import SAME
 
 __all__ = ["VideoPreview"]

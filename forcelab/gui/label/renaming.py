@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QAbstractButton, QMessageBox, QWidget
 from forcelab.errors import ForcelabError
 from forcelab.gui.document import Document
 from forcelab.gui.naming import verbatim
-from forcelab.project.renaming import Renaming
+from forcelab.project.project import ActionRename
 
 __all__ = ["rename"]
 
@@ -43,7 +43,7 @@ def rename(document: Document, name: str, new: str, parent: QWidget) -> bool:
     return document.rename_action(name, new, tasks, merge=everywhere.merges)
 
 
-def _asked(here: Renaming, everywhere: Renaming, parent: QWidget) -> Collection[str] | None:
+def _asked(here: ActionRename, everywhere: ActionRename, parent: QWidget) -> Collection[str] | None:
     """Ask whether an action is to be renamed, and in which tasks; None where it is not."""
     box = QMessageBox(parent)
     box.setIcon(QMessageBox.Icon.Question)

@@ -14,7 +14,7 @@ from forcelab.gui.figures.text import signed
 from forcelab.gui.label.cameras import CameraChoice, Cameras
 from forcelab.gui.label.frames import PATIENCE, Frames
 from forcelab.gui.label.picture_view import PictureView
-from forcelab.project.films import said_of_film
+from forcelab.project.loading import said_of_film
 from forcelab.video.index import last_at
 
 __all__ = ["VideoPanel"]

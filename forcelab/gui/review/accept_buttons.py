@@ -124,7 +124,7 @@ class AcceptButtons(QWidget):
 
     def _count(self, start: float, end: float, at_least: float = 0.0) -> int:
         """How many predicted segments would be taken over."""
-        from forcelab.review.proposing import acceptable
+        from forcelab.review.active_learning import acceptable
 
         reviewed = self.document.reviewed
         return 0 if reviewed is None else len(acceptable(reviewed, start, end, at_least))

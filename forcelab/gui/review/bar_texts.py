@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from forcelab.gui.review.training_jobs import Kept
 
 if TYPE_CHECKING:
-    from forcelab.review.steps import Step
+    from forcelab.review.training import Step
 
 __all__ = ["progress_text", "run_text", "standing_text"]
 

@@ -24,8 +24,7 @@ from forcelab.jobs import Progress
 from forcelab.labels import is_model
 
 if TYPE_CHECKING:
-    from forcelab.review.agreement import Agreement
-    from forcelab.review.pair import PairAgreement
+    from forcelab.review.agreement import Agreement, PairAgreement
 
 __all__ = ["CodersView"]
 
@@ -251,8 +250,7 @@ def _compared(
 ) -> Generator[Progress, None, Agreement]:
     """Compare the coders of a project, read by a connection of the job's own."""
     from forcelab.project import Project
-    from forcelab.review.agreement import agreement
-    from forcelab.review.coded import coded_demonstrations
+    from forcelab.review.agreement import agreement, coded_demonstrations
 
     yield Progress(0, 1, "")
     with Project.open(path) as project:

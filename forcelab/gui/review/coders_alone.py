@@ -15,8 +15,7 @@ from forcelab.gui.review.rows import Column, Row, TextModel, TextRows
 from forcelab.gui.review.wanted import shown_task
 
 if TYPE_CHECKING:
-    from forcelab.review.agreement import Agreement
-    from forcelab.review.consistency import Consistency
+    from forcelab.review.agreement import Agreement, Consistency
 
 __all__ = ["AloneView"]
 

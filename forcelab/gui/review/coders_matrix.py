@@ -14,8 +14,7 @@ from forcelab.gui.review.moving import ARROWS, plain
 from forcelab.gui.theme import colours, themes
 
 if TYPE_CHECKING:
-    from forcelab.review.agreement import Agreement
-    from forcelab.review.pair import PairAgreement
+    from forcelab.review.agreement import Agreement, PairAgreement
 
 __all__ = ["CoderMatrix", "word"]
 
@@ -28,7 +27,7 @@ LIGHTEST = 0.0
 
 def word(kappa: float) -> str:
     """The word of Landis and Koch (1977) for a kappa."""
-    from forcelab.review.kappa import landis_koch
+    from forcelab.review.agreement import landis_koch
 
     return {
         "poor": "poor",

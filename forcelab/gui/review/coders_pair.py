@@ -17,7 +17,7 @@ from forcelab.gui.review.coders_places import PlaceRow, PlaceTable
 from forcelab.gui.review.confusion_switches import choice
 
 if TYPE_CHECKING:
-    from forcelab.review.pair import PairAgreement
+    from forcelab.review.agreement import PairAgreement
 
 __all__ = ["PairDetails", "sentence"]
 
@@ -120,7 +120,7 @@ class PairDetails(QWidget):
 
     def _tell_boundaries(self, pair: PairAgreement) -> None:
         """Say how far boundaries lie apart."""
-        from forcelab.review.boundaries import WINDOW
+        from forcelab.review.agreement import WINDOW
 
         quartiles = pair.quartiles
         self.histogram.setVisible(quartiles is not None)

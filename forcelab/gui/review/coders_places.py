@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QHeaderView
 
 from forcelab.gui.figures.text import NAMES
 from forcelab.gui.review.rows import Column, Row, TextModel, TextRows
-from forcelab.review.places import Place
+from forcelab.review.differences import Interval
 
 __all__ = ["PlaceRow", "PlaceTable"]
 
@@ -22,7 +22,7 @@ WIDTHS = (15, 8, 10, 10, 10)
 class PlaceRow:
     """A place, what kind of thing is there, and whether it is done with."""
 
-    place: Place
+    place: Interval
     kind: str = ""
     done: bool = False
 

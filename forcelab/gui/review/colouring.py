@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from forcelab.gui.document import Document
-from forcelab.review.looks import vocabulary_of
+from forcelab.review.run_result import vocabulary_of
 from forcelab.vocabulary import Vocabulary
 
 __all__ = ["painted_by", "vocabulary_seen"]

@@ -34,7 +34,7 @@ from forcelab.gui.review.rows import TextModel, TextRows, copy_text
 from forcelab.gui.review.seen import blind_to
 from forcelab.gui.review.training_jobs import BACKGROUND, Kept, Work
 from forcelab.gui.theme import themes
-from forcelab.review.comparing import Comparison, comparing
+from forcelab.review.run_comparison import Comparison, comparing
 
 __all__ = ["ComparingDialog"]
 

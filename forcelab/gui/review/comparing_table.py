@@ -8,7 +8,7 @@ from forcelab.gui.review.metric_words import Metric
 from forcelab.gui.review.rows import Column, Row
 from forcelab.gui.review.settings_fields import FIELDS
 from forcelab.gui.theme import colours
-from forcelab.review.comparing import Comparison
+from forcelab.review.run_comparison import Comparison
 
 #: What a run is asked for, by the words of the dialogs in which it is chosen.
 _WORDS = {

@@ -29,8 +29,8 @@ from forcelab.gui.review.rows import copy_text
 from forcelab.gui.review.seen import seen_of
 from forcelab.gui.saving import ask_picture, save_picture
 from forcelab.gui.theme import colours, themes
-from forcelab.review.cells import Cells, crossing
-from forcelab.review.outcome import Outcome
+from forcelab.review.confusion import Cells, crossing
+from forcelab.review.run_result import Outcome
 
 __all__ = ["ConfusionView"]
 

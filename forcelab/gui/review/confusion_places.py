@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QWidget
 from forcelab.gui.arranging import column, muted
 from forcelab.gui.document import Document
 from forcelab.gui.review.rows import Column, Row, TextModel, TextRows
-from forcelab.review.places import Place
+from forcelab.review.differences import Interval
 
 __all__ = ["PlacesList"]
 
@@ -27,7 +27,7 @@ class PlacesList(QWidget):
     def __init__(self, document: Document) -> None:
         super().__init__()
         self.document = document
-        self.places: tuple[Place, ...] = ()
+        self.places: tuple[Interval, ...] = ()
         self.model = TextModel(self)
         self.table = TextRows(self.model)
         self.table.setAccessibleName("Places of the cell")
@@ -50,7 +50,9 @@ class PlacesList(QWidget):
         self.hint.setText("Click on a cell to list its places.")
         self.hint.show()
 
-    def show_places(self, places: tuple[Place, ...], names: Mapping[str, str], number: int) -> None:
+    def show_places(
+        self, places: tuple[Interval, ...], names: Mapping[str, str], number: int
+    ) -> None:
         """List places.
 
         Parameters

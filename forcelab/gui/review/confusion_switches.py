@@ -8,7 +8,7 @@ from PySide6.QtCore import QSize, Signal
 from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QBoxLayout, QComboBox, QHBoxLayout, QPushButton, QWidget
 
-from forcelab.review.cells import Share, Unit
+from forcelab.review.confusion import Share, Unit
 
 __all__ = ["Switches", "choice", "stage_choice"]
 

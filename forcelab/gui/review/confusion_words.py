@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from forcelab.gui.review.rows import as_tsv
-from forcelab.review.cells import Cells, Share, Unit, shares
-from forcelab.review.outcome import Outcome
+from forcelab.review.confusion import Cells, Share, Unit, shares
+from forcelab.review.run_result import Outcome
 
 __all__ = ["as_text", "missing", "sentence"]
 

@@ -22,9 +22,9 @@ from forcelab.gui.review.seen import blind_to
 
 if TYPE_CHECKING:
     from forcelab.project import Edit
-    from forcelab.review.coded import Coded
-    from forcelab.review.consensus import Consensus, Disagreement
-    from forcelab.review.places import Place
+    from forcelab.review.agreement import CoderTracks
+    from forcelab.review.consensus import CoderDifference, Consensus
+    from forcelab.review.differences import Interval
 
 __all__ = ["ConsensusBar"]
 
@@ -39,7 +39,7 @@ class ConsensusBar(QWidget):
         super().__init__()
         self.document = document
         self.consensus: Consensus | None = None
-        self.current: Disagreement | None = None
+        self.current: CoderDifference | None = None
         self._names: Mapping[str, str] = {}
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setAccessibleName("Consensus")
@@ -83,7 +83,7 @@ class ConsensusBar(QWidget):
         """Who the consensus is by."""
         return self.choice.name
 
-    def show_coded(self, coded: Sequence[Coded], names: Mapping[str, str]) -> None:
+    def show_coded(self, coded: Sequence[CoderTracks], names: Mapping[str, str]) -> None:
         """Offer demonstrations that two coders labelled; models are not among them."""
         self._names = names
         self.choice.offer(coded, self.document.id)
@@ -158,7 +158,7 @@ class ConsensusBar(QWidget):
         if self.current in every:
             self.places.selectRow(every.index(self.current))
 
-    def _what(self, one: Disagreement) -> str:
+    def _what(self, one: CoderDifference) -> str:
         """What differs, in the words of the table of agreement."""
         if one.edge:
             return "boundary moved"
@@ -202,7 +202,7 @@ class ConsensusBar(QWidget):
             found = next((d for d in reversed(pool) if d.start < start), pool[-1])
         self._go_to(found)
 
-    def _go_to(self, difference: Disagreement) -> None:
+    def _go_to(self, difference: CoderDifference) -> None:
         """Look at a difference."""
         self.current = difference
         had = self._has_keyboard()
@@ -216,7 +216,7 @@ class ConsensusBar(QWidget):
         now = QApplication.focusWidget()
         return now is not None and (now is self or self.isAncestorOf(now))
 
-    def _place_wanted(self, place: Place) -> None:
+    def _place_wanted(self, place: Interval) -> None:
         """Look at the difference of a row."""
         every = () if self.consensus is None else self.consensus.differences
         for one in every:
@@ -237,7 +237,7 @@ class ConsensusBar(QWidget):
             if again:
                 self._go_to(again[0])
 
-    def _decide(self, verb: Callable[[Consensus, Disagreement], Edit | None]) -> None:
+    def _decide(self, verb: Callable[[Consensus, CoderDifference], Edit | None]) -> None:
         """Decide the current difference, and go to the next that waits."""
         current = self.current
         if current is None:

@@ -21,7 +21,7 @@ from forcelab.gui.figures.text import NAMES
 from forcelab.gui.naming import verbatim
 
 if TYPE_CHECKING:
-    from forcelab.review.consensus import Consensus, Disagreement
+    from forcelab.review.consensus import CoderDifference, Consensus
 
 __all__ = ["ConsensusButtons"]
 
@@ -178,7 +178,7 @@ class ConsensusButtons(QWidget):
             cut = self.fontMetrics().elidedText(whole, NAMES, room)
             self._keys.name(button, cut, whole)
 
-    def offer(self, consensus: Consensus | None, current: Disagreement | None) -> None:
+    def offer(self, consensus: Consensus | None, current: CoderDifference | None) -> None:
         """Let what can be done be pressed."""
         begun = consensus is not None and consensus.begun
         chosen = begun and current is not None

@@ -15,7 +15,7 @@ from forcelab.review.consensus import CONSENSUS
 from forcelab.text import tidy_name
 
 if TYPE_CHECKING:
-    from forcelab.review.coded import Coded
+    from forcelab.review.agreement import CoderTracks
 
 __all__ = ["ConsensusChoice"]
 
@@ -44,7 +44,7 @@ class ConsensusChoice(QWidget):
     def __init__(self, begin: QWidget, known: Callable[[], Iterable[str]]) -> None:
         super().__init__()
         self._known = known
-        self._coded: tuple[Coded, ...] = ()
+        self._coded: tuple[CoderTracks, ...] = ()
         self._asked = ("", "")
         self.first, self.second, self.demonstration = NarrowList(), NarrowList(), NarrowList()
         self.first.setAccessibleName("First coder")
@@ -88,7 +88,7 @@ class ConsensusChoice(QWidget):
         """Who the consensus is by."""
         return tidy_name(self.author.text()) or CONSENSUS
 
-    def offer(self, coded: Sequence[Coded], at_first: str) -> None:
+    def offer(self, coded: Sequence[CoderTracks], at_first: str) -> None:
         """Offer demonstrations; the first time the one that is open, if it is among them."""
         self._coded = tuple(coded)
         authors = sorted({a for one in self._coded for a in one.tracks if a != self.name})

@@ -14,7 +14,7 @@ from forcelab.labels import Segments
 
 if TYPE_CHECKING:
     from forcelab.project import Project
-    from forcelab.review.outcome import Outcome
+    from forcelab.review.run_result import Outcome
 
 __all__ = ["EditCount"]
 

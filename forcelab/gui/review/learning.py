@@ -17,8 +17,8 @@ from forcelab.gui.review.training_jobs import BACKGROUND, Work
 from forcelab.gui.review.unasked import Unasked
 
 if TYPE_CHECKING:
-    from forcelab.review.outcome import Outcome
-    from forcelab.review.steps import Step
+    from forcelab.review.run_result import Outcome
+    from forcelab.review.training import Step
 
 __all__ = ["Learning"]
 

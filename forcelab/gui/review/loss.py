@@ -28,8 +28,8 @@ from forcelab.gui.review.seen import seen_of
 from forcelab.gui.theme import colours, themes
 
 if TYPE_CHECKING:
-    from forcelab.review.outcome import Outcome
-    from forcelab.review.steps import Step
+    from forcelab.review.run_result import Outcome
+    from forcelab.review.training import Step
 
 __all__ = ["LossCurves", "LossView", "losses"]
 

@@ -25,8 +25,7 @@ from forcelab.gui.review.pairs_words import Looks, actions_of, missing
 from forcelab.gui.review.seen import blind_to
 from forcelab.gui.saving import ask_picture, save_picture
 from forcelab.gui.shortcuts import keys
-from forcelab.review.looks import vocabulary_of
-from forcelab.review.outcome import Outcome
+from forcelab.review.run_result import Outcome, vocabulary_of
 from forcelab.vocabulary import Vocabulary
 
 __all__ = ["PairsView"]

@@ -15,7 +15,7 @@ from forcelab.gui.figures.marks import mark_box
 from forcelab.gui.review.pairs_layout import Layout
 from forcelab.gui.review.pairs_rows import Entry
 from forcelab.labels import Segment, Segments
-from forcelab.review.places import Place, action_over
+from forcelab.review.differences import Interval, action_over
 
 __all__ = ["Hit", "described", "hit", "place_of", "told"]
 
@@ -44,7 +44,7 @@ class Hit:
 
     row: int
     time: float | None = None
-    what: Segment | Place | None = None
+    what: Segment | Interval | None = None
     author: str = ""
 
 
@@ -82,16 +82,16 @@ def at(segments: Sequence[Segment], time: float) -> Segment | None:
     return segments[i] if i >= 0 and time < segments[i].end else None
 
 
-def place_of(entry: Entry, what: Segment | Place) -> Place:
+def place_of(entry: Entry, what: Segment | Interval) -> Interval:
     """A segment or a disagreement as a place: what each sees in most of it, and how sure."""
     predicted = action_over(entry.reviewed.predicted, what.start, what.end)
     human = action_over(entry.human or (), what.start, what.end)
-    if isinstance(what, Place):
+    if isinstance(what, Interval):
         human, predicted = what.human, what.predicted
     certainty, confidence = entry.reviewed.certainty, None
     if certainty is not None and predicted is not None:
         confidence = certainty.of_action(predicted, what.start, what.end)
-    return Place(entry.id, what.start, what.end, human, predicted, confidence)
+    return Interval(entry.id, what.start, what.end, human, predicted, confidence)
 
 
 def told(entry: Entry, found: Hit) -> str:
@@ -100,7 +100,7 @@ def told(entry: Entry, found: Hit) -> str:
     if found.time is None:
         return "<br>".join([*lines, escape(described(entry))])
     what = found.what
-    if isinstance(what, Place):
+    if isinstance(what, Interval):
         lines.append(escape(said(what)))
     elif isinstance(what, Segment):
         lines.append(escape(f"{found.author}: {what.action}, {_stretch(what.start, what.end)}"))
@@ -115,7 +115,7 @@ def told(entry: Entry, found: Hit) -> str:
     return "<br>".join(lines)
 
 
-def said(mark: Place) -> str:
+def said(mark: Interval) -> str:
     """A disagreement in words."""
     predicted = mark.predicted
     if predicted is None:

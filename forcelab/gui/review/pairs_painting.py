@@ -21,7 +21,7 @@ from forcelab.gui.label.track_painting import crowd, outline
 from forcelab.gui.review.pairs_layout import MARGIN, Layout
 from forcelab.gui.theme import Colours, colours
 from forcelab.labels import Segment, Segments
-from forcelab.review.places import Place
+from forcelab.review.differences import Interval
 
 __all__ = ["RowPictures", "paint_examined", "paint_focus", "paint_row", "thinned"]
 
@@ -186,7 +186,7 @@ def paint_examined(painter: QPainter, layout: Layout, row: int, start: float, en
     outline(painter, frame.adjusted(-spare, -3, spare, 3), colours())
 
 
-def paint_focus(painter: QPainter, layout: Layout, row: int, mark: Place | None) -> None:
+def paint_focus(painter: QPainter, layout: Layout, row: int, mark: Interval | None) -> None:
     """Show which row and which disagreement the keyboard is at."""
     theme = colours()
     pen = QPen(QColor(theme.accent), 2.0)

@@ -17,7 +17,7 @@ from forcelab.project.loading import natural_order
 
 if TYPE_CHECKING:
     from forcelab.review.differences import Difference
-    from forcelab.review.outcome import Outcome, Reviewed
+    from forcelab.review.run_result import Outcome, Reviewed
 
 __all__ = [
     "Entry",

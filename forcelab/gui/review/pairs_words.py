@@ -8,7 +8,7 @@ from forcelab.gui.figures.tracks import Look
 from forcelab.gui.review.queue_words import untested
 from forcelab.gui.shortcuts import keys
 from forcelab.gui.theme import colours
-from forcelab.review.outcome import Outcome
+from forcelab.review.run_result import Outcome
 
 __all__ = ["Looks", "actions_of", "missing"]
 

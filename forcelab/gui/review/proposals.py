@@ -23,8 +23,8 @@ from forcelab.gui.theme import colours
 if TYPE_CHECKING:
     from collections.abc import Generator
 
-    from forcelab.review.outcome import Outcome
-    from forcelab.review.proposing import Proposal
+    from forcelab.review.active_learning import Proposal
+    from forcelab.review.run_result import Outcome
 
 __all__ = ["ProposalsView"]
 
@@ -134,7 +134,7 @@ class ProposalsView(QWidget):
 
     def _weighed(self) -> bool:
         """Whether they are ordered by how many are like each, too."""
-        from forcelab.review.proposing import weighed
+        from forcelab.review.active_learning import weighed
 
         return bool(self._found) and weighed(self._found)
 
@@ -251,7 +251,7 @@ class ProposalsView(QWidget):
 
 def _ranking(outcome: Outcome) -> Generator[None, None, tuple[Proposal, ...]]:
     """Rank what an outcome proposes."""
-    from forcelab.review.proposing import proposals
+    from forcelab.review.active_learning import proposals
 
     yield None
     return proposals(outcome)

@@ -19,11 +19,11 @@ from forcelab.gui.review.queue_undo import VerdictHistory
 from forcelab.gui.review.queue_words import action_name, missing, summary
 from forcelab.gui.shortcuts import keys
 from forcelab.labels import Segment
-from forcelab.project.decisions import StoredVerdict, VerdictKind
+from forcelab.project.records import StoredVerdict, VerdictKind
 from forcelab.review.differences import Difference
-from forcelab.review.judging import action_for, judge, withdraw
-from forcelab.review.outcome import Outcome
 from forcelab.review.queue import Queue
+from forcelab.review.run_result import Outcome
+from forcelab.review.verdicts import action_for, judge, withdraw
 
 __all__ = ["QueueView"]
 

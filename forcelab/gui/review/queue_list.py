@@ -12,7 +12,7 @@ from forcelab.gui.review.moving import ENTER
 from forcelab.gui.review.queue_model import Item, QueueModel
 from forcelab.gui.review.queue_painting import QueuePainter, row_height
 from forcelab.gui.theme import themes
-from forcelab.review.places import Place
+from forcelab.review.differences import Interval
 from forcelab.vocabulary import Vocabulary
 
 __all__ = ["QueueList"]
@@ -98,7 +98,7 @@ class QueueList(QTableView):
         """How many items are to be judged, without those that are folded away."""
         return sum(len(self._model.sections[number]) for number in self._open)
 
-    def beside(self, direction: int) -> tuple[Place, bool]:
+    def beside(self, direction: int) -> tuple[Interval, bool]:
         """The place of the next open item or of the one before, and whether it wrapped around.
 
         Where the marked one has gone, its place in the order counts. There must be an open item.
@@ -109,7 +109,7 @@ class QueueList(QTableView):
         there = here + direction
         return self._place(there % waiting), not 0 <= there < waiting
 
-    def after(self) -> Place | None:
+    def after(self) -> Interval | None:
         """Where one goes when the current item is done; None where it is the only one."""
         if self._position() is None or self.waiting < 2:
             return None
@@ -126,7 +126,7 @@ class QueueList(QTableView):
             return None
         return item + sum(len(self._model.sections[n]) for n in before if n < marked)
 
-    def _place(self, position: int) -> Place:
+    def _place(self, position: int) -> Interval:
         """The place of an open item."""
         for number in self._open:
             section = self._model.sections[number]
@@ -135,7 +135,7 @@ class QueueList(QTableView):
             position -= len(section)
         raise IndexError(position)
 
-    def mark(self, place: Place | None, unfold: bool = True) -> None:
+    def mark(self, place: Interval | None, unfold: bool = True) -> None:
         """Mark a place, if it stands here, and bring it into view, unfolding its section."""
         found = None if place is None else self._model.find(place)
         if found is not None and self._model.sections[found[0]].kind in self._model.folded:

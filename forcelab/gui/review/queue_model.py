@@ -18,8 +18,7 @@ from PySide6.QtCore import (
 from forcelab.gui.indexes import NOWHERE, Index
 from forcelab.gui.review.queue_words import action_name, explained, percentages, verdict_name
 from forcelab.project import StoredVerdict
-from forcelab.review.differences import Difference
-from forcelab.review.places import Place
+from forcelab.review.differences import Difference, Interval
 from forcelab.review.queue import Queue
 
 __all__ = ["Item", "QueueModel", "Section", "place_of"]
@@ -38,7 +37,7 @@ class Item:
     name: str
 
     @property
-    def place(self) -> Place:
+    def place(self) -> Interval:
         """Where it is."""
         return place_of(self.about)
 
@@ -107,10 +106,10 @@ class Section:
         return "\n".join(filter(None, (self.explained, self.rated and percentages(self.kind))))
 
 
-def place_of(about: Difference | StoredVerdict) -> Place:
+def place_of(about: Difference | StoredVerdict) -> Interval:
     """The place of a difference, or that a verdict is on."""
     if isinstance(about, StoredVerdict):
-        return Place(about.demonstration, about.start, about.end, about.human, about.predicted)
+        return Interval(about.demonstration, about.start, about.end, about.human, about.predicted)
     return about
 
 
@@ -213,7 +212,7 @@ class QueueModel(QAbstractListModel):
         """The row of a section's heading, or of an item of a section that is not folded."""
         return self._heads[number] + 1 + item
 
-    def find(self, place: Place) -> tuple[int, int] | None:
+    def find(self, place: Interval) -> tuple[int, int] | None:
         """The section and the item that a place is, also in folded sections; None if in none."""
         for number, section in enumerate(self.sections):
             for item, about in enumerate(section.listed):

@@ -29,7 +29,7 @@ from forcelab.gui.row_painting import (
 )
 from forcelab.gui.theme import colours
 from forcelab.project import StoredVerdict
-from forcelab.review.suspicion import SUSPECT
+from forcelab.recognition.label_noise import SUSPECT
 from forcelab.vocabulary import Vocabulary
 
 __all__ = ["QueuePainter", "row_height"]

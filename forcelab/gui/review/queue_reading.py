@@ -17,9 +17,8 @@ from forcelab.gui.review.seen import blind_to, seen_of
 from forcelab.labels import Segments
 from forcelab.project import Project
 from forcelab.review.differences import current_tracks, spelt
-from forcelab.review.looks import vocabulary_of
-from forcelab.review.outcome import Outcome
 from forcelab.review.queue import Compared, Queue, arranging
+from forcelab.review.run_result import Outcome, vocabulary_of
 from forcelab.vocabulary import Vocabulary
 
 __all__ = ["QueueReader", "Read", "reading"]

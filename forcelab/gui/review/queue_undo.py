@@ -9,10 +9,9 @@ from typing import Literal
 
 from forcelab.gui.document import Document
 from forcelab.project import Project
-from forcelab.project.decisions import StoredVerdict
-from forcelab.project.records import utc_now
-from forcelab.review.judging import withdraw
-from forcelab.review.places import Place
+from forcelab.project.records import StoredVerdict, utc_now
+from forcelab.review.differences import Interval
+from forcelab.review.verdicts import withdraw
 
 __all__ = ["VerdictHistory"]
 
@@ -40,10 +39,10 @@ class _Change:
     time: datetime
 
     @property
-    def place(self) -> Place:
+    def place(self) -> Interval:
         """Where it is shown."""
         v = self.verdict
-        return Place(v.demonstration, v.start, v.end, v.human, v.predicted)
+        return Interval(v.demonstration, v.start, v.end, v.human, v.predicted)
 
 
 class VerdictHistory:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from forcelab.gui.review.queue_reading import Read
-from forcelab.review.judging import report
-from forcelab.review.outcome import Outcome
 from forcelab.review.queue import Queue
+from forcelab.review.run_result import Outcome
+from forcelab.review.verdicts import report
 
 __all__ = [
     "action_name",

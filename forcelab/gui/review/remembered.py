@@ -12,7 +12,7 @@ from forcelab.errors import InputError
 from forcelab.gui import settings
 
 if TYPE_CHECKING:
-    from forcelab.recognition.choice import Choice
+    from forcelab.recognition.dataset import Choice
     from forcelab.recognition.settings import Settings
 
 __all__ = [
@@ -68,7 +68,7 @@ def recall_called(project: Path, task: str) -> tuple[str, bool]:
 
 def recall_choice(project: Path, task: str) -> Choice:
     """What was trained on for a task; at first the task by itself."""
-    from forcelab.recognition.choice import Choice
+    from forcelab.recognition.dataset import Choice
 
     tasks, test, author, apart, folds = recall_parts(project, task)
     return Choice(tasks, test, author, apart, folds=folds)
@@ -77,7 +77,7 @@ def recall_choice(project: Path, task: str) -> Choice:
 def recall_parts(
     project: Path, task: str
 ) -> tuple[tuple[str, ...], str | None, str | None, bool, int | None]:
-    """The parts of a :class:`~forcelab.recognition.choice.Choice`, without loading that.
+    """The parts of a :class:`~forcelab.recognition.dataset.Choice`, without loading that.
 
     Tasks, the one tested on, author, whether actions stay apart, and groups that are left out.
     """

@@ -15,7 +15,7 @@ from forcelab.gui.review.wanted import Wanted
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from forcelab.review.outcome import Outcome
+    from forcelab.review.run_result import Outcome
 
 __all__ = ["LISTING", "LOADING", "Runs"]
 
@@ -93,7 +93,7 @@ class Runs(Wanted):
     def _show_latest(self) -> None:
         """Review the latest run of the task, or nothing where there is none.
 
-        As with :func:`~forcelab.review.outcome.latest`, one that tested the task's own
+        As with :func:`~forcelab.review.run_result.latest`, one that tested the task's own
         demonstrations comes before one that learnt from them and tested others.
         """
         run = min(

@@ -29,7 +29,7 @@ from forcelab.gui.review.rows import TextModel, TextRows, copy_text
 from forcelab.gui.review.scores_table import FIXED, Sorting, columns_of, computing, rows_of
 from forcelab.gui.review.seen import seen_of
 from forcelab.recognition.intervals import Intervals
-from forcelab.review.outcome import Outcome, Reviewed
+from forcelab.review.run_result import Outcome, Reviewed
 
 __all__ = ["ScoresView"]
 

@@ -10,8 +10,8 @@ from forcelab.gui.review.metric_words import Metric
 from forcelab.gui.review.rows import Column, Row
 from forcelab.jobs import Progress
 from forcelab.recognition.intervals import METHOD, Intervals, intervals
-from forcelab.recognition.timed import timed_counts
-from forcelab.review.outcome import Outcome, Reviewed
+from forcelab.recognition.metrics import timed_counts
+from forcelab.review.run_result import Outcome, Reviewed
 
 __all__ = ["STAGES", "Sorting", "columns_of", "computing", "rows_of"]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from forcelab.gui.document import Document
-from forcelab.review.outcome import Outcome
+from forcelab.review.run_result import Outcome
 
 __all__ = ["blind_to", "seen_of"]
 

@@ -10,7 +10,7 @@ from forcelab.gui.document import Document
 from forcelab.gui.review.wanted import whose_labels
 
 if TYPE_CHECKING:
-    from forcelab.recognition.choice import Choice
+    from forcelab.recognition.dataset import Choice
     from forcelab.recognition.settings import Settings
 
 __all__ = ["Facts", "facts_of"]

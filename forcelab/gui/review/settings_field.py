@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from forcelab.recognition.relevance import counts
+from forcelab.recognition.settings import counts
 
 __all__ = ["Field", "Values"]
 

@@ -21,10 +21,10 @@ from PySide6.QtWidgets import (
 from forcelab.gui.arranging import toned, use_or_cancel
 from forcelab.gui.document import Document
 from forcelab.gui.review.wanted import OWN, groups_for, shown_task, whose_labels
-from forcelab.recognition.grouping import GROUPS
+from forcelab.recognition.dataset import GROUPS
 
 if TYPE_CHECKING:
-    from forcelab.recognition.choice import Choice
+    from forcelab.recognition.dataset import Choice
 
 __all__ = ["TaskChoice", "TaskChoiceDialog", "choice_name"]
 
@@ -65,7 +65,7 @@ class TaskChoice(QWidget):
 
     def choice(self) -> Choice:
         """What is chosen, whether it can be or not."""
-        from forcelab.recognition.choice import Choice
+        from forcelab.recognition.dataset import Choice
 
         tasks = self._trained()
         across = self.across.isChecked()

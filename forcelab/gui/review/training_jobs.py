@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from forcelab.project import Project, RunSummary
-    from forcelab.recognition.choice import Choice
+    from forcelab.recognition.dataset import Choice
     from forcelab.recognition.settings import Settings
-    from forcelab.review.outcome import Outcome
-    from forcelab.review.steps import Step
+    from forcelab.review.run_result import Outcome
+    from forcelab.review.training import Step
 
 __all__ = ["BACKGROUND", "Given", "Kept", "Work"]
 
@@ -95,8 +95,7 @@ def _training(
 ) -> Generator[object, None, Outcome]:
     """Train in a process of its own, then read what it has stored."""
     from forcelab.process import elsewhere
-    from forcelab.review.steps import Step
-    from forcelab.review.training import reviewing
+    from forcelab.review.training import Step, reviewing
 
     yield None
     job = elsewhere(reviewing, path, *given(), name)
@@ -118,7 +117,7 @@ def _training(
 def _loading(path: Path, number: int) -> Generator[object, None, Outcome]:
     """Read what a run found."""
     from forcelab.project import Project
-    from forcelab.review.outcome import load
+    from forcelab.review.run_result import load
 
     yield None
     with Project.open(path) as project:
@@ -152,7 +151,7 @@ def _kept(run: RunSummary) -> Kept:
 
 def _edits(project: Project, outcome: Outcome) -> int:
     """How many edits were made of the labels that an outcome rests on."""
-    from forcelab.review.outcome import edits_since
+    from forcelab.review.run_result import edits_since
 
     return edits_since(project, outcome)
 

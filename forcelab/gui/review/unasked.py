@@ -10,7 +10,7 @@ from forcelab.errors import ForcelabError
 from forcelab.gui.document import Document
 
 if TYPE_CHECKING:
-    from forcelab.review.outcome import Outcome
+    from forcelab.review.run_result import Outcome
 
 __all__ = ["Unasked"]
 

@@ -12,12 +12,12 @@ from forcelab.gui.document import Document
 from forcelab.gui.review import remembered
 from forcelab.gui.review.training_jobs import Given
 from forcelab.labels import is_model
-from forcelab.recognition.grouping import usual_folds
+from forcelab.recognition.dataset import usual_folds
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from forcelab.recognition.choice import Choice
+    from forcelab.recognition.dataset import Choice
     from forcelab.recognition.settings import Settings
 
 __all__ = ["OWN", "Wanted", "groups_for", "shown_task", "whose_labels"]
@@ -236,7 +236,7 @@ class Wanted(QObject):
             folds = groups_for(self.document, tasks, author)
 
         def given() -> tuple[Settings, Choice]:
-            from forcelab.recognition.choice import Choice
+            from forcelab.recognition.dataset import Choice
 
             made = remembered.settings_of(values, task) if settings is None else settings
             return made, Choice(tasks, test, author, apart, folds=folds)

@@ -19,12 +19,11 @@ from forcelab.gui.review.why_choice import at_cursor, chosen, reason
 from forcelab.gui.review.why_jobs import Shelf, explain, withhold
 from forcelab.gui.review.why_page import WhyPage
 from forcelab.jobs import Progress
-from forcelab.review.places import Place
+from forcelab.review.differences import Interval
 
 if TYPE_CHECKING:
-    from forcelab.review.outcome import Outcome
-    from forcelab.review.why import Why
-    from forcelab.review.why_training import Withheld
+    from forcelab.review.explanation import Why, Withheld
+    from forcelab.review.run_result import Outcome
 
 __all__ = ["WhyView"]
 
@@ -51,12 +50,12 @@ class WhyView(QWidget):
     def __init__(self, document: Document, jobs: Jobs) -> None:
         super().__init__()
         self.document, self.jobs = document, jobs
-        self.place: Place | None = None
+        self.place: Interval | None = None
         self.why: Why | None = None
         self.shelf = Shelf()
         self._outcome: Outcome | None = None
         self._hidden: frozenset[str] = frozenset()  # what is coded blind by whoever looks
-        self._away: Place | None = None  # the neighbour that is looked at meanwhile
+        self._away: Interval | None = None  # the neighbour that is looked at meanwhile
         self._selecting = False  # whether the selection is newer than what was examined
         self._training: tuple[int, str] | None = None  # run and demonstration being withheld
         self._stopped = False
@@ -124,7 +123,7 @@ class WhyView(QWidget):
         ):
             self._ask()
 
-    def _wanted(self) -> Place | None:
+    def _wanted(self) -> Interval | None:
         """What is to be explained now."""
         if self._away is not None and self.document.examined == self._away:
             here = self.document.id == self._away.demonstration and not self._selecting
@@ -211,7 +210,7 @@ class WhyView(QWidget):
         places = [card.neighbour.place for card in self.page.neighbours.cards]
         if project is None or not places:
             return
-        from forcelab.review.why_traces import tracing
+        from forcelab.review.explanation import tracing
 
         job, show = tracing(project.path, places), self.page.neighbours.show_traces
         self.jobs.run(job, show, self._failed, key=TRACING)
@@ -251,7 +250,7 @@ class WhyView(QWidget):
 
     # Going there and back
 
-    def _go_to(self, place: Place) -> None:
+    def _go_to(self, place: Interval) -> None:
         """Look at a neighbour; the explanation stays."""
         self._away, before = place, self._away
         if not self.document.examine(place):

@@ -18,8 +18,8 @@ from forcelab.gui.theme import colours, themes
 from forcelab.vocabulary import Vocabulary
 
 if TYPE_CHECKING:
-    from forcelab.recognition.certainty import Certainty
-    from forcelab.review.places import Place
+    from forcelab.recognition.probability_trace import Certainty
+    from forcelab.review.differences import Interval
 
 __all__ = ["ProbabilityChart"]
 
@@ -44,7 +44,7 @@ class ProbabilityChart(QWidget):
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         self.setFixedHeight(self.sizeHint().height())
         self.certainty: Certainty | None = None
-        self.place: Place | None = None
+        self.place: Interval | None = None
         self.threshold: float | None = None
         self.missing = ""
         self._names = 0.0
@@ -59,7 +59,7 @@ class ProbabilityChart(QWidget):
 
     def show_place(
         self,
-        place: Place | None,
+        place: Interval | None,
         certainty: Certainty | None,
         threshold: float | None,
         missing: str = "",
@@ -129,7 +129,7 @@ class ProbabilityChart(QWidget):
 
     # Inside
 
-    def _paint_ground(self, painter: QPainter, axis: Axis, place: Place) -> None:
+    def _paint_ground(self, painter: QPainter, axis: Axis, place: Interval) -> None:
         """What stands behind the lines, and the numbers around them."""
         theme, box, face = colours(), self.plot, text.font(SMALL)
         painter.fillRect(box, QColor(theme.unlabelled))
@@ -207,7 +207,7 @@ class ProbabilityChart(QWidget):
             ink = QColor(theme.text)
             text.put(painter, swatch.right() + 4, height, name, face=face, ink=ink)
 
-    def _paint_cursor(self, painter: QPainter, axis: Axis, place: Place) -> None:
+    def _paint_cursor(self, painter: QPainter, axis: Axis, place: Interval) -> None:
         """The cursor, while its demonstration is the one that is shown."""
         here = self.document.cursor
         if self.document.id == place.demonstration and axis.start <= here <= axis.end:

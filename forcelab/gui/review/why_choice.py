@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from forcelab.gui.document import Document
-from forcelab.review.places import Place, place_at, place_of
+from forcelab.review.differences import Interval, place_at, place_of
 
 __all__ = ["at_cursor", "chosen", "reason"]
 
 
-def chosen(document: Document, selecting: bool) -> Place | None:
+def chosen(document: Document, selecting: bool) -> Interval | None:
     """The place that was examined, or the selected segment; None if there is neither.
 
     Parameters
@@ -30,7 +30,7 @@ def chosen(document: Document, selecting: bool) -> Place | None:
     return place_of(reviewed, segment.start, segment.end, human)
 
 
-def at_cursor(document: Document) -> Place | None:
+def at_cursor(document: Document) -> Interval | None:
     """What is labelled or predicted at the cursor; None where nothing is."""
     reviewed = document.reviewed
     return None if reviewed is None else place_at(reviewed, document.cursor)

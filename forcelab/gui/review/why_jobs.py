@@ -10,10 +10,9 @@ from typing import TYPE_CHECKING
 from forcelab.jobs import Progress
 
 if TYPE_CHECKING:
-    from forcelab.review.outcome import Outcome
-    from forcelab.review.places import Place
-    from forcelab.review.why import Why
-    from forcelab.review.why_training import Withheld
+    from forcelab.review.differences import Interval
+    from forcelab.review.explanation import Why, Withheld
+    from forcelab.review.run_result import Outcome
 
 __all__ = ["Shelf", "explain", "withhold"]
 
@@ -56,15 +55,15 @@ class Shelf:
 def withhold(path: Path, outcome: Outcome, id_: str) -> Generator[Progress, None, Withheld]:
     """Train without a demonstration, in a process of its own."""
     from forcelab.process import elsewhere
-    from forcelab.review.why_training import withholding  # takes a second to load
+    from forcelab.review.explanation import withholding  # takes a second to load
 
     return (yield from elsewhere(withholding, path, outcome, id_))
 
 
 def explain(
-    withheld: Withheld, outcome: Outcome, place: Place, hidden: Collection[str]
+    withheld: Withheld, outcome: Outcome, place: Interval, hidden: Collection[str]
 ) -> Generator[Progress, None, Why]:
     """Explain a place."""
-    from forcelab.review.why import explaining
+    from forcelab.review.explanation import explaining
 
     return (yield from explaining(withheld, outcome, place, hidden))

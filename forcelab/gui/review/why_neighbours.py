@@ -23,11 +23,10 @@ from forcelab.gui.label.force_axes import curve_colour
 from forcelab.gui.label.swatches import look_of, paint_swatch
 from forcelab.gui.review.colouring import vocabulary_seen
 from forcelab.gui.theme import colours, themes
-from forcelab.review.places import Place
+from forcelab.review.differences import Interval
 
 if TYPE_CHECKING:
-    from forcelab.review.nearest import Neighbour
-    from forcelab.review.why_traces import Trace
+    from forcelab.review.explanation import Neighbour, Trace
 
 __all__ = ["Card", "Heading", "Neighbours"]
 
@@ -233,7 +232,7 @@ class Neighbours(QWidget):
         """Whether every card shows what its segment looked like."""
         return all(card.trace is not None for card in self.cards)
 
-    def mark(self, place: Place | None) -> None:
+    def mark(self, place: Interval | None) -> None:
         """Mark the card of the place that is looked at."""
         for card in self.cards:
             card.setChecked(place is not None and card.neighbour.place == place)

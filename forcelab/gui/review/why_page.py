@@ -26,9 +26,9 @@ from forcelab.gui.review.why_neighbours import Neighbours
 from forcelab.gui.review.why_painting import BandMap
 
 if TYPE_CHECKING:
-    from forcelab.recognition.certainty import Certainty
-    from forcelab.review.places import Place
-    from forcelab.review.why import Why
+    from forcelab.recognition.probability_trace import Certainty
+    from forcelab.review.differences import Interval
+    from forcelab.review.explanation import Why
 
 __all__ = ["WhyPage"]
 
@@ -120,7 +120,7 @@ class WhyPage(QScrollArea):
         """Whether what was found is of an older place, or not there yet."""
         return not self.found.isEnabled()
 
-    def begin(self, place: Place, certainty: Certainty | None, threshold: float | None) -> None:
+    def begin(self, place: Interval, certainty: Certainty | None, threshold: float | None) -> None:
         """Show what is known of another place at once; what was found so far turns grey."""
         self.sentence.setText(why_words.sentence(place))
         missing = "the run kept no probabilities; they are computed anew"
@@ -153,7 +153,7 @@ class WhyPage(QScrollArea):
         self.found.setEnabled(True)
         self.found.show()
 
-    def _role(self, action: str, place: Place) -> str:
+    def _role(self, action: str, place: Interval) -> str:
         """What an action is at the place."""
         if action == place.predicted:
             return "predicted"
@@ -169,7 +169,7 @@ class WhyPage(QScrollArea):
         self.state.show()
 
 
-def _sure(why: Why) -> Place:
+def _sure(why: Why) -> Interval:
     """The place with how probable its prediction is, where only the explanation knows that."""
     place = why.place
     if place.confidence is not None or place.predicted is None or why.certainty is None:

@@ -17,7 +17,7 @@ from forcelab.gui.review import why_words
 from forcelab.gui.theme import colours, themes
 
 if TYPE_CHECKING:
-    from forcelab.review.why import Why
+    from forcelab.review.explanation import Why
 
 __all__ = ["BandMap", "balance_colour", "balance_colours"]
 
@@ -122,7 +122,7 @@ class BandMap(QWidget):
         q, k = found.bands.shape
         i = min(int((where.x() - box.left()) / box.width() * q), q - 1)
         j = min(int((where.y() - box.top()) / box.height() * k), k - 1)
-        from forcelab.review.why import Band
+        from forcelab.review.explanation import Band
 
         weight, error = float(found.bands[i, j]), float(found.bands_error[i, j])
         band = Band(self.why.channels[i], float(self.why.hertz[j]), weight, error)

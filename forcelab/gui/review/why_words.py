@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from forcelab.review.places import Place
+from forcelab.review.differences import Interval
 
 if TYPE_CHECKING:
     from forcelab.jobs import Progress
-    from forcelab.review.outcome import Outcome
-    from forcelab.review.why import Band, Why
+    from forcelab.review.explanation import Band, Why
+    from forcelab.review.run_result import Outcome
 
 __all__ = ["band", "left", "method", "recogniser", "sentence", "signed", "strongest"]
 
@@ -25,7 +25,7 @@ def signed(value: float) -> str:
     return (MINUS if value < 0 else "+") + shown
 
 
-def sentence(place: Place) -> str:
+def sentence(place: Interval) -> str:
     """What human and model made of a place: ``0.90 s coded hold, predicted grab with 0.83``."""
     human = place.human or "unlabelled"
     seconds = f"{place.duration:.2f}"

@@ -10,8 +10,7 @@ from forcelab.gui.document import Document
 from forcelab.gui.label.cameras import CameraChoice, Cameras
 from forcelab.gui.label.video import VideoPanel
 from forcelab.project import Project
-from forcelab.project.cameras import Camera, camera_stamps
-from forcelab.project.stamps import STAMPS
+from forcelab.project.loading import STAMPS, Camera, camera_stamps
 
 TIMES = np.arange(0, 4, 0.01)
 FIRST, SECOND = np.arange(80) / 20, np.arange(40) / 10

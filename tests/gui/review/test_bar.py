@@ -18,7 +18,7 @@ from forcelab.gui.review.bar_texts import run_text
 from forcelab.gui.review.training_jobs import Kept
 from forcelab.labels import Segment
 from forcelab.project import Verdict
-from forcelab.recognition.choice import Choice
+from forcelab.recognition.dataset import Choice
 from forcelab.recognition.settings import Settings
 
 

@@ -21,8 +21,7 @@ from forcelab.gui.review.coders_alone import AloneView
 from forcelab.gui.review.coders_histogram import bins
 from forcelab.labels import Segment, Track
 from forcelab.project import Incoming, Project
-from forcelab.review.agreement import Agreement
-from forcelab.review.consistency import Consistency, Durations
+from forcelab.review.agreement import Agreement, Consistency, Durations
 
 
 def track(*rows):

@@ -15,7 +15,7 @@ from forcelab.gui.review.metric_words import rates
 from forcelab.gui.review.training_jobs import Kept, Work
 from forcelab.gui.theme import colours
 from forcelab.recognition.settings import Settings
-from forcelab.review.comparing import compare
+from forcelab.review.run_comparison import compare
 
 ACTIONS = ("grab", "hold", "release")
 

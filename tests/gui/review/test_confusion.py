@@ -12,7 +12,7 @@ from forcelab.gui.figures.confusion import ConfusionMatrix
 from forcelab.gui.review.confusion import ConfusionView
 from forcelab.gui.review.confusion_painting import fitted
 from forcelab.gui.theme import DARK
-from forcelab.recognition.certainty import Certainty
+from forcelab.recognition.probability_trace import Certainty
 
 ACTIONS = ("grab", "hold", "release")
 SURE = Certainty(0.0, 50.0, ACTIONS, np.full((500, 3), 204, dtype=np.uint8))

@@ -25,11 +25,10 @@ from forcelab.gui.review.pairs_hits import told
 from forcelab.label_map import MergeMap
 from forcelab.labels import Segment
 from forcelab.project import Project
-from forcelab.recognition.certainty import Certainty
+from forcelab.recognition.probability_trace import Certainty
 from forcelab.recognition.settings import Settings
-from forcelab.review.looks import vocabulary_of
-from forcelab.review.outcome import Outcome, Reviewed
-from forcelab.review.places import Place
+from forcelab.review.differences import Interval
+from forcelab.review.run_result import Outcome, Reviewed, vocabulary_of
 from forcelab.vocabulary import Vocabulary
 
 MEMORY = "/dev/shm" if os.access("/dev/shm", os.W_OK) else None
@@ -265,7 +264,7 @@ def test_a_click_on_a_segment_examines_it(shown, study):
     view = shown()
     click(view, spot(view, 1, 5.5, "predicted", 0.5))
     entry = view.area.entries[1]
-    assert study.examined == Place(
+    assert study.examined == Interval(
         entry.id, 3.0, 7.0, "hold", "hold", pytest.approx(UNSURE, abs=0.01)
     )
     assert study.id == entry.id
@@ -277,7 +276,7 @@ def test_a_click_on_a_segment_examines_it(shown, study):
 def test_a_click_on_a_mark_examines_the_disagreement(shown, study):
     view = shown()
     click(view, spot(view, 0, 3.6, "band", 0.5))
-    assert study.examined == Place(
+    assert study.examined == Interval(
         view.area.entries[0].id, 3.0, 4.0, "grab", "hold", pytest.approx(UNSURE, abs=0.01)
     )
     click(view, spot(view, 0, 8.5, "band", 0.5))
@@ -598,7 +597,7 @@ def test_the_open_demonstration_is_in_view_whoever_opened_it(shown, study):
     last = area.entries[-1]
     assert bar.maximum() > 0
     for id_ in (last.id, area.entries[0].id):
-        study.examine(Place(id_, 3.0, 4.0, "grab", "hold", 0.9))
+        study.examine(Interval(id_, 3.0, 4.0, "grab", "hold", 0.9))
         row = next(i for i, entry in enumerate(area.entries) if entry.id == id_)
         box = area.arrangement.row_box(row)
         assert box.top() >= bar.value() - 1

@@ -10,8 +10,8 @@ from PySide6.QtWidgets import QApplication
 
 from forcelab.gui.review.proposals import ProposalsView
 from forcelab.labels import Segment
-from forcelab.review.outcome import Reviewed
-from forcelab.review.places import Place
+from forcelab.review.differences import Interval
+from forcelab.review.run_result import Reviewed
 
 
 @pytest.fixture
@@ -170,7 +170,7 @@ def test_one_prediction_after_the_other_is_accepted_by_the_same_key(document):
 def test_accepting_moves_neither_playback_nor_what_is_examined(document):
     document.set_outcome(proposed(document))
     place = document.outcome.proposals[0]
-    document.examine(Place(place.id, 1.0, 2.0))
+    document.examine(Interval(place.id, 1.0, 2.0))
     document.set_playing(True)
     assert document.accept_here()
     assert document.cursor == 1.0
@@ -178,7 +178,7 @@ def test_accepting_moves_neither_playback_nor_what_is_examined(document):
     document.undo()
     assert document.accept_here()
     assert document.cursor == 2.5
-    assert (document.examined, document.range) == (Place(place.id, 1.0, 2.0), (1.0, 2.0))
+    assert (document.examined, document.range) == (Interval(place.id, 1.0, 2.0), (1.0, 2.0))
     document.undo()
 
 

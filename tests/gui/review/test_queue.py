@@ -18,12 +18,11 @@ from forcelab.gui.review.queue import QueueView
 from forcelab.gui.review.queue_model import Section
 from forcelab.gui.typing_guard import guard
 from forcelab.labels import Segment
-from forcelab.recognition.certainty import Certainty
+from forcelab.recognition.probability_trace import Certainty
 from forcelab.recognition.settings import Settings
-from forcelab.review.differences import Difference
-from forcelab.review.outcome import Outcome, Reviewed
-from forcelab.review.places import Place
+from forcelab.review.differences import Difference, Interval
 from forcelab.review.queue import Queue
+from forcelab.review.run_result import Outcome, Reviewed
 
 HUMAN = (Segment(0, 2, "grab"), Segment(2, 6, "hold"), Segment(6, 8, "release"))
 #: An edge 0.1 s late, a wrong action, a hole, and something after the last label.
@@ -385,7 +384,7 @@ def test_painting_brings_the_queue_up_to_date(bench, until):
 def test_only_what_is_examined_is_judged(bench):
     with bench() as view:
         view.step(1)
-        view.document.examine(Place(view.document.id, 7, 7.5))  # clicked in another view
+        view.document.examine(Interval(view.document.id, 7, 7.5))  # clicked in another view
         assert not view.judge("human")
         assert view.document.project.verdicts() == ()
         assert not view.buttons.verdicts["human"].isEnabled()

@@ -11,9 +11,8 @@ from PySide6.QtTest import QTest
 
 from forcelab.gui.review.metric_words import events, rates
 from forcelab.gui.review.scores import ScoresView
-from forcelab.recognition.intervals import Intervals, intervals, look_up
-from forcelab.recognition.resampling import METRICS
-from forcelab.recognition.timed import timed_counts
+from forcelab.recognition.intervals import METRICS, Intervals, intervals, look_up
+from forcelab.recognition.metrics import timed_counts
 
 ACTIONS = ("grab", "hold", "release")
 

@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QApplication, QLineEdit
 from forcelab.gui.review.settings_dialog import SettingsDialog
 from forcelab.gui.review.settings_facts import Facts, facts_of
 from forcelab.label_map import MergeMap
-from forcelab.recognition.choice import Choice
+from forcelab.recognition.dataset import Choice
 from forcelab.recognition.presets import PRESETS, preset
 from forcelab.recognition.settings import Settings
 

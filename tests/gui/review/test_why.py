@@ -18,8 +18,8 @@ from forcelab.gui.review.why import WhyView
 from forcelab.gui.review.why_jobs import Shelf
 from forcelab.gui.review.why_painting import balance_colours
 from forcelab.jobs import Progress, finish
-from forcelab.review.places import Place, place_at
-from forcelab.review.why_training import withholding
+from forcelab.review.differences import Interval, place_at
+from forcelab.review.explanation import withholding
 
 SETTINGS = FAST.replace(classifier="naive-bayes")
 
@@ -92,7 +92,7 @@ def view(document, jobs, trainings, until):
 def place_in(study, number=0, action="hold"):
     one = study[1].tested[number]
     segment = next(s for s in one.human if s.action == action)
-    return Place(one.id, segment.start, segment.end, "hold", "grab", 0.83)
+    return Interval(one.id, segment.start, segment.end, "hold", "grab", 0.83)
 
 
 @pytest.fixture

@@ -28,7 +28,7 @@ from forcelab.gui.window import Window
 from forcelab.jobs import finish
 from forcelab.labels import Track
 from forcelab.project import Project
-from forcelab.recognition.choice import Choice
+from forcelab.recognition.dataset import Choice
 from forcelab.review.training import reviewing
 
 
@@ -276,7 +276,7 @@ print(json.dumps([list(sys.modules), threads, shown]))
     )
     loaded, threads, shown = json.loads(done.stdout)
     never = {"cv2", "sklearn", "serial", "pyqtgraph", "joblib", "scipy.signal", "scipy.optimize"}
-    unseen = {"forcelab.gui.review.workspace", "forcelab.review.why"}
+    unseen = {"forcelab.gui.review.workspace", "forcelab.review.explanation"}
     assert not (never | unseen) & set(loaded)
     assert not [name for name in threads if "video" in name or "decod" in name]
     assert not shown

@@ -1,0 +1,162 @@
+"""Which of a coder's segments a model proposed, found by following the edits of the track.
+
+Nothing but the edits is stored: an edit says who proposed it, and what it put in place of what. So
+origins cannot disagree with the labels, and undoing takes them back exactly.
+"""
+
+from __future__ import annotations
+
+import json
+import sqlite3
+from bisect import bisect_right
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from operator import attrgetter
+from types import MappingProxyType
+
+from forcelab.labels import Segment, Segments
+from forcelab.project.database import Database, told_of_content
+from forcelab.project.records import Origin, segments_from_json
+from forcelab.segment_edits import SLIVER
+
+_Some = dict[Segment, Origin]
+_end = attrgetter("end")
+
+#: What is told of a track that holds nothing proposed.
+_NONE: Mapping[Segment, Origin] = MappingProxyType({})
+
+
+@dataclass(slots=True)
+class _Followed:
+    """The origins after the edit `head`, and what the edits up to there did to them.
+
+    Whatever came before the edit `first`, which a model proposed first, is human, and so is what
+    taking it back brings back.
+    """
+
+    first: int
+    head: int
+    now: _Some = field(default_factory=dict)
+    # For each edit that touched an origin: those that it took away, and those that it gave.
+    done: dict[int, tuple[_Some, _Some]] = field(default_factory=dict)
+    told: Mapping[Segment, Origin] = field(default_factory=lambda: _NONE)
+
+
+class Origins:
+    """The origins of all tracks, followed from where they were asked for last.
+
+    Costs two queries and one pass over the edits since then; the first time, over those since the
+    first one that a model proposed.
+    """
+
+    def __init__(self, database: Database) -> None:
+        self._db = database
+        self._known: dict[tuple[str, str], _Followed] = {}
+
+    def of(self, demonstration: str, author: str) -> Mapping[Segment, Origin] | None:
+        """Each segment of a track that was proposed, with its origin; None without a track."""
+        row = self._db.one(
+            "SELECT track.id AS track, (SELECT min(edit.id) FROM edit WHERE edit.track = track.id "
+            "AND proposed_by IS NOT NULL) AS first "
+            "FROM track JOIN author ON author.id = track.author "
+            "WHERE demonstration = ? AND name = ?",
+            demonstration,
+            author,
+        )
+        if row is None or row["first"] is None:
+            return None if row is None else _NONE
+        followed = self._known.get((demonstration, author))
+        # Numbers of edits are given once: with another first one, what was followed was removed.
+        if followed is None or followed.first != row["first"]:
+            followed = _Followed(row["first"], head=row["first"] - 1)
+            self._known[demonstration, author] = followed
+        rows = self._db.all(
+            "SELECT id, removed, inserted, reverts, proposed_by FROM edit "
+            "WHERE track = ? AND id > ? ORDER BY id",
+            row["track"],
+            followed.head,
+        )
+        touched = False
+        for edit in rows:
+            touched |= _follow(followed, edit)
+            followed.head = edit["id"]
+        if touched:
+            # A copy, so that who was told before keeps what was told.
+            followed.told = MappingProxyType(dict(followed.now))
+        return followed.told
+
+
+def _follow(followed: _Followed, row: sqlite3.Row) -> bool:
+    """Follow one edit; gives whether it touched any origin."""
+    now, reverts = followed.now, row["reverts"]
+    if reverts is not None:
+        gave, took = followed.done.get(reverts, ({}, {}))
+    elif not now and row["proposed_by"] is None:
+        return False
+    else:
+        with told_of_content(f"Edit {row['id']}"):
+            removed, inserted = _segments(row["removed"]), _segments(row["inserted"])
+        took = {segment: now[segment] for segment in removed if segment in now}
+        if row["proposed_by"] is not None:
+            gave = _accepted(removed, inserted, took, Origin(row["proposed_by"]))
+        else:
+            gave = _handed_on(removed, inserted, took) if took else {}
+    if not took and not gave:
+        return False
+    for segment in took:
+        del now[segment]
+    now.update(gave)
+    followed.done[row["id"]] = (took, gave)
+    return True
+
+
+def _accepted(removed: Segments, inserted: Segments, took: _Some, origin: Origin) -> _Some:
+    """The origins of what came when a prediction was accepted."""
+    gave = {}
+    for segment in inserted:
+        old = _covering(removed, segment)
+        if old is None:
+            gave[segment] = origin
+        elif old in took:  # what is left of a segment beside what was accepted, or all of it
+            gave[segment] = took[old] if old == segment else Origin(took[old].proposer, True)
+    return gave
+
+
+def _handed_on(removed: Segments, inserted: Segments, took: _Some) -> _Some:
+    """The origins of what came when a coder changed segments by hand."""
+    gave = {}
+    proposed = tuple(segment for segment in removed if segment in took)
+    for segment in inserted:
+        if segment in took:
+            gave[segment] = took[segment]
+        elif (old := _most_of(proposed, segment)) is not None:
+            gave[segment] = Origin(took[old].proposer, True)
+    return gave
+
+
+def _covering(segments: Segments, segment: Segment) -> Segment | None:
+    """The segment of the same action that covers all of `segment`, if there is one."""
+    index = bisect_right(segments, segment.start + SLIVER, key=_end)
+    if index == len(segments):
+        return None
+    old = segments[index]
+    covers = old.start <= segment.start + SLIVER and segment.end <= old.end + SLIVER
+    return old if covers and old.action == segment.action else None
+
+
+def _most_of(segments: Segments, segment: Segment) -> Segment | None:
+    """The segment of the same action that overlaps `segment` most, if one does."""
+    most, shared = None, SLIVER
+    for index in range(bisect_right(segments, segment.start, key=_end), len(segments)):
+        old = segments[index]
+        if old.start >= segment.end:
+            break
+        overlap = min(old.end, segment.end) - max(old.start, segment.start)
+        if old.action == segment.action and overlap > shared:
+            most, shared = old, overlap
+    return most
+
+
+def _segments(text: str) -> Segments:
+    """Segments as an edit stores them."""
+    return segments_from_json(json.loads(text))

@@ -1,0 +1,338 @@
+"""One coder at work on one demonstration: each verb is one edit, stored when it returns.
+
+The window's edits go through here, and a script's may as well; the line of history that people
+read is written here, so that it is the same for both.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from operator import attrgetter
+from typing import Literal, TypeVar
+
+from forcelab.errors import InputError
+from forcelab.labels import Segment, Segments, ordered
+from forcelab.project.project import Project, UndoResult
+from forcelab.project.records import Edit
+from forcelab.segment_edits import (
+    SLIVER,
+    erase,
+    fill_gaps,
+    merge,
+    move_edge,
+    move_segment,
+    paint,
+    relabel,
+    splice,
+    spliced,
+    split,
+)
+
+_end = attrgetter("end")
+
+
+def paint_all(segments: Segments, proposed: Segments) -> tuple[Segments, Segments]:
+    """Paint segments one after the other, in one pass over the track.
+
+    Parameters
+    ----------
+    segments : tuple of Segment
+        The track, in order, never overlapping.
+    proposed : tuple of Segment
+        What is painted over it, never overlapping.
+
+    Returns
+    -------
+    after : tuple of Segment
+        As :func:`forcelab.segment_edits.paint` makes it of the track, called for each in turn.
+    painted : tuple of Segment
+        Those of `proposed` that were not there already.
+
+    Raises
+    ------
+    InputError
+        If proposed segments overlap.
+    """
+    done: list[Segment] = []
+    painted = []
+    taken = 0
+    for new in ordered(proposed):
+        while taken < len(segments) and segments[taken].start <= new.end + SLIVER:
+            done.append(segments[taken])
+            taken += 1
+        # All that the new one overlaps or touches stands at the end of what is done.
+        first = len(done)
+        while first and done[first - 1].end >= new.start - SLIVER:
+            first -= 1
+        before = tuple(done[first:])
+        after = paint(before, new.start, new.end, new.action)
+        if after != before:
+            painted.append(new)
+            done[first:] = after
+    done.extend(segments[taken:])
+    return tuple(done), tuple(painted)
+
+
+def free_parts(segments: Segments, proposed: Segments) -> Segments:
+    """Cut proposed segments so that they cover only time that no segment covers.
+
+    Parameters
+    ----------
+    segments : tuple of Segment
+        The track, in order, never overlapping.
+    proposed : tuple of Segment
+        What is cut; a segment may lose all of itself, or become several.
+    """
+    parts = []
+    for new in proposed:
+        start = new.start
+        for index in range(bisect_right(segments, new.start, key=_end), len(segments)):
+            there = segments[index]
+            if there.start >= new.end:
+                break
+            if there.start - start > SLIVER:
+                parts.append(Segment(start, there.start, new.action))
+            start = there.end
+        if new.end - start > SLIVER:
+            parts.append(Segment(start, new.end, new.action))
+    return tuple(parts)
+
+
+Done = TypeVar("Done", Edit | None, UndoResult | None)
+
+#: A line of history names so many accepted predictions, and only counts further ones.
+NAMED = 3
+
+
+def said(segment: Segment) -> str:
+    """A segment in a line of history, such as ``grab 1.250-1.730 s``."""
+    return f"{segment.action} {_stretch(segment.start, segment.end)}"
+
+
+class Labelling:
+    """A coder's track over one demonstration, and the verbs that change it.
+
+    Every verb gives the edit that it made, or None where there was nothing to change.
+
+    Parameters
+    ----------
+    project : Project
+        Where the track is stored.
+    demonstration : str
+        The demonstration's id.
+    author : str
+        The coder; a model's name is refused by the first edit.
+
+    Attributes
+    ----------
+    segments : tuple of Segment
+        The track as it was when it was last read or changed here.
+
+    Raises
+    ------
+    InputError
+        Every verb: as of the function of :mod:`forcelab.segment_edits` that bears its name, and of
+        :meth:`Project.edit`; nothing was written then.
+    StaleTrackError
+        Every verb: if another window or process changed the track; :meth:`refresh` and repeat.
+    """
+
+    def __init__(self, project: Project, demonstration: str, author: str) -> None:
+        self.project = project
+        self.demonstration = demonstration
+        self.author = author
+        self.segments: Segments = ()
+        self.refresh()
+
+    def refresh(self) -> bool:
+        """Read the track again; gives whether it had changed."""
+        before = self.segments
+        self.segments = self.project.track(self.demonstration, self.author).segments
+        return self.segments is not before and self.segments != before
+
+    def history(self) -> tuple[Edit, ...]:
+        """Every edit of the track, the first one first."""
+        return self.project.history(self.demonstration, self.author)
+
+    def paint(self, start: float, end: float, action: str) -> Edit | None:
+        """Paint an action over ``[start, end)``, in seconds."""
+        after = paint(self.segments, start, end, action)
+        return self._store(after, f"{action} {_stretch(start, end)} painted")
+
+    def erase(self, start: float, end: float) -> Edit | None:
+        """Make ``[start, end)`` unlabelled."""
+        after = erase(self.segments, start, end)
+        return self._store(after, f"{_stretch(start, end)} made unlabelled")
+
+    def move_edge(
+        self,
+        index: int,
+        edge: Literal["start", "end"],
+        time: float,
+        replacing: Edit | None = None,
+    ) -> Edit | None:
+        """Move the start or the end of a segment, and of a neighbour that shares it.
+
+        In place of the track's latest edit, if that is given: `index` is then as before it.
+        """
+        before = self._before(replacing)
+        after = move_edge(before, index, edge, time)
+        what = f"{edge} of {said(before[index])} moved to {time:.3f}"
+        return self._store(after, what, replacing=replacing)
+
+    def move_segment(self, index: int, start: float, replacing: Edit | None = None) -> Edit | None:
+        """Move a segment to another start; what lies there is painted over.
+
+        In place of the track's latest edit, if that is given: `index` is then as before it.
+        """
+        before = self._before(replacing)
+        after = move_segment(before, index, start)
+        what = f"{said(before[index])} moved to {start:.3f}"
+        return self._store(after, what, replacing=replacing)
+
+    def split(self, time: float) -> Edit | None:
+        """Cut the segment at `time` into two."""
+        after = split(self.segments, time)
+        _, (old, *_), _ = splice(self.segments, after)
+        return self._store(after, f"{said(old)} split at {time:.3f}")
+
+    def merge(self, first: int, last: int, action: str | None = None) -> Edit | None:
+        """Make one segment of the run from `first` to `last`; `action`, or that of the first."""
+        after = merge(self.segments, first, last, action)
+        whole = after[first]
+        return self._store(after, f"{last - first + 1} segments merged into {said(whole)}")
+
+    def relabel(self, index: int, action: str) -> Edit | None:
+        """Give a segment another action."""
+        after = relabel(self.segments, index, action)
+        return self._store(after, f"{said(self.segments[index])} is now {action}")
+
+    def delete(self, index: int) -> Edit | None:
+        """Take a segment away; its time becomes unlabelled."""
+        if not 0 <= index < len(self.segments):
+            raise InputError(f"There is no segment {index}; the track has {len(self.segments)}.")
+        after = self.segments[:index] + self.segments[index + 1 :]
+        return self._store(after, f"{said(self.segments[index])} deleted")
+
+    def fill_gaps(
+        self, longest: float, action: str | None = None, within: tuple[float, float] | None = None
+    ) -> Edit | None:
+        """Fill unlabelled stretches of at most `longest` s between two segments.
+
+        Parameters
+        ----------
+        longest : float
+            In seconds.
+        action : str, optional
+            What they are filled with; by default both neighbours grow to the middle.
+        within : tuple of float, optional
+            Only between segments that overlap or touch this stretch, in seconds.
+        """
+        low, high = (float("-inf"), float("inf")) if within is None else within
+        inside = [i for i, s in enumerate(self.segments) if s.end >= low and s.start <= high]
+        if not inside:
+            return None
+        first, last = inside[0], inside[-1] + 1
+        filled = fill_gaps(self.segments[first:last], longest, action)
+        after = self.segments[:first] + filled + self.segments[last:]
+        with_what = f" with {action}" if action else ""
+        return self._store(after, f"gaps up to {longest:g} s filled{with_what}")
+
+    def copy_from(self, author: str, start: float, end: float) -> Edit | None:
+        """Make ``[start, end)`` of the track what another author's is there.
+
+        Segments of the other track that reach over a bound are cut at it; what is unlabelled there
+        becomes unlabelled here.
+        """
+        other = self.project.track(self.demonstration, author).segments
+        after = list(erase(self.segments, start, end))
+        for segment in other:
+            left, right = max(segment.start, start), min(segment.end, end)
+            if right - left > SLIVER:
+                # Placed, not painted: touching segments of one action stay as many as they were.
+                after.append(Segment(left, right, segment.action))
+        what = f"{_stretch(start, end)} copied from {author}"
+        return self._store(tuple(sorted(after)), what)
+
+    def accept(self, segments: Segments, proposer: str, replace: bool = True) -> Edit | None:
+        """Paint what a model predicts, as one edit that remembers which model it was.
+
+        Time that no given segment covers stays as it is. As with :meth:`paint`, what overlaps or
+        touches a segment of the same action becomes one with it.
+
+        Parameters
+        ----------
+        segments : tuple of Segment
+            The predictions to take over; never overlapping.
+        proposer : str
+            The model, such as ``"model paper 12"``.
+        replace : bool
+            Whether they are painted over what is there; otherwise they are cut down to the time
+            that no segment covers.
+        """
+        chosen = segments if replace else free_parts(self.segments, segments)
+        after, painted = paint_all(self.segments, chosen)
+        return self._store(after, _counted(painted, proposer), proposer)
+
+    def undo(self) -> Edit | None:
+        """Take back the latest edit that was not taken back yet; reaches back past restarts."""
+        return self._reverted(self.project.undo(self.demonstration, self.author))
+
+    def redo(self) -> Edit | None:
+        """Take back the latest undo, unless another edit came after it."""
+        return self._reverted(self.project.redo(self.demonstration, self.author))
+
+    def undo_everywhere(self) -> UndoResult | None:
+        """Take back the latest edit, and a renaming in all of the coder's tracks."""
+        return self._reverted(self.project.undo_everywhere(self.demonstration, self.author))
+
+    def redo_everywhere(self) -> UndoResult | None:
+        """Take back the latest undo, and that of a renaming in all of the coder's tracks."""
+        return self._reverted(self.project.redo_everywhere(self.demonstration, self.author))
+
+    def _before(self, edit: Edit | None) -> Segments:
+        """The track as it was before its latest edit; as it is without one."""
+        if edit is None:
+            return self.segments
+        return spliced(self.segments, edit.position, edit.inserted, edit.removed)
+
+    def _store(
+        self,
+        after: Segments,
+        what: str,
+        proposer: str | None = None,
+        replacing: Edit | None = None,
+    ) -> Edit | None:
+        """Write the edit; only then is the track here the new one."""
+        if after == self.segments:
+            return None
+        edit = self.project.edit(
+            self.demonstration,
+            self.author,
+            self.segments,
+            after,
+            what,
+            proposed_by=proposer,
+            replacing=None if replacing is None else replacing.id,
+        )
+        self.segments = after
+        return edit
+
+    def _reverted(self, done: Done) -> Done:
+        """Follow an undo or a redo."""
+        if done is not None:
+            self.refresh()
+        return done
+
+
+def _counted(painted: Segments, proposer: str) -> str:
+    """Accepted predictions in a line of history."""
+    # What tells one line from the next comes first: a narrow list cuts their ends off.
+    named = ", ".join(said(segment) for segment in painted[:NAMED])
+    more = f" and {len(painted) - NAMED} more" if len(painted) > NAMED else ""
+    return f"{named}{more} accepted from {proposer}"
+
+
+def _stretch(start: float, end: float) -> str:
+    """A stretch of time in a line of history."""
+    return f"{start:.3f}-{end:.3f} s"

@@ -1,0 +1,176 @@
+"""How much each feature speaks for one action and against another.
+
+Of scikit-learn's MLP with one hidden layer of rectified units the answer is exact: the gradient
+of the log-odds with respect to the features, averaged along the straight line from a reference
+to the time step, times the way along each feature. These are the integrated gradients of [1]_;
+they add up to the difference of the log-odds at the two ends. A rectified unit is linear on
+either side of its kink, so that the average along the line has a closed form: each unit counts
+with the share of the line on which it is active. Of any other classifier only its answers are
+known; for those see :mod:`forcelab.review.explanation`, which replaces features and looks what
+changes.
+
+References
+----------
+.. [1] Sundararajan, Taly and Yan, "Axiomatic Attribution for Deep Networks", ICML 2017.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from forcelab.recognition.forest import softmax
+from forcelab.recognition.recogniser import Recogniser
+from forcelab.signals.cwt_blocks import one_blas_thread
+
+Real = NDArray[np.float64]
+
+#: Probabilities below this count as this: a tree or a vote of neighbours knows 0 and 1.
+FLOOR = 1e-3
+
+
+class Judge(Protocol):
+    """What gives each action a score at each time step."""
+
+    @property
+    def actions(self) -> tuple[str, ...]:
+        """The actions that it tells apart, length K."""
+
+    def scores(self, features: Real) -> Real:
+        """Scores whose differences are log-odds of actions.
+
+        Parameters
+        ----------
+        features : ndarray, shape (n, f)
+
+        Returns
+        -------
+        ndarray, shape (n, K)
+            The action with the highest score is the one that is recognised.
+        """
+
+
+def log_odds(judge: Judge, features: Real, favoured: str, against: str) -> Real:
+    """Log-odds of two actions at each time step, positive where `favoured` leads; shape (n,)."""
+    scores = judge.scores(features)
+    one, other = judge.actions.index(favoured), judge.actions.index(against)
+    return np.asarray(scores[:, one] - scores[:, other])
+
+
+@dataclass(frozen=True, eq=False)
+class Network:
+    """An MLP with one hidden layer of h rectified units, as plain arrays.
+
+    Parameters
+    ----------
+    actions : tuple of str, length K
+    inner : ndarray, shape (f, h)
+        Weights of the hidden layer.
+    bias : ndarray, shape (h,)
+    outer : ndarray, shape (h, K)
+        From hidden units to the logits of the actions.
+    outer_bias : ndarray, shape (K,)
+    """
+
+    actions: tuple[str, ...]
+    inner: Real
+    bias: Real
+    outer: Real
+    outer_bias: Real
+
+    def scores(self, features: Real) -> Real:
+        """As of :class:`Judge`: the logits."""
+        return np.asarray(np.maximum(self._arriving(features), 0.0) @ self.outer + self.outer_bias)
+
+    def probabilities(self, features: Real) -> Real:
+        """Of each action at each time step, shape (n, K)."""
+        return softmax(self.scores(features))
+
+    def shares(self, features: Real, reference: Real, favoured: str, against: str) -> Real:
+        """What each feature adds to the log-odds, compared with a reference.
+
+        Parameters
+        ----------
+        features : ndarray, shape (n, f)
+        reference : ndarray, shape (f,)
+            Such as the mean over all time steps that were trained on.
+        favoured, against : str
+
+        Returns
+        -------
+        ndarray, shape (n, f)
+            Each row adds up to the log-odds there minus those at the reference, but for rounding.
+        """
+        weights = self._between(favoured, against)
+        there = self._arriving(features)
+        here = self._arriving(reference[np.newaxis])
+        way = there - here
+        # The share of the line on which a unit is active; where it stays put, its state there.
+        moved = way != 0
+        gained = np.maximum(there, 0.0) - np.maximum(here, 0.0)
+        active = np.where(moved, gained / np.where(moved, way, 1.0), here > 0)
+        return np.asarray((features - reference) * ((active * weights) @ self.inner.T))
+
+    def _arriving(self, features: Real) -> Real:
+        """What arrives at the hidden units, shape (n, h)."""
+        return np.asarray(features @ self.inner + self.bias)
+
+    def _between(self, favoured: str, against: str) -> Real:
+        """What each hidden unit adds to the log-odds, shape (h,)."""
+        one, other = self.actions.index(favoured), self.actions.index(against)
+        return np.asarray(self.outer[:, one] - self.outer[:, other])
+
+
+@dataclass(frozen=True, eq=False)
+class Voter:
+    """Any other classifier, of which only the answers are known.
+
+    Parameters
+    ----------
+    actions : tuple of str
+    classifier : object
+        Of scikit-learn, fitted to the codes 0 .. K-1.
+    """
+
+    actions: tuple[str, ...]
+    classifier: Any
+
+    @property
+    def probabilistic(self) -> bool:
+        """Whether it gives probabilities; otherwise its margins stand for log-odds."""
+        return hasattr(self.classifier, "predict_proba")
+
+    def scores(self, features: Real) -> Real:
+        """As of :class:`Judge`: logarithms of probabilities from :data:`FLOOR` on, or margins."""
+        with one_blas_thread():
+            if hasattr(self.classifier, "predict_joint_log_proba"):  # known without rounding
+                return np.asarray(self.classifier.predict_joint_log_proba(features))
+            if self.probabilistic:
+                return np.log(np.maximum(self.classifier.predict_proba(features), FLOOR))
+            margins = np.asarray(self.classifier.decision_function(features))
+        if margins.ndim == 1:  # of two actions there is one margin, the second one's
+            margins = np.stack([np.zeros_like(margins), margins], axis=1)
+        return margins
+
+    def probabilities(self, features: Real) -> Real | None:
+        """Of each action at each time step, shape (n, K); None where it has none."""
+        if not self.probabilistic:
+            return None
+        with one_blas_thread():
+            return np.asarray(self.classifier.predict_proba(features))
+
+
+def judge_of(recogniser: Recogniser) -> Network | Voter:
+    """What a recogniser's classifier knows, as far as it can be taken apart."""
+    classifier, actions = recogniser.classifier, recogniser.actions
+    layers = getattr(classifier, "coefs_", ())
+    if len(layers) != 2 or classifier.activation != "relu":
+        return Voter(actions, classifier)
+    inner, outer = (np.asarray(weights, dtype=np.float64) for weights in layers)
+    bias, outer_bias = (np.asarray(b, dtype=np.float64) for b in classifier.intercepts_)
+    if outer.shape[1] == 1:  # of two actions there is one logit, the second one's
+        outer, outer_bias = np.hstack([0 * outer, outer]), np.append(0.0, outer_bias)
+    return Network(actions, inner, bias, outer, outer_bias)

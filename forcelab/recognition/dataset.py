@@ -1,0 +1,305 @@
+"""Labelled demonstrations out of a project: which are trained on, and which tested on."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from fnmatch import fnmatchcase
+from itertools import chain, compress
+
+import numpy as np
+
+from forcelab.demonstration import Demonstration
+from forcelab.errors import InputError, UnclearAuthorError
+from forcelab.label_map import MergeMap
+from forcelab.project import DemonstrationInfo, LabelsUsed, Project
+from forcelab.recognition.examples import Labelled, kept_apart
+from forcelab.recognition.settings import Settings
+
+#: More labelled demonstrations than `MANY` are left out in so many groups unless somebody says
+#: otherwise: half an hour of training for each by itself is minutes then, and each is still
+#: recognised by a recogniser that has not seen it.
+MANY, GROUPS = 20, 10
+
+
+def usual_folds(labelled: int) -> int:
+    """In how many groups so many demonstrations are left out; 0: each by itself."""
+    return GROUPS if labelled > MANY else 0
+
+
+def check_folds(folds: int | None) -> None:
+    """Refuse a number of groups that nothing can be left out in.
+
+    Raises
+    ------
+    InputError
+        If it is negative or 1.
+    """
+    if folds is not None and (folds < 0 or folds == 1):
+        raise InputError(f"Demonstrations are left out in two groups or more, not in {folds}.")
+
+
+def twins(demonstrations: Sequence[Demonstration]) -> list[list[int]]:
+    """Which demonstrations hold the same recording, by whatever names and stamps.
+
+    Their ids differ as soon as a stamp does; what was recorded is then still the same.
+
+    Parameters
+    ----------
+    demonstrations : sequence of Demonstration
+
+    Returns
+    -------
+    list of list of int
+        The places of each recording's demonstrations, usually one, in order.
+    """
+    places: dict[bytes, list[int]] = {}
+    for i, demonstration in enumerate(demonstrations):
+        signals = np.ascontiguousarray(demonstration.signals, dtype=np.float64)
+        places.setdefault(hashlib.sha256(signals.tobytes()).digest(), []).append(i)
+    return list(places.values())
+
+
+def groups(demonstrations: Sequence[Demonstration], folds: int | None) -> list[list[int]]:
+    """The places of the demonstrations that are left out together, one group after the other.
+
+    Neighbours in the order are in different groups, so that each group has some of every task;
+    but those that hold the same recording are left out together.
+
+    Parameters
+    ----------
+    demonstrations : sequence of Demonstration
+    folds : int or None
+        How many groups; each recording is one by itself with 0 or None, or where there are no more
+        than that.
+
+    Raises
+    ------
+    InputError
+        If the number is negative or 1.
+    """
+    check_folds(folds)
+    recordings = twins(demonstrations)
+    parts = min(folds or len(recordings), len(recordings))
+    return [sorted(chain(*recordings[first::parts])) for first in range(parts)]
+
+
+def coder_of(project: Project, infos: Sequence[DemonstrationInfo], author: str | None) -> str:
+    """Whose labels are meant: the author asked for, or the only coder there is.
+
+    Models are no coders: what they predicted is never trained on.
+
+    Raises
+    ------
+    UnclearAuthorError
+        If several coders labelled and none was chosen.
+    InputError
+        If nobody labelled anything, or the chosen one did not.
+    """
+    people = project.coders()
+    coders = list(dict.fromkeys(a for info in infos for a in info.authors if a in people))
+    if author is not None:
+        if author not in coders:
+            known = f"there are labels of {', '.join(coders)}" if coders else "nobody has yet"
+            raise InputError(f"'{author}' has labelled nothing here; {known}.")
+        return author
+    if not coders:
+        raise InputError("Nothing is labelled yet; label at least two actions first.")
+    if len(coders) > 1:
+        raise UnclearAuthorError(f"There are labels of {', '.join(coders)}; say whose to use.")
+    return coders[0]
+
+
+@dataclass(frozen=True)
+class Corpus:
+    """Labelled demonstrations, and which labels they were given.
+
+    Parameters
+    ----------
+    labelled : list of Labelled
+    labels : tuple of LabelsUsed
+        For each: whose labels, and the latest edit of them when they were read.
+    spelt : frozenset of str
+        All actions as the coder spelt them.
+    """
+
+    labelled: list[Labelled]
+    labels: tuple[LabelsUsed, ...]
+    spelt: frozenset[str]
+
+    def parted(self, pattern: str) -> tuple[Corpus, Corpus]:
+        """The demonstrations whose names do not match a shell's pattern, and those that do.
+
+        Raises
+        ------
+        InputError
+            If one of them would be empty.
+        """
+        chosen = [fnmatchcase(item.demonstration.name, pattern) for item in self.labelled]
+        if all(chosen) or not any(chosen):
+            names = ", ".join(item.demonstration.name for item in self.labelled[:3])
+            what = "every" if all(chosen) else "no"
+            raise InputError(
+                f"'{pattern}' matches {what} demonstration; there are {names} and the like. Give a "
+                f"pattern that some names match, such as 'bob-*'."
+            )
+
+        def those(wanted: bool) -> Corpus:
+            kept = [one is wanted for one in chosen]
+            return Corpus(
+                list(compress(self.labelled, kept)), tuple(compress(self.labels, kept)), self.spelt
+            )
+
+        return those(False), those(True)
+
+
+def corpus(
+    project: Project,
+    tasks: Sequence[str],
+    author: str | None = None,
+    *,
+    merge: MergeMap | None = None,
+    apart: bool = False,
+) -> Corpus:
+    """The demonstrations of one or several tasks with one coder's labels.
+
+    Parameters
+    ----------
+    project : Project
+    tasks : sequence of str
+        In this order.
+    author : str, optional
+        The coder; may be left out where there is only one.
+    merge : MergeMap, optional
+        Spellings to take as one action; the stored labels stay as they are.
+    apart : bool
+        Whether actions then get their task as a suffix, so that ``grab`` of two tasks stays two.
+
+    Raises
+    ------
+    UnclearAuthorError
+        If several coders labelled and none was chosen.
+    InputError
+        If a task has no demonstration, an array is damaged, or nothing is labelled.
+    """
+    with project.snapshot():
+        for task in tasks:
+            project.check_task(task)
+        infos = [info for task in tasks for info in project.demonstrations(task)]
+        coder = coder_of(project, infos, author)
+        items = [
+            Labelled(_intact(project, info), project.track(info.id, coder).segments)
+            for info in infos
+        ]
+        labels = tuple(LabelsUsed(i.id, coder, project.head(i.id, coder)) for i in infos)
+    spelt = frozenset(s.action for item in items for s in item.segments)
+    labelled = [item.merged(merge) for item in items]
+    if apart:
+        labelled = kept_apart(labelled, [info.task for info in infos])
+    return Corpus(labelled, labels, spelt)
+
+
+def _intact(project: Project, info: DemonstrationInfo) -> Demonstration:
+    """Load a demonstration and make sure that it is what was imported."""
+    demonstration = project.load(info.id)
+    if demonstration.fingerprint() != info.id:
+        raise InputError(
+            f"The arrays of '{info.name}' in '{project.path}' are damaged; import the recording "
+            f"again."
+        )
+    return demonstration
+
+
+@dataclass(frozen=True)
+class Choice:
+    """Which demonstrations of a project are meant.
+
+    Parameters
+    ----------
+    tasks : tuple of str
+        Joined into one. Empty: evaluate every task by itself; train on the only one there is.
+    test_task : str, optional
+        Evaluate by testing on this task instead of leaving one demonstration out.
+    author : str, optional
+        The coder; may be left out where there is only one.
+    apart : bool
+        Whether joined tasks keep their actions apart, ``grab`` becoming ``grab_TASK``.
+    test_names : str, optional
+        Evaluate by testing on the demonstrations with such names, a shell's pattern, training on
+        all others: those of one person on those of the rest.
+    adapt : bool
+        Whether what is tested is matched to what is trained on, as
+        :mod:`forcelab.recognition.adaptation` does.
+    folds : int, optional
+        In how many groups demonstrations are left out, as
+        :func:`~forcelab.recognition.dataset.groups` parts them; 0: each by itself. None where
+        nobody said: as :func:`~forcelab.recognition.dataset.usual_folds` has it.
+    """
+
+    tasks: tuple[str, ...] = ()
+    test_task: str | None = None
+    author: str | None = None
+    apart: bool = False
+    test_names: str | None = None
+    adapt: bool = False
+    folds: int | None = None
+
+    def check(self) -> None:
+        """Refuse what can never be.
+
+        Raises
+        ------
+        InputError
+            If actions are kept apart by task and looked for in another task, two ways to part
+            demonstrations are chosen, there is a single group of them, or one of them is left out
+            at a time and to be adapted.
+        """
+        if self.folds and not self.leaves_out:
+            raise InputError(
+                "What is tested on is chosen, so that nothing is left out; choose that or groups."
+            )
+        check_folds(self.folds)
+        if self.test_names is not None and self.test_task is not None:
+            raise InputError("Test on a task or on demonstrations by their names, not on both.")
+        if self.adapt and self.leaves_out:
+            raise InputError(
+                "What is adapted is a task or a person that was not trained on; choose "
+                "demonstrations to test on, by task or by name."
+            )
+        if self.apart and self.test_task is not None:
+            raise InputError(
+                "Actions kept apart by task are found in no other task; join or merge them instead."
+            )
+
+    @property
+    def leaves_out(self) -> bool:
+        """Whether demonstrations are left out in turn, not chosen to be tested on."""
+        return self.test_task is None and self.test_names is None
+
+    def settled(self, found: Corpus) -> Choice:
+        """The same with a number of groups, by how many demonstrations there are to leave out."""
+        if not self.leaves_out or self.folds is not None:
+            return self
+        labelled = sum(bool(item.segments) for item in found.labelled)
+        return replace(self, folds=usual_folds(labelled))
+
+    def corpus(self, project: Project, tasks: Sequence[str], settings: Settings) -> Corpus:
+        """The demonstrations of some tasks, chosen this way."""
+        merge = settings.merge if self.apart else None  # otherwise merged when prepared
+        return corpus(project, tasks, self.author, merge=merge, apart=self.apart)
+
+    def parts(self, project: Project, tasks: Sequence[str], settings: Settings) -> list[Corpus]:
+        """What is trained on, and what is tested on where that is another part.
+
+        Raises
+        ------
+        InputError
+            If there is nothing of these tasks, or no name matches.
+        """
+        found = self.corpus(project, tasks, settings)
+        if self.test_task is not None:
+            return [found, self.corpus(project, [self.test_task], settings)]
+        if self.test_names is None:
+            return [found]
+        return list(found.parted(self.test_names))
