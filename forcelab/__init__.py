@@ -63,7 +63,7 @@ if TYPE_CHECKING:
     from forcelab.signals.wavelets import Haar as Haar
     from forcelab.signals.wavelets import Morlet as Morlet
     from forcelab.signals.wavelets import RealMorlet as RealMorlet
-    from forcelab.simulation.adding import simulating as simulating
+    from forcelab.simulation.generate import simulating as simulating
     from forcelab.simulation.tasks import performing as performing
     from forcelab.vocabulary import Vocabulary as Vocabulary
 
@@ -116,7 +116,7 @@ _HOMES = {
     "save_recogniser": ("recognition.storage", "save"),
     "score_tracks": ("recognition.metrics", "score_tracks"),
     "segments_from_codes": ("labels", "from_codes"),
-    "simulating": ("simulation.adding", "simulating"),
+    "simulating": ("simulation.generate", "simulating"),
     "train": ("recognition.training", "train"),
     "train_tasks": ("recognition.experiments", "train_tasks"),
     "why_at": ("review.explanation", "why_at"),

@@ -56,7 +56,7 @@ def making(path: str | PathLike[str], jobs: int = 1) -> Generator[Progress, None
     from forcelab.recognition.dataset import Choice
     from forcelab.recognition.experiments import train_tasks
     from forcelab.recognition.presets import preset
-    from forcelab.simulation.production import Order, producing
+    from forcelab.simulation.generate import Order, producing
 
     orders = [
         Order(

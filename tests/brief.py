@@ -8,8 +8,7 @@ from forcelab.clock import ClockMap
 from forcelab.jobs import Progress
 from forcelab.labels import Segment
 from forcelab.simulation.motion import Event, Motion, Performance
-from forcelab.simulation.parts import Body, Jaws
-from forcelab.simulation.scene import Scene
+from forcelab.simulation.scene import Body, Jaws, Scene
 
 RATE, LENGTH = 2000.0, 0.8
 #: A grip: the jaws close, hold and open.

@@ -14,9 +14,9 @@ from pathlib import Path
 
 import cv2
 
-from forcelab.capture import camera_device
-from forcelab.capture.replaying import Replay, sensors_of
-from forcelab.capture.virtual_camera import VirtualCamera
+from forcelab.capture import camera
+from forcelab.capture.emulator import VirtualCamera
+from forcelab.capture.replay import Replay, sensors_of
 from forcelab.formats.optoforce.calibration import read_calibrations
 from forcelab.project import Project
 from forcelab.resources import asset
@@ -61,7 +61,7 @@ def draw(path: Path, picture: Path) -> None:
         demonstration, truth = project.load(info.id), project.truth(info.id)
     sensors = sensors_of(demonstration, read_calibrations(calibration))
     film = Film(demonstration.video.path)
-    camera_device.open_camera = lambda _: film
+    camera.open_camera = lambda _: film
     application = QApplication([])
     theme.apply(application, "light")
     window = Window("Ines", remembering=False)

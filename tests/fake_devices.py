@@ -7,7 +7,7 @@ import time
 
 import numpy as np
 
-from forcelab.capture.blocks import Block, UnpluggedError
+from forcelab.capture.device import Block, UnpluggedError
 from forcelab.demonstration import Channel
 from forcelab.errors import InputError
 

@@ -19,7 +19,7 @@ from forcelab.glossary import glossary
 from forcelab.jobs import finish
 from forcelab.labels import UNLABELLED, Segments, to_codes
 from forcelab.simulation.motion import Performance
-from forcelab.simulation.rendering.stage import Stage
+from forcelab.simulation.rendering import Stage
 from forcelab.simulation.scene import TASKS, Task
 from forcelab.simulation.tasks import performing
 

@@ -6,9 +6,8 @@ import struct
 
 import numpy as np
 
-from forcelab.capture.journal import Contents
-from forcelab.capture.samples import Samples
-from forcelab.capture.virtual_camera import BITS
+from forcelab.capture.emulator import BITS
+from forcelab.capture.journal import Contents, Samples
 
 
 def block_of(payload):

@@ -9,12 +9,21 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from forcelab.simulation.hand import Command
-from forcelab.simulation.layout import Layout
 from forcelab.simulation.mechanics import Mechanics
-from forcelab.simulation.parts import Arm, Body, Ground, Holder, Jaws, Pads, Profile, Socket, Thread
-from forcelab.simulation.profile import width_at
-from forcelab.simulation.scene import Scene
-from forcelab.simulation.stacking import stacked
+from forcelab.simulation.scene import (
+    Arm,
+    Body,
+    Ground,
+    Holder,
+    Jaws,
+    Pads,
+    Profile,
+    Scene,
+    Socket,
+    Thread,
+    width_at,
+)
+from forcelab.simulation.state_layout import Layout, stacked
 
 #: Almost no friction, with bristles that are not stiff to solve.
 SLIPPERY = Pads(static=1e-9, kinetic=1e-9, stiffness=1e-6, damping=0.0, viscous=0.0)

@@ -22,7 +22,7 @@ HOMES = {
     "PySide6": {"gui"},
     "pyqtgraph": {"gui"},
     "serial": {"capture"},
-    "cv2": {"video", "capture/camera.py", "simulation/rendering"},
+    "cv2": {"video", "capture/camera.py", "simulation/rendering.py"},
     "sklearn": {"recognition"},
     "skops": {"recognition"},
 }

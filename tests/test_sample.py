@@ -21,7 +21,7 @@ from forcelab.labels import Segment
 from forcelab.project import Project
 from forcelab.recognition.settings import Settings
 from forcelab.recognition.storage import load
-from forcelab.simulation import production
+from forcelab.simulation import generate
 from forcelab.simulation.scene import TASKS
 
 
@@ -29,7 +29,7 @@ from forcelab.simulation.scene import TASKS
 def whole(tmp_path_factory):
     """The sample project, of brief performances; two of one task are really filmed."""
     path = tmp_path_factory.mktemp("whole") / "sample.forcelab"
-    really = production._filmed
+    really = generate._filmed
 
     def filmed(performance, origin, scratch):
         # All brief performances look alike; one is synchronised with its video and one is not.
@@ -37,16 +37,16 @@ def whole(tmp_path_factory):
         return film(performance, origin, scratch)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(production, "performing", brief.performing)
-        patch.setattr(production, "_filmed", filmed)
+        patch.setattr(generate, "performing", brief.performing)
+        patch.setattr(generate, "_filmed", filmed)
         assert finish(sample.making(path))
     return path
 
 
 @pytest.fixture
 def quick(monkeypatch):
-    monkeypatch.setattr(production, "performing", brief.performing)
-    monkeypatch.setattr(production, "_filmed", brief.filmed)
+    monkeypatch.setattr(generate, "performing", brief.performing)
+    monkeypatch.setattr(generate, "_filmed", brief.filmed)
 
 
 @pytest.fixture
@@ -137,7 +137,7 @@ def test_interrupted_it_leaves_nothing(quick, monkeypatch, tmp_path, capsys):
         assert any(tmp_path.glob(".forcelab-*.part/project.sqlite"))
         signal.raise_signal(signal.SIGINT)
 
-    monkeypatch.setattr(production, "_filmed", interrupting)
+    monkeypatch.setattr(generate, "_filmed", interrupting)
     monkeypatch.setattr(demonstrating, "cpu_count", lambda: 1)
     try:
         assert main(["demo", str(tmp_path / "sample.forcelab")]) == 130

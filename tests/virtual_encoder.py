@@ -6,9 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from forcelab.capture.virtual_port import BURST
-from forcelab.capture.virtual_sampler import Readings, VirtualSampler
-from forcelab.capture.virtual_streams import Run
+from forcelab.capture.emulator import BURST, Readings, Run, VirtualSampler
 
 #: Registers of the encoder's adapter: how much its count has to change to be sent, how often it
 #: looks, its clock, its count, what it is, and how it replies.
@@ -37,7 +35,7 @@ class VirtualEncoder(VirtualSampler):
     serial : int
         Its serial number.
     clock_ppm, path, burst, waits
-        As of :class:`~forcelab.capture.virtual_sampler.VirtualSampler`.
+        As of :class:`~forcelab.capture.emulator.VirtualSampler`.
     """
 
     def __init__(

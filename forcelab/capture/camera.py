@@ -1,24 +1,430 @@
-"""A camera: every frame stamped as it arrives and written as it comes, in a thread of its own."""
+"""A camera: every frame stamped as it arrives and written as it comes.
+
+Matroska (RFC 9559): clusters of unknown size, one a second, so that nothing written has to be
+changed later; what ended is read up to its last whole picture. Closing adds the cues by which
+players jump.
+"""
 
 from __future__ import annotations
 
 import contextlib
+import math
+import struct
 import threading
 import time
+from collections import deque
+from collections.abc import Sequence
+from io import FileIO
 from pathlib import Path
+from statistics import median
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from forcelab.capture.camera_device import Capture
-from forcelab.capture.events import Events
-from forcelab.capture.frames import SILENT, FrameCount
+from forcelab.capture.discovery import LOOK
 from forcelab.capture.journal import Kind
 from forcelab.capture.journal_writer import JournalWriter
-from forcelab.capture.matroska import MatroskaWriter
-from forcelab.capture.recorder_state import CameraState
+from forcelab.capture.messages import MessageQueue
+from forcelab.capture.reader import CameraState
+from forcelab.errors import InputError
 
-__all__ = ["CameraReader"]
+#: Seconds without a picture after which a camera is away.
+SILENT = 2.0
+
+_INTERVALS = 30  # of which the median is the camera's period
+_KNOWN = 10  # intervals that tell it: what a driver kept before anybody read comes all at once
+_GAP, _EARLY = 1.6, 0.6  # periods between two frames: one is missing or late; it was late
+_LEAK = 0.8  # of a delay that is left with the next frame, as the period is not known exactly
+_WATCHED = 10  # frames after a gap that tell late frames from missing ones
+
+
+class DropCounter:
+    """Counts frames, and those that a camera or its driver dropped.
+
+    Where a camera stamps its frames, the stamps tell what is missing. Where only arrivals tell, a
+    gap between two is a missing frame or a late one: late frames are followed by others that come
+    sooner than a period, until the delay is made up; missing ones are not.
+
+    Attributes
+    ----------
+    frames, dropped : int
+        That came, and that are missing between those.
+    """
+
+    def __init__(self) -> None:
+        self._steps: deque[float] = deque(maxlen=_INTERVALS)
+        self._arrived = self._own = math.nan
+        self.frames = self._sure = 0
+        #: Of the frames in doubt: how late the last one and the least late one came (s), how many
+        #: are watched yet, how many were, and how many frames are missing by them.
+        self._behind = self._least = 0.0
+        self._left = self._doubted = self._missing = 0
+
+    def restart(self) -> None:
+        """Count anew from the next frame on; the camera's period is known already."""
+        self.frames = self._sure = 0
+        self._forgive()
+
+    def interrupted(self) -> None:
+        """The camera was away: what it did not see it did not drop."""
+        self._sure += self._missing
+        self._arrived = self._own = math.nan
+        self._forgive()
+
+    @property
+    def dropped(self) -> int:
+        """Frames that are missing, as far as is known."""
+        return self._sure + self._missing
+
+    @property
+    def rate(self) -> float:
+        """Frames a second as measured; 0 while not known."""
+        return 1.0 / median(self._steps) if self._steps else 0.0
+
+    def count(self, arrived: float, own: float = 0.0) -> None:
+        """Count a frame.
+
+        Parameters
+        ----------
+        arrived : float
+            When it arrived, in seconds of the host's clock.
+        own : float
+            The camera's own stamp (s); 0 where it tells none.
+        """
+        self.frames += 1
+        stamped = self._own > 0 and own > self._own
+        step = own - self._own if stamped else arrived - self._arrived
+        self._arrived, self._own = arrived, own
+        if not step > 0:
+            return
+        if len(self._steps) >= _KNOWN:
+            period = median(self._steps)
+            if stamped:
+                self._sure += max(round(step / period) - 1, 0) if step > _GAP * period else 0
+            else:
+                self._watch(step - period, period)
+        # What is made up after a delay comes faster than the camera; but its period may change.
+        self._doubted = self._doubted + 1 if self._left else 0
+        if not self._left or self._doubted > 2 * _WATCHED:
+            self._steps.append(step)
+
+    def _watch(self, ahead: float, period: float) -> None:
+        """Take in by how much (s) a frame came later than a period after the one before it."""
+        if ahead > (_GAP - 1) * period:
+            self._sure += self._missing
+            self._behind = self._least = max(self._behind - self._missing * period, 0.0) + ahead
+            self._left = _WATCHED
+        elif self._left:
+            self._behind += ahead
+            self._least = min(self._least, self._behind)
+            self._left -= 1
+        else:
+            self._behind = _LEAK * self._behind + ahead
+            if self._behind < -_EARLY * period and self._sure:
+                self._sure -= 1  # it was late for longer than was watched
+                self._behind += period
+            return
+        self._missing = max(round(self._least / period), 0)
+        if not self._left:
+            self._sure += self._missing
+            self._behind -= self._missing * period
+            self._least, self._missing = 0.0, 0
+
+    def _forgive(self) -> None:
+        """Nothing is in doubt."""
+        self._behind = self._least = 0.0
+        self._left = self._missing = self._doubted = 0
+
+
+_SCALE = 100_000  # ns, the unit of stamps
+_PER_SECOND = 1_000_000_000 // _SCALE
+_CLUSTER = _PER_SECOND  # longest cluster; a picture's time in it has 16 bits
+_UNKNOWN = b"\x01\xff\xff\xff\xff\xff\xff\xff"
+
+_EBML, _SEGMENT, _SEEK_HEAD, _VOID = 0x1A45DFA3, 0x18538067, 0x114D9B74, 0xEC
+_SEEK, _SEEK_ID, _SEEK_POSITION = 0x4DBB, 0x53AB, 0x53AC
+_INFO, _TIMESTAMP_SCALE, _DURATION = 0x1549A966, 0x2AD7B1, 0x4489
+_MUXING_APP, _WRITING_APP = 0x4D80, 0x5741
+_TRACKS, _TRACK, _NUMBER, _UID, _TYPE = 0x1654AE6B, 0xAE, 0xD7, 0x73C5, 0x83
+_LACING, _CODEC, _VIDEO, _WIDTH, _HEIGHT = 0x9C, 0x86, 0xE0, 0xB0, 0xBA
+_CLUSTER_ID, _TIMESTAMP, _BLOCK = 0x1F43B675, 0xE7, 0xA3
+_CUES, _CUE, _CUE_TIME, _CUE_PLACES, _CUE_TRACK, _CUE_CLUSTER = (
+    0x1C53BB6B, 0xBB, 0xB3, 0xB7, 0xF7, 0xF1,
+)  # fmt: skip
+_EBML_VERSION, _EBML_READ, _EBML_IDS, _EBML_SIZES = 0x4286, 0x42F7, 0x42F2, 0x42F3
+_DOC_TYPE, _DOC_VERSION, _DOC_READ = 0x4282, 0x4287, 0x4285
+
+
+def _element(identity: int, content: bytes) -> bytes:
+    """An element with its identity and length."""
+    name = identity.to_bytes((identity.bit_length() + 7) // 8, "big")
+    return name + (len(content) | 1 << 56).to_bytes(8, "big") + content
+
+
+def _number(identity: int, value: int) -> bytes:
+    """An element that is an unsigned number of eight bytes, whatever it is."""
+    return _element(identity, value.to_bytes(8, "big"))
+
+
+class MatroskaWriter:
+    """Writes pictures as they come.
+
+    Parameters
+    ----------
+    path : Path
+        A file that is not there yet.
+    width, height : int
+        Of the pictures, in pixels.
+
+    Raises
+    ------
+    OSError
+        If the file cannot be written; as of all methods. Nothing is left of it where it could not
+        be begun.
+    """
+
+    def __init__(self, path: Path, width: int, height: int) -> None:
+        self._file = FileIO(path, "x")
+        self._cues: list[tuple[int, int]] = []
+        self._begun = self._last = 0
+        video = _number(_WIDTH, width) + _number(_HEIGHT, height)
+        track = (
+            _number(_NUMBER, 1) + _number(_UID, 1) + _number(_TYPE, 1) + _number(_LACING, 0)
+            + _element(_CODEC, b"V_MJPEG") + _element(_VIDEO, video)
+        )  # fmt: skip
+        head = (
+            _number(_EBML_VERSION, 1) + _number(_EBML_READ, 1)
+            + _number(_EBML_IDS, 4) + _number(_EBML_SIZES, 8)
+            + _element(_DOC_TYPE, b"matroska") + _number(_DOC_VERSION, 4) + _number(_DOC_READ, 2)
+        )  # fmt: skip
+        start = _element(_EBML, head) + _SEGMENT.to_bytes(4, "big") + _UNKNOWN
+        self._segment = len(start)
+        room = len(self._seek_head(0))
+        start += _element(_VOID, bytes(room - 9))
+        self._info = len(start)
+        start += self._info_element(0.0) + _element(_TRACKS, _element(_TRACK, track))
+        try:
+            self._write(start)
+        except OSError:
+            self._file.close()
+            with contextlib.suppress(OSError):
+                path.unlink()  # or the next try would find the name taken
+            raise
+
+    def write(self, jpeg: bytes, time: float) -> float:
+        """Write a picture.
+
+        Parameters
+        ----------
+        jpeg : bytes
+        time : float
+            Seconds from the first picture's; larger than the one before.
+
+        Returns
+        -------
+        float
+            The time (s) that the file keeps.
+        """
+        stamp = max(round(time * _PER_SECOND), self._last + 1 if self._cues else 0)
+        begun, cluster = self._begun, not self._cues or stamp - self._begun >= _CLUSTER
+        place, out = self._file.tell() - self._segment, b""
+        if cluster:
+            begun = stamp
+            out = _CLUSTER_ID.to_bytes(4, "big") + _UNKNOWN + _number(_TIMESTAMP, stamp)
+        head = b"\x81" + struct.pack(">hB", stamp - begun, 0x80)
+        self._write(out + _element(_BLOCK, head + jpeg))
+        if cluster:
+            self._cues.append((stamp, place))
+        self._begun, self._last = begun, stamp
+        return stamp / _PER_SECOND
+
+    def close(self) -> None:
+        """Write what helps players to jump, and let go of the file; closing twice is fine."""
+        if self._file.closed:
+            return
+        try:
+            place = self._file.tell() - self._segment
+            cues = b"".join(self._cue(stamp, cluster) for stamp, cluster in self._cues)
+            self._write(_element(_CUES, cues))
+            self._file.truncate()  # of what a full disk once refused
+            self._file.seek(self._segment)
+            self._write(self._seek_head(place))
+            self._file.seek(self._info)
+            self._write(self._info_element(float(self._last)))
+        finally:
+            self._file.close()
+
+    def _write(self, data: bytes) -> None:
+        """Write all of it or fail."""
+        begin, rest = self._file.tell(), data
+        try:
+            while rest:
+                rest = rest[self._file.write(rest) or 0 :]
+        except OSError:
+            self._file.seek(begin)  # the next picture replaces what stands there
+            raise
+
+    @staticmethod
+    def _cue(stamp: int, cluster: int) -> bytes:
+        """Where a cluster begins."""
+        places = _number(_CUE_TRACK, 1) + _number(_CUE_CLUSTER, cluster)
+        return _element(_CUE, _number(_CUE_TIME, stamp) + _element(_CUE_PLACES, places))
+
+    @staticmethod
+    def _seek_head(place: int) -> bytes:
+        """Where the cues are."""
+        identity = _element(_SEEK_ID, _CUES.to_bytes(4, "big"))
+        return _element(_SEEK_HEAD, _element(_SEEK, identity + _number(_SEEK_POSITION, place)))
+
+    @staticmethod
+    def _info_element(duration: float) -> bytes:
+        """What is said of the whole; its length (in stamps) is known at the end only."""
+        content = _number(_TIMESTAMP_SCALE, _SCALE) + _element(_MUXING_APP, b"forcelab")
+        content += _element(_WRITING_APP, b"forcelab")
+        lasts = _element(_DURATION, struct.pack(">d", duration))
+        # A length of zero would be believed.
+        return _element(_INFO, content + (lasts if duration else _element(_VOID, bytes(9))))
+
+
+_LINKS = Path("/dev/v4l/by-id")  # names that stay with a camera whatever number it gets (udev)
+
+
+class Capture(Protocol):
+    """What OpenCV's capture objects do."""
+
+    def read(self) -> tuple[bool, NDArray[np.uint8] | None]:
+        """Wait for the next frame: whether there is one, and its picture (blue, green, red)."""
+
+    def get(self, what: int, /) -> float:
+        """A property."""
+
+    def release(self) -> None:
+        """Let go of the camera."""
+
+
+class OpenCvCamera:
+    """A camera as of :class:`Capture`, that can be opened again.
+
+    Parameters
+    ----------
+    which : str
+        Its number, such as ``"0"``, or its device, such as ``"/dev/video0"``.
+
+    Raises
+    ------
+    InputError
+        If it cannot be opened.
+    """
+
+    def __init__(self, which: str) -> None:
+        self.which = which
+        self._lasting = _lasting(which)
+        self._capture: Any = None
+        if not self.reopen():
+            raise InputError(
+                f"The camera {which} cannot be opened; plug it in, close what else uses it, and "
+                f"{LOOK}."
+            )
+
+    def reopen(self) -> bool:
+        """Connect anew, by its own name where it has one; gives whether it is there."""
+        from forcelab.video.codecs import opencv
+
+        self.release()
+        which = self.which
+        if self._lasting is not None:
+            if not self._lasting.exists():
+                return False
+            which = str(self._lasting.resolve())
+        number = which.removeprefix("/dev/video")
+        capture = opencv().VideoCapture(int(number) if number.isdigit() else which)
+        if not capture.isOpened():
+            return False
+        self._capture = capture
+        return True
+
+    def read(self) -> tuple[bool, NDArray[np.uint8] | None]:
+        """The next frame; see :class:`Capture`."""
+        if self._capture is None:
+            return False, None
+        found: tuple[bool, NDArray[np.uint8] | None] = self._capture.read()
+        return found
+
+    def get(self, what: int, /) -> float:
+        """A property by OpenCV's number."""
+        return float(self._capture.get(what)) if self._capture is not None else 0.0
+
+    def release(self) -> None:
+        """Let go of it."""
+        if self._capture is not None:
+            self._capture.release()
+            self._capture = None
+
+
+def check_camera(which: str) -> None:
+    """Refuse words that mean no camera, whichever is plugged in.
+
+    Raises
+    ------
+    InputError
+        Unless they are a number, a path, or an address on the network such as
+        ``"rtsp://10.0.0.5/stream"``.
+    """
+    plain = which.isascii() and which.isdigit()
+    if not plain and not which.startswith("/") and "://" not in which:
+        raise InputError(
+            f"'{which}' is no camera; write its number, such as 0, or its device, such as "
+            f"/dev/video0."
+        )
+
+
+def open_camera(which: str) -> Capture:
+    """Open a camera; see :class:`OpenCvCamera`."""
+    check_camera(which)
+    return OpenCvCamera(which)
+
+
+def open_cameras(wanted: Sequence[str]) -> list[tuple[str, Capture]]:
+    """Open cameras, as a :class:`~forcelab.capture.recorder.Recorder` takes them.
+
+    Parameters
+    ----------
+    wanted : sequence of str
+        As of :func:`open_camera`.
+
+    Returns
+    -------
+    list of (str, Capture)
+        Their names and they themselves.
+
+    Raises
+    ------
+    InputError
+        If one cannot be opened, or is named twice; none is open then.
+    """
+    opened: list[tuple[str, Capture]] = []
+    try:
+        for which in wanted:
+            name = f"camera {which}"
+            if any(name == other for other, _ in opened):
+                raise InputError(f"The {name} is named twice; name it once.")
+            opened.append((name, open_camera(which)))
+    except BaseException:  # whatever that is: those before it are let go of
+        for _, capture in opened:
+            capture.release()
+        raise
+    return opened
+
+
+def _lasting(which: str, links: Path = _LINKS) -> Path | None:
+    """The name of a camera that does not change when it is plugged in again, where there is one."""
+    device = Path(f"/dev/video{which}" if which.isdigit() else which)
+    if not links.is_dir():
+        return None
+    # A camera may have several, the pictures first.
+    return next((link for link in sorted(links.iterdir()) if link.resolve() == device), None)
+
 
 _POSITION_MS = 0  # OpenCV's CAP_PROP_POS_MSEC
 _QUALITY = 90  # of the JPEG pictures, in percent
@@ -53,9 +459,9 @@ class CameraReader:
         self._first = 0.0
         self._size: tuple[int, int] | None = None  # height and width of the video
         self._refused = self._silent = False
-        self._events = Events()
+        self._events = MessageQueue()
         self._latest: tuple[float, NDArray[np.uint8]] | None = None
-        self._count = FrameCount()
+        self._count = DropCounter()
         self._heard = self._tried = time.monotonic()
         self._thread = threading.Thread(target=self._run, name=f"forcelab {name}")
         self._thread.start()

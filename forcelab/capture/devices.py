@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import TypeVar
 from urllib.parse import quote, unquote
 
-from forcelab.capture.blocks import Device
+from forcelab.capture.device import Device
 from forcelab.capture.discovery import port_of
-from forcelab.capture.encoder_device import Encoder
+from forcelab.capture.encoder import Encoder
 from forcelab.capture.optoforce_device import OptoForce
 from forcelab.capture.text_device import TextLine
 from forcelab.errors import InputError

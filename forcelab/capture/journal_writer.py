@@ -13,18 +13,18 @@ from io import FileIO
 from pathlib import Path
 from typing import Any
 
-from forcelab.capture.blocks import Block
-from forcelab.capture.events import Events
+from forcelab.capture.device import Block
 from forcelab.capture.journal import (
     FLUSHED,
     PIECE,
     SUFFIX,
     Contents,
     Kind,
+    block_bytes,
     encoded,
     header_bytes,
 )
-from forcelab.capture.samples import block_bytes
+from forcelab.capture.messages import MessageQueue
 from forcelab.errors import InputError
 from forcelab.io import sync_folder
 
@@ -64,7 +64,7 @@ class JournalWriter:
         self._waiting: list[bytes] = [header_bytes(header)]
         self._unwritten = b""  # what the disk has not confirmed, which begins at this place
         self._place = 0
-        self._events = Events()
+        self._events = MessageQueue()
         self._refused = False
         self._tried = 0.0
         self._ended = threading.Event()

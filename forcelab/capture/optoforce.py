@@ -1,23 +1,105 @@
-"""OptoForce DAQs as they are read live: what is sent to them, and bytes to blocks of samples.
+"""OptoForce DAQs: their packets, what is sent to them, and what is said of them.
 
 Nothing here opens a port; :mod:`forcelab.formats.optoforce.packets` holds the packets themselves.
 """
 
 from __future__ import annotations
 
+import time
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from forcelab.capture.blocks import Block
+from forcelab.capture.device import Block
+from forcelab.capture.messages import MessageQueue
 from forcelab.errors import InputError
 from forcelab.formats.optoforce.calibration import Calibration
 from forcelab.formats.optoforce.counter import Unwrapper, modal_step
 from forcelab.formats.optoforce.framing import sealed
 from forcelab.formats.optoforce.packets import Packets, Parser, Reply
+from forcelab.formats.optoforce.status import sentences
 
-__all__ = ["BAUD", "FILTERS", "USB_ID", "Stream", "configure", "serial_request", "speed_for"]
+#: Seconds without a packet after which that is remarked.
+SILENCE = 1.0
+
+
+class StatusMessages(MessageQueue):
+    """Events of a DAQ, as sentences."""
+
+    def status(self, called: str, status: NDArray[np.uint16], arrived: float) -> None:
+        """Remark what status words say.
+
+        Parameters
+        ----------
+        called : str
+            What sentences call the DAQ.
+        status : ndarray of uint16, shape (n,)
+            Those that are not zero.
+        arrived : float
+            When the last one came, in s of the host's monotonic clock.
+        """
+        for number in np.unique(status & 0xF):
+            word = int(np.bitwise_or.reduce(status[status & 0xF == number]))
+            for sentence in sentences(word & ~0x03F0):
+                self.during(sentence, f"{called}: {sentence}", arrived)
+            for sentence in sentences(word & 0x03FF):
+                self.during(int(number), f"{called}: {sentence}", arrived)
+
+    def still(self, called: str, arrived: float) -> None:
+        """Remark it once when nothing has come but samples that are dropped as repeated.
+
+        Parameters
+        ----------
+        called : str
+            What sentences call the DAQ.
+        arrived : float
+            When the last of them came, in s of the host's monotonic clock.
+        """
+        self.during(
+            "still",
+            f"{called}: its sample counter stands still, so its packets are left out as repeated; "
+            f"unplug it and plug it in again.",
+            arrived,
+        )
+
+    def silence(self, called: str, heard: float) -> None:
+        """Remark it once when nothing has come for long.
+
+        Parameters
+        ----------
+        called : str
+            What sentences call the DAQ.
+        heard : float
+            When the last packet came, in s of the host's monotonic clock.
+        """
+        now = time.monotonic()
+        if now - heard > SILENCE:
+            self.during(
+                "silence",
+                f"{called} has sent no valid packet for {SILENCE:g} s; check its cable.",
+                now,
+            )
+
+
+@dataclass(frozen=True)
+class Tare(Calibration):
+    """A calibration of a DAQ that has forgotten its zero.
+
+    Parameters
+    ----------
+    offset : ndarray of float64, shape (c,)
+        Counts that it reads where zero was taken.
+    """
+
+    offset: NDArray[np.float64]
+
+    def apply(self, counts: NDArray[np.int16]) -> NDArray[np.float64]:
+        """Carry counts, shape (n, c), to the unit of the channels, from the zero on."""
+        left = counts - self.offset
+        return left * np.where(left < 0, self.negative, self.positive)
+
 
 BAUD: Final = 1_000_000
 #: Vendor and product of its USB port.

@@ -1,41 +1,126 @@
-"""An OptoForce DAQ at a serial port."""
+"""An OptoForce DAQ at a serial port, asked while it streams."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from forcelab.capture.blocks import Block, UnpluggedError
+from forcelab.capture.device import Block, UnpluggedError
 from forcelab.capture.discovery import optoforce_ports
 from forcelab.capture.optoforce import (
     BAUD,
     FILTERS,
+    StatusMessages,
     Stream,
+    Tare,
     configure,
     serial_request,
     speed_for,
 )
-from forcelab.capture.optoforce_said import Said
-from forcelab.capture.optoforce_talk import ANSWER, Talk
-from forcelab.capture.optoforce_zeroed import Zeroed
-from forcelab.capture.port_device import PortDevice
+from forcelab.capture.serial_port import Port, PortDevice
 from forcelab.demonstration import Channel
 from forcelab.errors import InputError
 from forcelab.formats.optoforce.calibration import Calibration, channels_of, read_calibrations
-from forcelab.formats.optoforce.packets import Kind
+from forcelab.formats.optoforce.packets import Kind, Parser, Reply
 
-__all__ = ["OptoForce"]
+
+class _Told(Protocol):
+    """What is known of a device."""
+
+    @property
+    def name(self) -> str:
+        """What it is called."""
+
+    @property
+    def channels(self) -> Sequence[Channel]:
+        """What it gives."""
+
+
+def counting(device: _Told) -> bool:
+    """Whether a device that is open gives the raw counts of an OptoForce DAQ."""
+    called = device.name.startswith("optoforce:")
+    return called and any(not channel.unit for channel in device.channels)
+
+
+def uncalibrated(name: str, cure: str = "give ?calibration=FILE") -> str:
+    """What is said of a device that gives raw counts, before it is recorded, and what to do."""
+    return (
+        f"{name} is not calibrated: its forces are recorded as raw counts, which do not compare "
+        f"with newtons; {cure}."
+    )
+
+
+#: Seconds that a DAQ has for an answer, and for the first packet.
+ANSWER = 1.0
+
+
+class CommandChannel:
+    """Questions and answers between packets of data, which are passed over.
+
+    Parameters
+    ----------
+    port : Port
+        Open.
+    """
+
+    def __init__(self, port: Port) -> None:
+        self._port, self._parser = port, Parser()
+        self._tail = b""
+
+    @property
+    def left(self) -> bytes:
+        """The unfinished packet at the end of what was read."""
+        pending = self._parser.pending
+        return self._tail[-pending:] if pending else b""
+
+    def ask(self, message: bytes, wanted: Callable[[Reply], bool]) -> Reply | None:
+        """Send a message, once more if nobody answers; the answer, or None if there is none."""
+        for _ in range(2):
+            self._port.write(message)
+            until = time.monotonic() + ANSWER / 2
+            while time.monotonic() < until:
+                self._read()
+                found = [reply for reply in self._parser.take_replies() if wanted(reply)]
+                if found:
+                    return found[-1]
+        return None
+
+    def kind(self) -> Kind:
+        """The kind of its packets.
+
+        Raises
+        ------
+        InputError
+            If none comes.
+        """
+        until = time.monotonic() + ANSWER
+        while self._parser.kind is None:
+            if time.monotonic() > until:
+                raise InputError(
+                    f"The device at {self._port.path} sends no OptoForce packets; check that it "
+                    f"is a DAQ, and that its sensors are plugged in."
+                )
+            self._read()
+        return self._parser.kind
+
+    def _read(self) -> None:
+        """Take in what has come."""
+        data, _ = self._port.read(0.05)
+        self._parser.feed(data)
+        self._tail = (self._tail + data)[-64:]
+
 
 #: Seconds over which the readings are averaged that a zeroing takes for zero.
 ZEROING = 0.03
 
 
 class OptoForce(PortDevice):
-    """A DAQ with its sensors; see :class:`~forcelab.capture.blocks.Device`.
+    """A DAQ with its sensors; see :class:`~forcelab.capture.device.Device`.
 
     A zero that was taken survives an unplugged cable: the DAQ forgets it, and what it read at that
     moment is subtracted here from then on. Not for several threads at once.
@@ -103,7 +188,7 @@ class OptoForce(PortDevice):
         self._offset: NDArray[np.float64] | None = None
         self._zeroed = 0  # the connection in which the DAQ was zeroed; after it, it is not any more
         self._left = b""
-        self._said = Said()
+        self._said = StatusMessages()
 
     @property
     def channels(self) -> tuple[Channel, ...]:
@@ -182,7 +267,7 @@ class OptoForce(PortDevice):
 
     def _begin(self) -> None:
         """Learn which DAQ this is, and configure it if it is the right one."""
-        talk, where = Talk(self._port), self._port.path
+        talk, where = CommandChannel(self._port), self._port.path
         reply = talk.ask(serial_request(), lambda reply: reply.serial is not None)
         serial = reply.serial if reply else None
         if self.serial is not None and serial != self.serial:
@@ -218,7 +303,7 @@ class OptoForce(PortDevice):
         if self._offset is not None and self._zeroed != self.connections:
             ones = np.ones(len(self._offset))
             known = calibration or Calibration("counts", ones, ones)
-            calibration = Zeroed(known.source, known.positive, known.negative, self._offset)
+            calibration = Tare(known.source, known.positive, known.negative, self._offset)
         self._stream.calibration = calibration
 
     def _order(self, message: bytes) -> None:

@@ -1,34 +1,191 @@
-"""A thread that reads one device: journal, clock, last seconds, and what is wrong with it."""
+"""A thread that reads one device: journal, clock, last seconds, and what is wrong."""
 
 from __future__ import annotations
 
 import re
 import threading
 import time
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from forcelab.capture.blocks import Block, Device, UnpluggedError
-from forcelab.capture.clocks import ArrivalClock
-from forcelab.capture.counting import missed
-from forcelab.capture.events import Events
+from forcelab.capture.clock import ArrivalClock
+from forcelab.capture.device import Block, Device, UnpluggedError
 from forcelab.capture.journal import Kind
 from forcelab.capture.journal_writer import JournalWriter
-from forcelab.capture.recorder_state import DeviceState
-from forcelab.capture.ring import Ring, Window
-from forcelab.capture.wander import ZeroWander
+from forcelab.capture.messages import MessageQueue
+from forcelab.capture.sample_counter import missed
+from forcelab.capture.zero_drift import ZeroDrift
 from forcelab.demonstration import Channel
 from forcelab.errors import ForcelabError
 
-__all__ = [
-    "FORCES",
-    "FORCE_NAME",
-    "OVERLOAD",
-    "PLUGGED",
-    "UNPLUGGED",
-    "DeviceReader",
-]
+#: First sample's number, times (s, host's monotonic clock), shape (n,), and values, shape (n, c).
+Window = tuple[int, NDArray[np.float64], NDArray[np.float64]]
+
+
+class Ring:
+    """The last samples of a device; memory is taken once.
+
+    Each sample is written twice, one length of the ring apart, so that any window is one slice.
+
+    Parameters
+    ----------
+    length : int
+        Samples that are kept.
+    channels : int
+
+    Attributes
+    ----------
+    count : int
+        Samples taken in so far.
+
+    Notes
+    -----
+    Not for several threads at once.
+    """
+
+    def __init__(self, length: int, channels: int) -> None:
+        self._length = length
+        self._rows = np.zeros((2 * length, 1 + channels))
+        self.count = 0
+
+    def extend(self, times: NDArray[np.float64], values: NDArray[np.float64]) -> None:
+        """Take in samples, shapes (n,) and (n, c)."""
+        self.count += len(times)
+        times, values = times[-self._length :], values[-self._length :]
+        n = len(times)
+        at = (self.count - n) % self._length
+        first = min(n, self._length - at)
+        for begin, part in ((at, slice(0, first)), (0, slice(first, n))):
+            rows = part.stop - part.start
+            for place in (begin, begin + self._length):
+                self._rows[place : place + rows, 0] = times[part]
+                self._rows[place : place + rows, 1:] = values[part]
+
+    def since(self, number: int) -> Window:
+        """Copies of all samples from one on, as far as they are still there.
+
+        Parameters
+        ----------
+        number : int
+            Of the first sample that is wanted, counted from 0; the next call's is this one's
+            first number plus its length.
+        """
+        first = max(number, self.count - self._length, 0)
+        n = max(self.count - first, 0)
+        at = first % self._length
+        rows = self._rows[at : at + n]
+        return first, rows[:, 0].copy(), rows[:, 1:].copy()
+
+    def latest(self, seconds: float) -> Window:
+        """Copies of the samples of the last so many seconds, counted back from the last one."""
+        kept = min(self.count, self._length)
+        if not kept:
+            return self.since(self.count)
+        at = (self.count - kept) % self._length
+        times = self._rows[at : at + kept, 0]
+        first = int(np.searchsorted(times, times[-1] - seconds))
+        return self.since(self.count - kept + first)
+
+
+@dataclass(frozen=True, slots=True)
+class DeviceState:
+    """How a device does.
+
+    Parameters
+    ----------
+    name : str
+    channels : tuple of Channel
+    plugged : bool
+        Whether it is there.
+    samples, lost, saturated : int
+        Samples that came, were missing by the counter, and were beyond the sensor's range, since
+        the recording began; before that, since it was opened.
+    rate : float
+        Samples a second as measured, in Hz; 0 while not known.
+    offset : float
+        Host time (s) at which its counter reads zero; NaN where there is no clock.
+    clock_rate : float
+        Its seconds as told in seconds of the host: 1 + 200e-6 for a clock 200 ppm slow; NaN where
+        there is no clock.
+    residual : float
+        Root mean square distance (s) of the earliest arrivals from the clock.
+    alarms : tuple of str
+        Of ``unplugged``, ``stalled``, ``saturation``, ``lost samples``, ``drift`` (of its clock)
+        and ``zero`` (which wanders).
+    wandered : tuple of (Channel, float)
+        The channels whose zero wandered, and by how much in their unit.
+    """
+
+    name: str
+    channels: tuple[Channel, ...]
+    plugged: bool
+    samples: int
+    lost: int
+    saturated: int
+    rate: float
+    offset: float
+    clock_rate: float
+    residual: float
+    alarms: tuple[str, ...]
+    wandered: tuple[tuple[Channel, float], ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class CameraState:
+    """How a camera does.
+
+    Parameters
+    ----------
+    name : str
+    frames, dropped : int
+        That came, and that are missing between those, since the recording began; before that,
+        since it was opened.
+    rate : float
+        Frames a second as measured; 0 while not known.
+    alarms : tuple of str
+        Of ``no picture`` and ``not written``.
+    """
+
+    name: str
+    frames: int
+    dropped: int
+    rate: float
+    alarms: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class RecorderState:
+    """How a recorder does.
+
+    Parameters
+    ----------
+    recording : bool
+    name : str
+        Of the demonstration that is recorded; empty while none is.
+    seconds : float
+        Since the recording began; 0 while none is.
+    in_memory : int
+        Bytes that the disk refuses and that are kept in memory.
+    devices : tuple of DeviceState
+    cameras : tuple of CameraState
+    """
+
+    recording: bool
+    name: str
+    seconds: float
+    in_memory: int
+    devices: tuple[DeviceState, ...]
+    cameras: tuple[CameraState, ...]
+
+    @property
+    def obstacle(self) -> str:
+        """Why no recording can begin, in a sentence; empty where one can."""
+        if any(device.plugged for device in self.devices):
+            return ""
+        return "No device is plugged in, so nothing can be recorded; plug one in again."
+
 
 #: What events in the journal are called.
 UNPLUGGED, PLUGGED = "unplugged", "plugged in again"
@@ -74,11 +231,11 @@ class DeviceReader:
         self._clock = ArrivalClock(device.rate)
         rate = device.rate if device.rate > 0 else _UNKNOWN
         self._ring = Ring(max(int(seconds * rate), 64), len(device.channels))
-        self._wander = ZeroWander(len(device.channels))
+        self._wander = ZeroDrift(len(device.channels))
         self._lock = threading.Lock()
         self._ended, self._zero = threading.Event(), threading.Event()
         self._journal: JournalWriter | None = None
-        self._events = Events()
+        self._events = MessageQueue()
         self._last: Block | None = None
         self._plugged = True
         self._counted = 0  # samples so far of a device without a counter: they count themselves
@@ -117,12 +274,12 @@ class DeviceReader:
         self._zero.set()
 
     def latest(self, seconds: float) -> Window:
-        """The samples of the last seconds; see :class:`~forcelab.capture.ring.Ring`."""
+        """The samples of the last seconds; see :class:`~forcelab.capture.reader.Ring`."""
         with self._lock:
             return self._ring.latest(seconds)
 
     def since(self, number: int) -> Window:
-        """All samples from one on; see :class:`~forcelab.capture.ring.Ring`."""
+        """All samples from one on; see :class:`~forcelab.capture.reader.Ring`."""
         with self._lock:
             return self._ring.since(number)
 

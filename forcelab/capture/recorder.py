@@ -1,4 +1,4 @@
-"""The recorder: devices and cameras at once, live and into a project."""
+"""Devices and cameras at once, live and into a project."""
 
 from __future__ import annotations
 
@@ -7,21 +7,21 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from forcelab.capture.beginning import begin_journal
-from forcelab.capture.blocks import Device
-from forcelab.capture.camera import CameraReader
-from forcelab.capture.camera_device import Capture
+from forcelab.capture.camera import CameraReader, Capture
+from forcelab.capture.device import Device, Opened
 from forcelab.capture.devices import number_sensors
 from forcelab.capture.journal import Contents, Kind
 from forcelab.capture.journal_writer import JournalWriter
-from forcelab.capture.keeping import Kept, PartlyKeptError, delete_videos, discard, keep
-from forcelab.capture.opened import Opened
-from forcelab.capture.reader import DeviceReader
-from forcelab.capture.recorder_state import RecorderState
-from forcelab.capture.ring import Window
+from forcelab.capture.reader import DeviceReader, RecorderState, Window
+from forcelab.capture.save import (
+    PartialSaveError,
+    SavedRecording,
+    begin_journal,
+    delete_videos,
+    discard,
+    keep,
+)
 from forcelab.errors import InputError
-
-__all__ = ["Recorder"]
 
 
 class Recorder(Opened):
@@ -64,7 +64,9 @@ class Recorder(Opened):
         self._cameras: list[CameraReader] = []
         self._journal: JournalWriter | None = None
         self._stopped = False
-        self._part: Kept | None = None  # of what could not be kept whole, but is in the project
+        self._part: SavedRecording | None = (
+            None  # of what could not be kept whole, but is in the project
+        )
         self._name, self.begun = "", 0.0
         self.saved: Path | None = None
 
@@ -145,7 +147,7 @@ class Recorder(Opened):
         """Whether a recording runs, or has ended and is not kept yet."""
         return self._journal is not None
 
-    def stop(self) -> Kept:
+    def stop(self) -> SavedRecording:
         """End the recording and make a demonstration of it.
 
         Raises
@@ -158,7 +160,7 @@ class Recorder(Opened):
         contents = journal.contents()
         try:
             kept = keep(self.path, contents)
-        except PartlyKeptError as error:
+        except PartialSaveError as error:
             self._part = error.part
             raise
         if self._part is not None and kept.added.status != "new":
@@ -250,7 +252,7 @@ class Recorder(Opened):
     def latest(self, seconds: float) -> tuple[Window, ...]:
         """The last seconds of each device: number of the first sample, times (s), values.
 
-        Times are those of the host's monotonic clock; see :class:`~forcelab.capture.ring.Ring`.
+        Times are those of the host's monotonic clock; see :class:`~forcelab.capture.reader.Ring`.
         """
         return tuple(reader.latest(seconds) for reader in self._readers)
 

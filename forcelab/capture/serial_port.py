@@ -1,20 +1,56 @@
-"""A serial port: opened for one reader alone, read as bytes arrive, gone when the cable is."""
+"""A serial port: opened for one reader alone, read as bytes arrive, found again."""
 
 from __future__ import annotations
 
 import errno
+import os
 import time
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
-from forcelab.capture.blocks import UnpluggedError
-from forcelab.capture.ports import LOOK
+from forcelab.capture.device import UnpluggedError
+from forcelab.capture.discovery import LOOK, FoundPort, port_like
+from forcelab.capture.messages import MessageQueue
+from forcelab.demonstration import Channel
 from forcelab.errors import InputError
 
 if TYPE_CHECKING:
     import serial
 
-__all__ = ["Port"]
+
+#: Bytes of the longest line that can mean anything; a wrong baud rate may send no line end at all.
+LONGEST: Final = 2048
+
+
+class LineSplitter:
+    """Splits a stream at CR, LF or both; blank lines are left out, unfinished ones are kept.
+
+    A line longer than :data:`LONGEST` comes cut to one byte more than that, however much of it
+    there was.
+    """
+
+    def __init__(self) -> None:
+        self._tail = b""
+
+    def feed(self, data: bytes) -> list[bytes]:
+        """The lines that are complete with these bytes, without their ends.
+
+        Parameters
+        ----------
+        data : bytes
+            What follows on what was given before.
+        """
+        *lines, tail = (self._tail + data.replace(b"\r", b"\n")).split(b"\n")
+        self._tail = tail[: LONGEST + 1]
+        cut = [line[: LONGEST + 1] for line in lines]
+        return [line for line in cut if line.strip()]
+
+    def forget(self) -> None:
+        """Drop the unfinished line, as after a cable was unplugged."""
+        self._tail = b""
+
 
 #: Seconds after which a device that takes no bytes is taken for gone.
 WRITING = 1.0
@@ -182,3 +218,124 @@ def _sentence(path: str, error: Exception) -> str:
     if number in BUSY:
         return f"The port {path} is in use by another program; close that first."
     return f"The port {path} cannot be opened ({error}); is it a serial port?"
+
+
+#: Seconds between two reads at least; the newest sample of each is still a millisecond old at most.
+GATHER = 0.004
+
+
+class PortDevice(ABC):
+    """What devices at serial ports have in common.
+
+    Parameters
+    ----------
+    path : str
+        Its port.
+    baud : int
+        Bits a second.
+
+    Attributes
+    ----------
+    connections : int
+        How often it was connected since it was opened.
+    """
+
+    kind = ""
+    holds = False
+
+    def __init__(self, path: str, baud: int) -> None:
+        self.connections = 0
+        self._path, self._baud = path, baud
+        self._port = Port(path, baud, GATHER)
+        self._heard = 0.0
+
+    @property
+    def name(self) -> str:
+        """Such as ``"text:/dev/ttyUSB0"``; the port is the present one."""
+        return f"{self.kind}:{self._path}"
+
+    def open(self) -> None:
+        """Connect and learn what it sends; see ``Device.open``."""
+        self.connections = 0
+        try:
+            self._connect(self._path)
+        except UnpluggedError as error:
+            raise InputError(str(error)) from error
+
+    def reopen(self) -> None:
+        """Find the same device again, at whatever port, and connect to it.
+
+        Raises
+        ------
+        UnpluggedError
+            While it is not back.
+        """
+        self.close()
+        for path in self._places():
+            try:
+                self._connect(path)
+            except (InputError, UnpluggedError):
+                continue
+            return
+        raise UnpluggedError(f"{self._called()} is not plugged in again yet.")
+
+    def close(self) -> None:
+        """Let go of it; see ``Device.close``."""
+        self._port.close()
+
+    def _connect(self, path: str) -> None:
+        """Open a port and begin, if the right device is behind it."""
+        port = Port(path, self._baud, GATHER)
+        port.open()
+        self._port.close()
+        self._port = port
+        try:
+            self._begin()
+        except BaseException:
+            port.close()
+            raise
+        self._path, self._heard = path, time.monotonic()
+        self.connections += 1
+
+    def _called(self) -> str:
+        """What sentences call it."""
+        return self.name
+
+    @abstractmethod
+    def _places(self) -> Sequence[str]:
+        """The ports at which it may be after it was plugged in again, the likeliest first."""
+
+    @abstractmethod
+    def _begin(self) -> None:
+        """What has to be said and learnt first, at a port that is open."""
+
+
+Ports = Callable[[], Iterable[FoundPort]]
+
+
+class LineDevice(PortDevice):
+    """What such devices have in common: the port is found again by its USB serial number."""
+
+    def __init__(self, path: str, baud: int, ports: Ports) -> None:
+        super().__init__(path, baud)
+        self.rate = 0.0
+        self.channels: tuple[Channel, ...] = ()
+        self._ports = ports
+        self._known = FoundPort(path, "unknown", "", None, None, usable=True)
+        self._events = MessageQueue()
+
+    def open(self) -> None:
+        """Connect and learn what it sends; see ``Device.open``."""
+        real = os.path.realpath(self._path)
+        same = (port for port in self._ports() if os.path.realpath(port.path) == real)
+        self._known = next(same, FoundPort(self._path, "unknown", "", None, None, usable=True))
+        super().open()
+
+    def remarks(self) -> tuple[str, ...]:
+        """What went wrong since the last time this was asked; see ``Device.remarks``."""
+        return self._events.take()
+
+    def _places(self) -> Sequence[str]:
+        """Wherever its USB serial number is now; else where it was."""
+        path = port_like(self._known, self._ports()) if self._known.usb else self._path
+        return () if path is None else (path,)

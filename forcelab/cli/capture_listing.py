@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from forcelab.capture.discovery import find_ports
-from forcelab.capture.ports import cameras
+from forcelab.capture.discovery import cameras, find_ports
 from forcelab.cli.output import json_text, table
 
 NOTHING = "No serial port and no camera is plugged in, or this user may not see them."

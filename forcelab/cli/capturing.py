@@ -11,13 +11,13 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from forcelab.capture.blocks import Device
-from forcelab.capture.calibration import counting, uncalibrated
-from forcelab.capture.camera_device import open_cameras
+from forcelab.capture.camera import open_cameras
+from forcelab.capture.device import Device
 from forcelab.capture.devices import devices_named
-from forcelab.capture.keeping import CAPTURES, Kept, Recovered, recover, unfinished
+from forcelab.capture.optoforce_device import counting, uncalibrated
+from forcelab.capture.reader import RecorderState
 from forcelab.capture.recorder import Recorder
-from forcelab.capture.recorder_state import RecorderState
+from forcelab.capture.save import CAPTURES, Recovered, SavedRecording, recover, unfinished
 from forcelab.cli import capture_listing
 from forcelab.cli.newcomers import telling_newcomers
 from forcelab.cli.options import WrongWordError
@@ -188,7 +188,7 @@ def _say(sentence: str) -> None:
     print(printable(sentence), file=sys.stderr, flush=True)
 
 
-def _told(kept: Kept, state: RecorderState) -> str:
+def _told(kept: SavedRecording, state: RecorderState) -> str:
     """The result for people."""
     lost = sum(device.lost for device in state.devices)
     words = [counted(kept.samples, "sample"), f"{lost} lost"]
@@ -200,7 +200,7 @@ def _told(kept: Kept, state: RecorderState) -> str:
     return "\n".join([*lines, f"'{name}': {kept.seconds:.2f} s, {', '.join(words)}."])
 
 
-def _plain(kept: Kept, state: RecorderState) -> dict[str, Any]:
+def _plain(kept: SavedRecording, state: RecorderState) -> dict[str, Any]:
     """The same as plain values."""
     return _kept(kept) | {
         "devices": [
@@ -226,7 +226,7 @@ def _plain(kept: Kept, state: RecorderState) -> dict[str, Any]:
     }
 
 
-def _kept(kept: Kept) -> dict[str, Any]:
+def _kept(kept: SavedRecording) -> dict[str, Any]:
     """A demonstration that was kept, as plain values."""
     return {
         "id": kept.added.id,

@@ -138,8 +138,7 @@ def _codecs() -> Iterator[Finding]:
 
 def _devices() -> Iterator[Finding]:
     """Cameras and serial ports, and whether this user may use them."""
-    from forcelab.capture.discovery import find_ports
-    from forcelab.capture.ports import cameras
+    from forcelab.capture.discovery import cameras, find_ports
 
     seen = cameras()
     for camera in seen:

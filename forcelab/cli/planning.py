@@ -73,7 +73,7 @@ def _mechanics(info: DemonstrationInfo) -> dict[str, Any] | None:
     origin = Origin.parsed(info.source)
     if origin is None:
         return None
-    from forcelab.simulation.layout import Layout, left_out
+    from forcelab.simulation.state_layout import Layout, left_out
     from forcelab.simulation.tasks import scene_of
 
     scene = scene_of(origin.task, origin.seed, origin.number)

@@ -10,7 +10,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, TextIO, TypeVar
 
-from forcelab.capture.keeping import Kept
+from forcelab.capture.save import SavedRecording
 from forcelab.cli.output import printable
 from forcelab.cli.stopping import unbroken
 from forcelab.errors import InputError
@@ -59,7 +59,7 @@ class Recognition:
         """The recording has ended: take in the last of it."""
         self._print(self._tried(self._live.finish) or ())
 
-    def keep(self, path: Path, kept: Kept) -> dict[str, Any] | None:
+    def keep(self, path: Path, kept: SavedRecording) -> dict[str, Any] | None:
         """Keep the track and tell what became of it as plain values; None where there is none."""
         return self._tried(partial(self._live.keep, path, kept))
 

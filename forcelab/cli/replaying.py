@@ -8,7 +8,7 @@ import time
 from collections.abc import Sequence
 
 from forcelab.capture.devices import said
-from forcelab.capture.replaying import Board, Replay, Sensor, board_of, sensors_of
+from forcelab.capture.replay import Board, Replay, Sensor, board_of, sensors_of
 from forcelab.cli.options import WrongWordError
 from forcelab.cli.output import json_text, printable
 from forcelab.cli.stopping import stoppable

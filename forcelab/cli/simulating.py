@@ -10,7 +10,7 @@ from forcelab.cli.options import WrongWordError
 from forcelab.cli.output import json_text, printable, progress_bar
 from forcelab.errors import InputError
 from forcelab.jobs import finish
-from forcelab.simulation.adding import simulating
+from forcelab.simulation.generate import simulating
 from forcelab.simulation.origin import origins, task_named
 from forcelab.text import counted
 

@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from forcelab.capture.blocks import Device
-from forcelab.capture.following import Following
-from forcelab.capture.keeping import Kept
+from forcelab.capture.device import Device
 from forcelab.capture.recorder import Recorder
+from forcelab.capture.save import SavedRecording
+from forcelab.capture.stream_merger import StreamMerger
 from forcelab.demonstration import GAP_PERIODS, Channel
 from forcelab.labels import UNLABELLED, Segment, model_author
 from forcelab.project import Project
@@ -342,7 +342,7 @@ class LiveRecognition:
     ) -> None:
         self.author, self.latency, self.recogniser = model_author(name), latency, recogniser
         self._name, self._recorder, self._devices = name, recorder, devices
-        self._following = Following(devices, recorder.since)
+        self._following = StreamMerger(devices, recorder.since)
         rate = self._following.rate if self._following.rate > 0 else None
         self._online = OnlineRecogniser(recogniser, latency, self._following.channels, rate)
         slow = () if rate is None else unseen_at(recogniser, rate, "The samples come", "they have")
@@ -455,7 +455,7 @@ class LiveRecognition:
         self._ended = time.monotonic()
         return found
 
-    def keep(self, path: Path, kept: Kept) -> dict[str, Any]:
+    def keep(self, path: Path, kept: SavedRecording) -> dict[str, Any]:
         """Keep the track with the demonstration, and tell what became of it as plain values.
 
         Parameters

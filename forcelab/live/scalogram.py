@@ -13,10 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from forcelab.capture.blocks import Device
-from forcelab.capture.following import Following
-from forcelab.capture.gathering import channels_of_all
+from forcelab.capture.assemble import channels_of_all
+from forcelab.capture.device import Device
 from forcelab.capture.recorder import Recorder
+from forcelab.capture.stream_merger import StreamMerger
 from forcelab.demonstration import Channel
 from forcelab.errors import InputError
 from forcelab.recognition.live_features import CausalGrid, Steps
@@ -212,7 +212,7 @@ class LiveScalogram:
         chosen, recorded, self._apply = _made_of(devices, channel)
         self._chosen = chosen
         used = [devices[i] for i in chosen]
-        self._following = Following(used, lambda i, number: recorder.since(chosen[i], number))
+        self._following = StreamMerger(used, lambda i, number: recorder.since(chosen[i], number))
         self._recorded = recorded
         measured = max((rates[i] for i in chosen if i < len(rates)), default=0.0)
         rate = self._following.rate or measured

@@ -14,10 +14,9 @@ from functools import partial
 import numpy as np
 
 from forcelab.simulation.hand import KNOT_STEP, Command, minimum_jerk, tremor
-from forcelab.simulation.layout import Layout
 from forcelab.simulation.mechanics import Mechanics
-from forcelab.simulation.parts import Arm, Body, Ground, Holder, Jaws, Socket
-from forcelab.simulation.scene import Scene
+from forcelab.simulation.scene import Arm, Body, Ground, Holder, Jaws, Scene, Socket
+from forcelab.simulation.state_layout import Layout
 from forcelab.simulation.system import Array, System
 
 __all__ = ["Case", "Problem", "contact_cases"]

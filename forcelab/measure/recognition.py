@@ -24,8 +24,8 @@ from forcelab.measure.recognition_spent import (
     timed,
 )
 from forcelab.measure.rows import Row, with_front
-from forcelab.recognition.dataset import groups
 from forcelab.recognition.examples import Examples, Labelled, actions_of, common_rate, prepare
+from forcelab.recognition.groups import groups
 from forcelab.recognition.recogniser import Recogniser
 from forcelab.recognition.training import fit_examples
 

@@ -100,7 +100,7 @@ class ProjectRecorded(ProjectFolder):
         demonstration : str
             Its id.
         arrays : mapping of str to ndarray
-            Numbers and names, such as of :class:`~forcelab.capture.gathering.Gathered`.
+            Numbers and names, such as of :class:`~forcelab.capture.assemble.AssembledRecording`.
 
         Raises
         ------

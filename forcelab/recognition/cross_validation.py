@@ -17,8 +17,8 @@ from forcelab.labels import UNLABELLED, to_codes
 from forcelab.parallel import shared
 from forcelab.recognition.adaptation import matching
 from forcelab.recognition.calibration import Reliability
-from forcelab.recognition.dataset import groups, twins
 from forcelab.recognition.examples import Examples, Labelled, actions_of, common_rate, prepare
+from forcelab.recognition.groups import groups, twins
 from forcelab.recognition.label_noise import Contradicted, remark_on
 from forcelab.recognition.live import Decided, check_latency, with_latency
 from forcelab.recognition.recogniser import Prediction, Recogniser

@@ -32,7 +32,6 @@ from numpy.typing import NDArray
 
 from forcelab.errors import InputError
 from forcelab.signals.conditioning import bridge, condition
-from forcelab.signals.cwt_engine import plan_for
 from forcelab.signals.wavelets import Wavelet
 
 Real = NDArray[np.float64]
@@ -275,6 +274,9 @@ def features(
     for i, channel in enumerate(channels):
         # A channel at a time: the coefficients of one stay small beside the features of all.
         ready = condition(channel)
+        # It loads SciPy, and settings, which are read early, import this file.
+        from forcelab.signals.cwt_engine import plan_for
+
         coefficients = plan_for(n, scales, wavelet, 1e-14).coefficients(ready.values)[0]
         shift = ready.exponent[0] * np.log(2.0)
         with np.errstate(divide="ignore"):  # no noise has the logarithm -inf

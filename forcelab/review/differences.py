@@ -14,11 +14,10 @@ from typing import TYPE_CHECKING, Literal, NamedTuple
 
 from forcelab.labels import Segment, Segments
 from forcelab.project import Project
-from forcelab.recognition.probability_trace import Certainty
-from forcelab.review.run_result import Outcome, Reviewed
 
 if TYPE_CHECKING:
-    from forcelab.review.run_result import Reviewed  # loads scipy
+    from forcelab.recognition.probability_trace import Certainty
+    from forcelab.review.run_result import Outcome, Reviewed  # loads SciPy
 
 
 @dataclass(frozen=True, slots=True)

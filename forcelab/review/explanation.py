@@ -40,8 +40,8 @@ from forcelab.jobs import Progress
 from forcelab.labels import UNLABELLED, Segments, to_codes
 from forcelab.project import LabelsUsed, Project
 from forcelab.recognition.attribution import Judge, Network, Voter, judge_of, log_odds
-from forcelab.recognition.dataset import groups
 from forcelab.recognition.examples import Examples, Labelled, common_rate, kept_apart
+from forcelab.recognition.groups import groups
 from forcelab.recognition.label_noise import trimming
 from forcelab.recognition.probability_trace import Certainty
 from forcelab.recognition.recogniser import Recogniser

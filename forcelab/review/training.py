@@ -20,8 +20,9 @@ from forcelab.jobs import Progress
 from forcelab.labels import from_codes
 from forcelab.process import interruptible
 from forcelab.project import DemonstrationInfo, LabelsUsed, Project
-from forcelab.recognition.dataset import Choice, Corpus, groups
+from forcelab.recognition.dataset import Choice, Corpus
 from forcelab.recognition.experiments import evaluating, idle, told, unlearnt, unlike
+from forcelab.recognition.groups import groups
 from forcelab.recognition.recogniser import Prediction, Recogniser
 from forcelab.recognition.results import Evaluation, digest, kept, title_of
 from forcelab.recognition.settings import Settings

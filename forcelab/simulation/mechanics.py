@@ -1,5 +1,7 @@
 """Equations of motion of the tongs, the body between their jaws and whatever holds it.
 
+An event function crosses zero when something happens; see `System`.
+
 Coordinates: the distances s of the two jaws from the tongs' middle, the body's x, the places p of
 tongs and body along each axis of the arm, and the angles a of wrist and cap. With N the normal
 force of a jaw, f its friction on the body and c what the hand commands:
@@ -14,32 +16,351 @@ force of a jaw, f its friction on the body and c what the hand commands:
 A jaw presses where ``w - s -+ x > 0``, w being the body's half width at the height of the jaws;
 where w varies along z, the contact pushes along z as well ("width"), as energy demands. The laws
 of contact are in :mod:`forcelab.simulation.contact`, table and socket in
-:mod:`forcelab.simulation.surroundings`, the numbers in :mod:`forcelab.simulation.scene`.
+:mod:`forcelab.simulation.mechanics`, the numbers in :mod:`forcelab.simulation.scene`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from types import SimpleNamespace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.errors import InputError
 from forcelab.simulation import contact
-from forcelab.simulation.encounters import SLIP, entered, meanings, passing_socket, slipping
 from forcelab.simulation.hand import Command
-from forcelab.simulation.layout import Layout
-from forcelab.simulation.profile import width_at
-from forcelab.simulation.readings import SIDES, dome_forces
-from forcelab.simulation.rubbing import Surfaces
-from forcelab.simulation.scene import Scene
-from forcelab.simulation.stacking import stacked
-from forcelab.simulation.surroundings import sliding_friction, socket_push, table_under
+from forcelab.simulation.scene import Jaws, Scene, width_at
+from forcelab.simulation.state_layout import Layout, beside, hand_numbers, stacked, state_scales
 from forcelab.simulation.system import Array
-from forcelab.simulation.tolerances import hand_numbers, state_scales
 
-__all__ = ["Mechanics"]
+#: Bristles bent to this share of what they bear slip; below it they stick.
+SLIP = 0.95
+#: Below this normal force, N, nothing is said to slip, as there is nothing to be felt.
+FELT = 0.05
+#: A body this far above the table has left its socket, m.
+CLEAR = 5e-4
+
+ENTERS, LEAVES = "into the socket", "out of the socket"
+
+
+def meanings(layout: Layout) -> tuple[str, ...]:
+    """What it means that the event functions of a layout cross zero, as `System.events`."""
+    jaws = ("left jaw", "right jaw")
+    names = [f"{jaw}: contact made|{jaw}: contact lost" for jaw in jaws]
+    names.append("jaws meet|jaws part")
+    if layout.rubbing:
+        names += [f"{jaw}: slip begins|{jaw}: slip ends" for jaw in jaws]
+    if layout.thread:
+        names.append("cap slips|cap sticks")
+    if layout.ground:
+        names.append("body set down|body lifted")
+    if layout.socket:
+        names += [f"{ENTERS}|", f"{LEAVES}|", "snap in|snap out"]
+    return tuple(names)
+
+
+def entered(event: str, rising: bool) -> bool | None:
+    """Whether the body is in its socket after an event; None where that changes nothing."""
+    return {ENTERS: True, LEAVES: False}.get(event.split("|")[0 if rising else 1])
+
+
+def slipping(bristles: Array, limit: Array, pads: SimpleNamespace, normal: Array) -> Array:
+    """Above zero where a jaw slips on the body, shape (2, n).
+
+    Parameters
+    ----------
+    bristles : ndarray, shape (directions, 2, n)
+    limit : ndarray, shape (n,)
+        The coefficient of friction that they can bear.
+    pads : namespace of ndarray, shape (b,)
+        The numbers of `Pads`.
+    normal : ndarray, shape (2, n)
+        N. The function fades with it, so that losing contact ends the slip without a jump.
+    """
+    felt = np.minimum(normal / FELT, 1.0)
+    slips: Array = contact.length(bristles) * (pads.stiffness / limit) * felt - SLIP
+    return slips
+
+
+def passing_socket(
+    place: Array, depth: Array, inside: Array, socket: SimpleNamespace
+) -> tuple[Array, Array, Array]:
+    """Above zero where the body goes into its socket, where it leaves, and where it has snapped in.
+
+    Parameters
+    ----------
+    place : ndarray, shape (2, n)
+        y and z of the body, m.
+    depth : ndarray, shape (n,)
+        By how much it is pressed into the table, m.
+    inside : ndarray of bool, shape (n,)
+    socket : namespace of ndarray, shape (b,)
+        The numbers of `Socket`.
+    """
+    y, z = place
+    off, clear = np.abs(y - socket.place), -depth
+    near = np.minimum(socket.tolerance - off, depth)
+    # A body above the rim need not be lifted clear of it to leave sideways.
+    aside = np.minimum(clear, off - 2.0 * socket.tolerance)
+    return (
+        np.where(inside, socket.tolerance, near),
+        np.where(inside, np.maximum(clear - CLEAR, aside), -CLEAR),
+        np.where(inside, -z, 0.0) - socket.snap_depth,
+    )
+
+
+class Surfaces:
+    """The surfaces that rub on the body: numpy takes as long for one of them as for all.
+
+    They are the left jaw, the right jaw, and the table and the walls of the socket where the scene
+    has them, each with axes of its own: see `Layout`.
+
+    Parameters
+    ----------
+    layout : Layout
+        One whose jaws rub.
+    numbers : namespace of ndarray, shape (b,)
+        The numbers of the scenes, from `stacked`.
+
+    Attributes
+    ----------
+    pads : namespace of ndarray, shape (surfaces, b)
+        The numbers of `Pads`.
+    """
+
+    def __init__(self, layout: Layout, numbers: SimpleNamespace) -> None:
+        jaws = (numbers.arm or numbers.thread).pads
+        pads = [jaws, jaws]
+        if layout.ground:
+            pads.append(numbers.ground.friction)
+        if layout.socket:
+            pads.append(numbers.socket.rubbing)
+        self.pads = beside(pads)
+        self._share = np.stack([np.ones_like(jaws.asymmetry), jaws.asymmetry])
+        self._rub, self._slide = len(layout.rubbing), len(layout.sliding)
+        self._alone = not layout.ground
+        self._shape = max(self._rub, self._slide), len(pads)
+
+    def normal(self, jaws: Array, table: Array | None, walls: Array | None) -> Array:
+        """What presses on the surfaces, shape (surfaces, n), from (2, n), (n,) and (n,), N."""
+        if self._alone:
+            return jaws * self._share
+        normal = np.zeros((self._shape[1], jaws.shape[1]))
+        np.multiply(jaws, self._share, out=normal[:2])
+        normal[2] = table
+        if walls is not None:
+            normal[3] = walls
+        return normal
+
+    def beside(self, jaws: Array, table: Array, walls: Array | None) -> Array:
+        """Velocities or bristles of all surfaces, shape (axes, surfaces, n).
+
+        Parameters
+        ----------
+        jaws : ndarray, shape (axes, 2, n) or (axes, 1, n)
+        table : ndarray, shape (axes, n)
+            Of no axes where there is none.
+        walls : ndarray, shape (n,), optional
+        """
+        if self._alone:
+            return jaws
+        result = np.zeros((*self._shape, jaws.shape[2]))
+        result[: self._rub, :2] = jaws
+        result[: self._slide, 2] = table
+        if walls is not None:
+            result[0, 3] = walls
+        return result
+
+    def jaws(self, beside: Array) -> Array:
+        """The jaws' part of such an array, shape (axes, 2, n)."""
+        return beside[: self._rub, :2]
+
+    def table(self, beside: Array) -> Array:
+        """The table's part of such an array, shape (axes, n)."""
+        return beside[: self._slide, 2]
+
+
+#: Bristles that bear nothing straighten with this time constant, s.
+STRAIGHTEN = 5e-3
+#: Share of the socket's depth over which its walls and its friction set in.
+RIM = 0.25
+#: The bumps around a socket fade over this many pitches.
+BUMPY = 3.0
+
+
+class Table(NamedTuple):
+    """The table under the body: how deep it is pressed in, how fast, and the slope there."""
+
+    depth: Array
+    rate: Array
+    slope: Array | None
+
+
+def table_under(place: Array, speed: Array, socket: SimpleNamespace | None) -> Table:
+    """Where the body stands relative to the table's surface.
+
+    The surface is flat at z = 0 but for the bumps around a socket, between which it lies:
+    ``h/2 (1 - cos(2 pi e / pitch)) exp(-(e / (3 pitch))^4)`` at e from its place.
+
+    Parameters
+    ----------
+    place, speed : ndarray, shape (axes, n)
+        Of the body along y, where it moves so, and z: m and m/s.
+    socket : namespace of ndarray, shape (b,), optional
+        The numbers of `Socket`.
+    """
+    if socket is None:
+        return Table(-place[-1], -speed[-1], None)
+    e = place[0] - socket.place
+    k = 2.0 * np.pi / socket.pitch
+    reach = BUMPY * socket.pitch
+    far = e / reach
+    cube = far * far * far  # numpy's own powers cost more than all the rest
+    fade = 0.5 * socket.studs * np.exp(-far * cube)
+    turns = k * e
+    bump = 1.0 - np.cos(turns)
+    slope = fade * (k * np.sin(turns) - bump * (4.0 / reach) * cube)
+    return Table(fade * bump - place[-1], slope * speed[0] - speed[-1], slope)
+
+
+def sliding_friction(
+    normal: Array, velocity: Array, bristles: Array, pads: SimpleNamespace
+) -> tuple[Array, Array, Array]:
+    """Friction against a motion along one or more axes that share their bristles' limit.
+
+    Parameters
+    ----------
+    normal : ndarray, shape (..., n)
+        N.
+    velocity, bristles : ndarray, shape (axes, ..., n)
+        m/s and m.
+    pads : namespace of ndarray, shape (b,)
+        The numbers of `Pads`.
+
+    Returns
+    -------
+    force, bristle_rate : ndarray, shape (axes, ..., n)
+        The force along `velocity` that drives the other side, N; and m/s.
+    limit : ndarray, shape (..., n)
+        The coefficient of friction that the bristles can bear at this speed.
+    """
+    limit = contact.bristle_limit(
+        contact.length(velocity), pads.static, pads.kinetic, pads.stribeck
+    )
+    rate = contact.bristle_rate(velocity, bristles, pads.stiffness, limit)
+    force = contact.lugre(
+        normal, velocity, bristles, rate, pads.stiffness, pads.damping, pads.viscous
+    )
+    rate -= bristles * ((normal <= 0.0) * (1.0 / STRAIGHTEN))
+    return force, rate, limit
+
+
+def socket_push(
+    place: Array, speed: Array, inside: Array, socket: SimpleNamespace, damping: Array
+) -> tuple[Array, Array]:
+    """Forces of the socket on a body that is in it, but for the friction of its walls.
+
+    Parameters
+    ----------
+    place, speed : ndarray, shape (3, n)
+        x, y and z of the body, m, and their rates, m/s.
+    inside : ndarray, shape (n,)
+        1 where the body is in the socket, else 0: there it feels nothing of it.
+    socket : namespace of ndarray, shape (b,)
+        The numbers of `Socket`.
+    damping : ndarray, shape (b,)
+        Hunt and Crossley's, of the body on the bottom, s/m.
+
+    Returns
+    -------
+    force : ndarray, shape (3, n)
+        Along x, y and z, N.
+    hold : ndarray, shape (n,)
+        How hard the walls press on the body, which rubs along z, N.
+
+    Notes
+    -----
+    Walls, ends, snap and friction set in over the first quarter of the depth as
+    ``e = 3 u^2 - 2 u^3``, so that a body enters without a jump. The force is minus the slope of the
+    energy ``e (walls askew^2 / 2 + ends x^2 / 2 + snap)``: a body that is askew at the rim is
+    pushed out again, as by a chamfer.
+    """
+    depth, x, askew = -place[2], place[0], place[1] - socket.place
+    rim = RIM * socket.depth
+    u = np.maximum(depth / rim, 0.0)
+    np.minimum(u, 1.0, out=u)
+    entered = u * u * (3.0 - 2.0 * u) * inside
+    click = socket.snap, socket.snap_depth, socket.snap_width
+    wall, end = socket.walls * askew, socket.ends * x
+    stored = 0.5 * (wall * askew + end * x) + contact.snap_energy(depth, *click)
+    chamfer = 6.0 * u * (1.0 - u) / rim * stored
+    bottom = contact.hunt_crossley(depth - socket.depth, -speed[2], socket.bottom, damping)
+    force = np.empty(place.shape)
+    np.multiply(-entered, end + socket.wall_damping * speed[0], out=force[0])
+    np.multiply(-entered, wall + socket.wall_damping * speed[1], out=force[1])
+    np.multiply(inside, chamfer + bottom, out=force[2])
+    force[2] -= entered * contact.snap(depth, *click)
+    return force, socket.friction * entered
+
+
+#: Left jaw, right jaw: the sign of the force with which each pushes the body along x.
+SIDES = np.array([[1.0], [-1.0]])
+
+
+def dome_forces(
+    seen: SimpleNamespace, acceleration: Array, layout: Layout, numbers: SimpleNamespace, jaws: Jaws
+) -> Array:
+    """Forces on the domes of one lane.
+
+    Parameters
+    ----------
+    seen : namespace
+        From :meth:`Mechanics.look`.
+    acceleration : ndarray, shape (coordinates, n)
+        m/s^2; of the wrist rad/s^2.
+    layout : Layout
+    numbers : namespace
+        The numbers of the scene, from `stacked`.
+    jaws : Jaws
+        How the sensors are tilted.
+
+    Returns
+    -------
+    ndarray, shape (6, n)
+        As of :meth:`Mechanics.felt`.
+    """
+    dome = numbers.jaws.dome
+    forces = np.zeros((2, 3, seen.tap.size))
+    forces[:, 2] = dome * acceleration[:2] - seen.pressed
+    forces[0, 2] -= seen.tap
+    if layout.thread:
+        inertia = dome * numbers.thread.radius * acceleration[2]
+        forces[:, 0] = (seen.friction[0] + inertia) * SIDES
+    for row, axis in enumerate(layout.axes):
+        inertia = dome * acceleration[2 + row]
+        forces[:, "yz".index(axis)] = -seen.friction[row] - inertia
+    if numbers.profile is not None:
+        forces[:, 1] += seen.widening
+    return (_tilts(jaws) @ forces).reshape(6, -1)
+
+
+def _tilts(jaws: Jaws) -> Array:
+    """Rotations, shape (2, 3, 3), from the scene's axes to those of the tilted sensors."""
+    turns = []
+    for tilt, azimuth in (
+        (jaws.tilt_left, jaws.azimuth_left),
+        (jaws.tilt_right, jaws.azimuth_right),
+    ):
+        towards = np.array([np.cos(azimuth), np.sin(azimuth), 0.0])
+        across = np.array([-towards[1], towards[0], 0.0])
+        normal = np.array([0.0, 0.0, 1.0])
+        tilted = np.cos(tilt) * towards - np.sin(tilt) * normal
+        frame = np.array([towards, across, normal])
+        turned = [tilted, across, np.sin(tilt) * towards + np.cos(tilt) * normal]
+        turns.append(frame.T @ np.array(turned))
+    return np.stack(turns)
 
 
 class Mechanics:

@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 from forcelab.labels import Segments
 from forcelab.simulation.scene import Scene
 
-__all__ = ["Event", "Motion", "Performance"]
-
 Array = NDArray[np.float64]
 
 

@@ -1,8 +1,10 @@
-"""Scenes: what is on the table, and how it is held. Numbers only; the mechanics read them.
+"""Scenes: what is on the table and how it is held, numbers only, checked as they are written down.
+
+Axes and units are those of :mod:`forcelab.simulation.scene`.
 
 A scene holds only the parts it has. A part that is ``None`` has no state, no force and no cost:
 without an arm nothing moves tangentially and there is no friction; without a socket nothing snaps.
-The parts are in :mod:`forcelab.simulation.parts`.
+The parts are in :mod:`forcelab.simulation.scene`.
 
 Axes: x is the grip axis (left jaw to right jaw), y lateral along the table, z upwards; metres,
 newtons, kilograms, seconds and radians throughout. The middle between the jaws of the resting
@@ -12,12 +14,401 @@ tongs is x = 0, the table's top is z = 0 where the body's lower face touches it.
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
-from typing import Literal, get_args
+from types import SimpleNamespace
+from typing import ClassVar, Literal, NamedTuple, get_args
+
+import numpy as np
 
 from forcelab.errors import InputError
-from forcelab.simulation.parts import Arm, Body, Ground, Holder, Jaws, Profile, Socket, Thread
+from forcelab.simulation.system import Array
 
-__all__ = ["TASKS", "Scene", "Task"]
+
+class Width(NamedTuple):
+    """The body where the jaws are, each array of shape (2, n) or (n,).
+
+    Parameters
+    ----------
+    half, slope : ndarray, shape (2, n)
+        Half width (m) that the left and the right jaw see, and how it changes along z.
+    left, left_slope : ndarray, shape (n,)
+        How much of the body is left for the jaws to press on, from 1 to 0, and how that changes
+        along z, 1/m.
+    tip : ndarray, shape (n,)
+        How far the jaws are from the tip, m; beyond it, where it is negative, nothing is left.
+    """
+
+    half: Array
+    slope: Array
+    left: Array
+    left_slope: Array
+    tip: Array
+
+
+def width_at(up: Array, half_width: Array, profile: SimpleNamespace) -> Width:
+    """Width at the height of the jaws.
+
+    ``(w0 + (1 -+ lopsided) (waviness w0 sin(2 pi up / wavelength) + rim R(up))) left(up)``, where
+    R rises and `left` falls like a minimum-jerk reach over the lengths of rim and taper.
+
+    Parameters
+    ----------
+    up : ndarray, shape (n,)
+        Height of the jaws over where they first gripped, m.
+    half_width : ndarray, shape (b,)
+        w0, m.
+    profile : namespace of ndarray, shape (b,)
+        The numbers of `Profile`.
+    """
+    over = up - profile.end
+    rim_length = profile.rim_length
+    # Both steps at once: numpy takes as long for one of them.
+    (gone, rim), (gone_slope, rim_slope) = _step(
+        np.stack([over, over + rim_length]), np.stack([profile.taper, rim_length])
+    )
+    k = 2.0 * np.pi / profile.wavelength
+    wave, turns = profile.waviness * half_width, k * up
+    uneven = wave * np.sin(turns) + profile.rim * rim
+    uneven_slope = wave * k * np.cos(turns) + profile.rim * rim_slope
+    share = np.stack([1.0 - profile.lopsided, 1.0 + profile.lopsided])
+    full = half_width + share * uneven
+    left = 1.0 - gone
+    slope = share * uneven_slope * left - full * gone_slope
+    return Width(full * left, slope, left, -gone_slope, profile.taper - over)
+
+
+def _step(along: Array, length: Array) -> tuple[Array, Array]:
+    """A smooth step from 0 to 1 over a length, and its slope."""
+    u = np.maximum(along / length, 0.0)
+    np.minimum(u, 1.0, out=u)
+    rest = u * (1.0 - u)
+    from forcelab.simulation.hand import reach  # loads SciPy
+
+    return reach(u), 30.0 * rest * rest / length
+
+
+Axis = Literal["y", "z"]
+Shape = Literal["brick", "cartridge", "stylus", "marker", "block"]
+
+
+class _Part:
+    """A part of a scene: its numbers are finite and not negative, and what divides is not 0."""
+
+    _positive: ClassVar[tuple[str, ...]] = ()
+
+    def __post_init__(self) -> None:
+        for field in fields(self):  # type: ignore[arg-type]
+            value = getattr(self, field.name)
+            if not isinstance(value, (int, float)):
+                continue
+            above = field.name in self._positive
+            if not 0 <= value < float("inf") or (above and value == 0):
+                raise InputError(
+                    f"{type(self).__name__}.{field.name} must be finite and "
+                    f"{'above zero' if above else 'not negative'}, not {value}."
+                )
+
+    def _demand(self, met: bool, sentence: str) -> None:
+        """Refuse a part whose numbers do not fit together."""
+        if not met:
+            raise InputError(f"{type(self).__name__}: {sentence}.")
+
+
+@dataclass(frozen=True)
+class Jaws(_Part):
+    """Two jaws, each pulled towards its commanded place by a finger.
+
+    Parameters
+    ----------
+    mass : float
+        Of one jaw with its sensor and its share of the hand, kg.
+    stiffness, damping : float
+        Of a finger: N/m and N s/m. Closing the command beyond the surface by d gives a grip of
+        about ``stiffness * d``.
+    asymmetry : float
+        Stiffness of the right finger over that of the left one.
+    touch : float
+        Stiffness in N/m with which the jaws meet when nothing is between them.
+    dome : float
+        Mass in front of each sensor, kg: the sensor feels its inertia.
+    tilt_left, tilt_right : float
+        Angle between each sensor's normal and the grip axis, rad: fingers squeeze obliquely, so
+        that part of the grip is felt as a tangential force.
+    azimuth_left, azimuth_right : float
+        Direction towards which each is tilted, rad, 0 along y and a right angle along z.
+    """
+
+    _positive = ("mass",)
+
+    mass: float = 0.05
+    stiffness: float = 1200.0
+    damping: float = 12.0
+    asymmetry: float = 1.0
+    touch: float = 2e4
+    dome: float = 0.004
+    tilt_left: float = 0.0
+    tilt_right: float = 0.0
+    azimuth_left: float = 0.0
+    azimuth_right: float = 0.0
+
+
+@dataclass(frozen=True)
+class Body(_Part):
+    """What lies between the jaws.
+
+    Parameters
+    ----------
+    shape : str
+        How it is drawn.
+    mass : float
+        kg.
+    half_width : float
+        From its middle to the surface that a jaw touches, m.
+    stiffness : float
+        Of the contact with one jaw, N/m^exponent.
+    damping : float
+        Hunt and Crossley's, s/m: the force is ``stiffness * depth**exponent * (1 + damping *
+        rate)`` and never negative. Against a socket's bottom it is the same.
+    exponent : float
+        1 for a linear spring, 1.5 for Hertz's sphere on a plane.
+    height : float
+        m; drawn only.
+    """
+
+    _positive = ("mass", "half_width", "stiffness")
+
+    shape: Shape
+    mass: float
+    half_width: float
+    stiffness: float
+    damping: float = 1.0
+    exponent: float = 1.0
+    height: float = 0.02
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        self._demand(self.exponent >= 1, "the exponent is at least 1")
+
+
+@dataclass(frozen=True)
+class Pads(_Part):
+    """Friction between the jaws' silicone domes and the body (LuGre).
+
+    Parameters
+    ----------
+    static, kinetic : float
+        Coefficients of friction at rest and in steady motion; ``static >= kinetic``.
+    stribeck : float
+        Speed at which the one passes into the other, m/s.
+    stiffness, damping, viscous : float
+        Of the bristles, per newton of normal force: 1/m, s/m and s/m.
+    asymmetry : float
+        Friction of the right jaw over that of the left one.
+    """
+
+    _positive = ("kinetic", "stribeck", "stiffness")
+
+    static: float = 1.1
+    kinetic: float = 0.8
+    stribeck: float = 0.01
+    stiffness: float = 4000.0
+    damping: float = 3.0
+    viscous: float = 0.4
+    asymmetry: float = 1.0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        self._demand(self.static >= self.kinetic, "friction at rest is not below that in motion")
+
+
+@dataclass(frozen=True)
+class Arm(_Part):
+    """The arm that carries the tongs tangentially, and the axes along which it moves.
+
+    Parameters
+    ----------
+    axes : tuple of "y" and "z"
+        Those of the scene; ``("z",)`` or ``("y", "z")``.
+    mass : float
+        Of tongs, hand and forearm as they feel at the tip, kg.
+    stiffness, damping : float
+        N/m and N s/m.
+    pads : Pads
+        How the jaws rub.
+    """
+
+    _positive = ("mass",)
+
+    axes: tuple[Axis, ...] = ("z",)
+    mass: float = 0.35
+    stiffness: float = 700.0
+    damping: float = 18.0
+    pads: Pads = Pads()
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        self._demand(self.axes in {("y",), ("z",), ("y", "z")}, "the axes are y, z or y and z")
+
+
+@dataclass(frozen=True)
+class Ground(_Part):
+    """The table.
+
+    Parameters
+    ----------
+    stiffness, damping : float
+        Kelvin and Voigt's: N/m and N s/m. The table never pulls.
+    friction : Pads
+        Between table and body.
+    """
+
+    stiffness: float = 4e4
+    damping: float = 4.0
+    friction: Pads = Pads(static=0.45, kinetic=0.35)
+
+
+@dataclass(frozen=True)
+class Holder(_Part):
+    """The other hand, or a vice, that holds the body in place along x and along the arm's axes.
+
+    Parameters
+    ----------
+    stiffness, damping : float
+        N/m and N s/m.
+    """
+
+    stiffness: float = 6000.0
+    damping: float = 6.0
+
+
+@dataclass(frozen=True)
+class Socket(_Part):
+    """A socket in the table that the body snaps into: LEGO studs, or a cartridge's connector.
+
+    Parameters
+    ----------
+    place : float
+        Where it is along y, m.
+    depth : float
+        From the rim to the bottom, m.
+    friction : float
+        Force of the walls when the body is in, N.
+    snap, snap_depth, snap_width : float
+        The click: force of the barrier in N, the depth at which it is crossed and its width, m.
+        Less than three widths below the rim, getting that far takes more than this force.
+    bottom, walls, ends : float
+        Stiffness of the bottom, of the walls (along y) and of the ends (along x), N/m.
+    wall_damping : float
+        Of walls and ends, N s/m.
+    rubbing : Pads
+        How the walls rub, as a share of `friction`.
+    tolerance : float
+        How far off the place along y the body may be and still go in, m.
+    studs, pitch : float
+        Height and distance of the bumps around the socket, m; they are what searching feels.
+    """
+
+    _positive = ("depth", "snap_width", "pitch")
+
+    place: float
+    depth: float
+    friction: float
+    snap: float
+    snap_depth: float
+    snap_width: float
+    bottom: float = 1e5
+    walls: float = 2e4
+    ends: float = 2e3
+    wall_damping: float = 10.0
+    rubbing: Pads = Pads(static=1.35, kinetic=1.0, stiffness=3000.0, damping=1.0, viscous=1.0)
+    tolerance: float = 3e-4
+    studs: float = 3e-4
+    pitch: float = 8e-3
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        fits = self.snap_width < self.snap_depth <= self.depth
+        self._demand(fits, "the snap is more than its width below the rim and not below the bottom")
+
+
+@dataclass(frozen=True)
+class Profile(_Part):
+    """A width that varies along z, measured from where the jaws first grip.
+
+    Parameters
+    ----------
+    end : float
+        Where the taper to the tip begins, m.
+    taper : float
+        Length of the taper, m; beyond it there is nothing between the jaws.
+    waviness : float
+        Share of the half width by which it swells and shrinks before the end.
+    wavelength : float
+        m.
+    rim, rim_length : float
+        How much thicker the body gets towards its end, and over which length before it, m.
+    lopsided : float
+        How unevenly the jaws see all this: the right one ``1 + lopsided`` times, the left one
+        ``1 - lopsided`` times; below 1.
+    """
+
+    _positive = ("taper", "wavelength", "rim_length")
+
+    end: float
+    taper: float
+    waviness: float
+    wavelength: float
+    rim: float = 0.0
+    rim_length: float = 2e-3
+    lopsided: float = 0.0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        self._demand(self.lopsided < 1, "it is lopsided by less than 1")
+
+
+@dataclass(frozen=True)
+class Thread(_Part):
+    """A cap that turns on the body with stick-slip, and the wrist that turns it.
+
+    They turn about z, positive anticlockwise as seen from above.
+
+    Parameters
+    ----------
+    radius : float
+        From the axis to the jaws, m.
+    inertia : float
+        Of the cap, kg m^2.
+    static, kinetic : float
+        Torques at rest and in motion, N m.
+    stribeck : float
+        rad/s.
+    stiffness, damping, viscous : float
+        Of the bristles in the thread, per newton metre: 1/rad, s/rad and s/rad.
+    wrist_inertia, wrist_stiffness, wrist_damping : float
+        kg m^2, N m/rad and N m s/rad.
+    pads : Pads
+        How the jaws rub on the cap.
+    """
+
+    _positive = ("radius", "inertia", "kinetic", "stribeck", "stiffness", "wrist_inertia")
+
+    radius: float
+    inertia: float
+    static: float
+    kinetic: float
+    stribeck: float = 0.3
+    stiffness: float = 40.0
+    damping: float = 0.05
+    viscous: float = 0.01
+    wrist_inertia: float = 6e-4
+    wrist_stiffness: float = 0.9
+    wrist_damping: float = 0.02
+    pads: Pads = Pads()
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        self._demand(self.static >= self.kinetic, "torque at rest is not below that in motion")
+
 
 Task = Literal["LEGO", "cartridge", "stylus", "marker", "foam"]
 

@@ -20,10 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.capture.devices import device_named
+from forcelab.capture.emulator import Faults, VirtualCamera, VirtualOptoForce
 from forcelab.capture.recorder import Recorder
-from forcelab.capture.virtual import VirtualOptoForce
-from forcelab.capture.virtual_camera import VirtualCamera
-from forcelab.capture.virtual_faults import Faults
 from forcelab.errors import InputError
 from forcelab.jobs import Progress
 from forcelab.measure.rows import Row, Table, with_front

@@ -33,9 +33,9 @@ from forcelab.recognition.presets import preset
 from forcelab.recognition.settings import Settings
 from forcelab.signals.channels import channel_map
 from forcelab.signals.grid import on_grid
-from forcelab.simulation.coders import CODERS
+from forcelab.simulation.coder_model import CODERS
+from forcelab.simulation.generate import Order, producing
 from forcelab.simulation.origin import Origin, origins
-from forcelab.simulation.production import Order, producing
 from forcelab.simulation.scene import TASKS, Task
 
 Array = NDArray[np.float64]

@@ -48,10 +48,10 @@ from forcelab.measure.recognition_spent import (
 )
 from forcelab.measure.rows import Row
 from forcelab.measure.wavelet_ways import Library
-from forcelab.recognition.dataset import groups
 from forcelab.recognition.examples import Examples, Labelled, actions_of, common_rate, prepare
 from forcelab.recognition.features import window_features
 from forcelab.recognition.forest import softmax
+from forcelab.recognition.groups import groups
 from forcelab.recognition.presets import PRESETS, preset
 from forcelab.recognition.recogniser import Recogniser
 from forcelab.recognition.task_grammar import Choreography

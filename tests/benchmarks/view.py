@@ -30,8 +30,7 @@ from PySide6.QtGui import QImage
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QAbstractItemView, QApplication, QVBoxLayout, QWidget
 
-from forcelab.capture.virtual import VirtualOptoForce
-from forcelab.capture.virtual_streams import rows
+from forcelab.capture.emulator import VirtualOptoForce, rows
 from forcelab.demonstration import Channel, Demonstration, VideoReference
 from forcelab.errors import InputError
 from forcelab.gui import theme

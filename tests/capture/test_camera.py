@@ -10,12 +10,17 @@ from fake_devices import FakeDevice, FullDisk, eventually
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from forcelab.capture.camera import CameraReader
-from forcelab.capture.camera_device import Camera, _lasting, open_camera, open_cameras
+from forcelab.capture.camera import (
+    CameraReader,
+    MatroskaWriter,
+    OpenCvCamera,
+    _lasting,
+    open_camera,
+    open_cameras,
+)
 from forcelab.capture.journal_writer import JournalWriter
-from forcelab.capture.keeping import recover
-from forcelab.capture.matroska import MatroskaWriter
 from forcelab.capture.recorder import Recorder
+from forcelab.capture.save import recover
 from forcelab.errors import InputError
 from forcelab.project import Project
 from forcelab.video.reader import VideoReader
@@ -129,7 +134,7 @@ def jpeg(number):
 
 
 def test_a_full_disk_costs_only_the_frames_it_refused(tmp_path, monkeypatch):
-    monkeypatch.setattr("forcelab.capture.matroska.FileIO", FullDisk)
+    monkeypatch.setattr("forcelab.capture.camera.FileIO", FullDisk)
     writer = MatroskaWriter(tmp_path / "a.mkv", 64, 48)
     for i in range(60):
         if i == 20:
@@ -152,7 +157,7 @@ def test_a_disk_that_is_full_as_recording_begins_costs_only_the_frames_it_refuse
 ):
     camera = CameraReader(0, FakeCamera(rate=50), "camera 0")
     journal = JournalWriter(tmp_path / "a.journal", {})
-    monkeypatch.setattr("forcelab.capture.matroska.FileIO", FullDisk)
+    monkeypatch.setattr("forcelab.capture.camera.FileIO", FullDisk)
     monkeypatch.setattr(FullDisk, "room", 100)
     try:
         camera.record_to(journal, tmp_path / "a.mkv")
@@ -197,7 +202,7 @@ def test_a_camera_that_was_away_is_a_gap_in_its_one_video(project, monkeypatch):
     # Shorter than in earnest.
     monkeypatch.setattr("forcelab.capture.camera.SILENT", 0.3)
     monkeypatch.setattr("forcelab.capture.camera._RETRY", 0.01)
-    monkeypatch.setattr("forcelab.capture.gathering.SILENT", 0.3)
+    monkeypatch.setattr("forcelab.capture.assemble.SILENT", 0.3)
     camera = FakeCamera(rate=200)
     with Recorder(project, [FakeDevice()], [("camera 0", camera)]) as recorder:
         recorder.start("LEGO")
@@ -290,7 +295,7 @@ def test_words_that_mean_no_camera_are_refused_before_one_is_looked_for(which):
 def test_a_camera_that_is_named_twice_is_refused_and_the_first_let_go_of(monkeypatch):
     opened = []
     monkeypatch.setattr(
-        "forcelab.capture.camera_device.open_camera",
+        "forcelab.capture.camera.open_camera",
         lambda _: opened.append(FakeCamera()) or opened[-1],
     )
     with pytest.raises(InputError, match="camera 0 is named twice"):
@@ -313,7 +318,7 @@ def test_a_camera_is_opened_again_from_its_file(tmp_path):
     for i in range(5):
         writer.write(jpeg(i), i / 30)
     writer.close()
-    camera = Camera(str(tmp_path / "a.mkv"))
+    camera = OpenCvCamera(str(tmp_path / "a.mkv"))
     assert camera.read()[0]
     camera.release()
     assert camera.read() == (False, None)

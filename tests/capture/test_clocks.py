@@ -7,8 +7,8 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from forcelab.capture.clocks import ArrivalClock
-from forcelab.capture.smoothing import stamped
+from forcelab.capture.clock import ArrivalClock
+from forcelab.capture.clock_smoother import stamped
 
 MS = 1e-3
 

@@ -8,19 +8,16 @@ import pytest
 from fake_devices import eventually
 from virtual_encoder import VirtualEncoder
 
-from forcelab.capture import encoder_device, optoforce_talk
-from forcelab.capture.blocks import UnpluggedError
+from forcelab.capture import encoder, optoforce_device
+from forcelab.capture.device import UnpluggedError
 from forcelab.capture.devices import device_named, devices_named, number_sensors, said
 from forcelab.capture.discovery import FoundPort
-from forcelab.capture.encoder_device import Encoder
-from forcelab.capture.events import Events
+from forcelab.capture.emulator import Faults, VirtualOptoForce, VirtualTextLine, build_packets, rows
+from forcelab.capture.encoder import Encoder
+from forcelab.capture.messages import MessageQueue
 from forcelab.capture.optoforce_device import OptoForce
 from forcelab.capture.reader import DeviceReader
 from forcelab.capture.text_device import TextLine
-from forcelab.capture.virtual import VirtualOptoForce
-from forcelab.capture.virtual_faults import Faults
-from forcelab.capture.virtual_lines import VirtualTextLine
-from forcelab.capture.virtual_streams import build_packets, rows
 from forcelab.errors import InputError
 
 SHEET = """
@@ -34,8 +31,8 @@ fz = { capacity = 100.0, counts = 1000 }
 @pytest.fixture
 def answers_are_awaited_less(monkeypatch):
     """For devices that never answer: less is waited for what does not come."""
-    monkeypatch.setattr(optoforce_talk, "ANSWER", 0.4)
-    monkeypatch.setattr(encoder_device, "ANSWERS", 0.4)
+    monkeypatch.setattr(optoforce_device, "ANSWER", 0.4)
+    monkeypatch.setattr(encoder, "ANSWERS", 0.4)
 
 
 def nothing():
@@ -414,7 +411,7 @@ class BusyPort:
 @pytest.mark.parametrize(("rate", "burst"), [(80, 0.016), (333.33, 0.004), (10, 0.016)])
 def test_the_rate_of_text_is_measured_though_lines_come_in_bursts(rate, burst, monkeypatch):
     port = BusyPort(rate, burst)
-    monkeypatch.setattr("forcelab.capture.port_device.Port", lambda *_: port)
+    monkeypatch.setattr("forcelab.capture.serial_port.Port", lambda *_: port)
     device = TextLine("bursts", ports=nothing)
     device.open()
     assert device.rate == pytest.approx(rate, rel=0.005)
@@ -590,7 +587,7 @@ def test_a_name_that_means_nothing_is_refused_in_a_sentence(name, words):
 
 
 def test_events_are_said_once_while_they_go_on():
-    events = Events()
+    events = MessageQueue()
     for now in (0.0, 0.2, 0.6, 1.0, 2.0):
         events.during("hot", "It is hot.", now)
     events.say("All else is well.")

@@ -105,7 +105,7 @@ def test_where_there_is_nothing_one_sentence_says_so(plugged, capsys, monkeypatc
 
 
 def test_cameras_are_listed_by_the_number_that_is_said(plugged, capsys, monkeypatch):
-    from forcelab.capture.ports import Camera
+    from forcelab.capture.discovery import Camera
 
     plugged([])
     films = (Camera("/dev/video2", "Webcam", usable=False),)

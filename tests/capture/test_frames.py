@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from forcelab.capture.frames import FrameCount
+from forcelab.capture.camera import DropCounter
 
 RATE = 30.0
 
@@ -28,7 +28,7 @@ def delivered(seed, seconds=300.0, dropped=0.0, starved=0):
 
 
 def counted(arrived, own=None):
-    count = FrameCount()
+    count = DropCounter()
     for i, at in enumerate(arrived):
         count.count(at, 0.0 if own is None else own[i])
     assert count.frames == len(arrived)

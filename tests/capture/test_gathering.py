@@ -6,11 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from read_back import parsed
 
-from forcelab.capture.blocks import Block
-from forcelab.capture.gathering import _lost, _unseen, gather
-from forcelab.capture.joining import Stream, joined
-from forcelab.capture.journal import Kind, encoded, header_bytes
-from forcelab.capture.samples import block_bytes
+from forcelab.capture.assemble import Stream, _lost, _unseen, gather, joined
+from forcelab.capture.device import Block
+from forcelab.capture.journal import Kind, block_bytes, encoded, header_bytes
 from forcelab.errors import InputError
 
 START = 5000.0

@@ -12,18 +12,19 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from read_back import block_of, parsed
 
-from forcelab.capture.blocks import Block
+from forcelab.capture.device import Block
 from forcelab.capture.journal import (
     PIECE,
     Contents,
     Kind,
+    Samples,
+    block_bytes,
     encoded,
     header_bytes,
     json_of,
     read,
 )
 from forcelab.capture.journal_writer import JournalWriter, being_written
-from forcelab.capture.samples import Samples, block_bytes
 from forcelab.errors import InputError
 
 HEADER = {"name": "LEGO 01", "devices": []}

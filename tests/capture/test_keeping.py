@@ -3,8 +3,8 @@
 import pytest
 from fake_devices import FakeDevice, eventually
 
-from forcelab.capture.keeping import PartlyKeptError
 from forcelab.capture.recorder import Recorder
+from forcelab.capture.save import PartialSaveError
 from forcelab.errors import InputError
 from forcelab.project import Project
 
@@ -32,7 +32,7 @@ def test_what_is_neither_whole_nor_taken_back_is_told_and_can_be_mended(
         with monkeypatch.context() as patch:
             patch.setattr(Project, "attach_stamps", fail(first))
             patch.setattr(Project, "discard", fail(InputError("It is kept busy.")))
-            with pytest.raises(PartlyKeptError) as caught:
+            with pytest.raises(PartialSaveError) as caught:
                 recorder.stop()
         assert told in str(caught.value)
         assert str(caught.value).endswith("taken back either: It is kept busy.")

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from forcelab.capture.marking import BRIDGE, LiveMarks
+from forcelab.capture.assemble import BRIDGE, LiveMarks
 
 
 def told(marks, now, since=0.0):

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from forcelab.capture.ports import Camera, cameras
+from forcelab.capture.discovery import Camera, cameras
 
 
 def kernel_list(folder, **names):

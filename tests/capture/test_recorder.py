@@ -10,9 +10,9 @@ from fake_devices import FakeDevice, FakeEncoder, eventually
 from hypothesis import given
 from hypothesis import strategies as st
 
-from forcelab.capture.keeping import CAPTURES, discard, recover, unfinished
+from forcelab.capture.reader import Ring
 from forcelab.capture.recorder import Recorder
-from forcelab.capture.ring import Ring
+from forcelab.capture.save import CAPTURES, discard, recover, unfinished
 from forcelab.errors import InputError
 from forcelab.project import Project
 

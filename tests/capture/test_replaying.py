@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from forcelab.capture.replaying import sensors_of
+from forcelab.capture.replay import sensors_of
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.formats.optoforce.calibration import read_calibrations
 from forcelab.resources import asset

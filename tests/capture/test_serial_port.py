@@ -4,7 +4,7 @@ import time
 
 import pytest
 
-from forcelab.capture.blocks import UnpluggedError
+from forcelab.capture.device import UnpluggedError
 from forcelab.capture.serial_port import Port, _sentence
 from forcelab.errors import InputError
 

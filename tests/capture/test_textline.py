@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from forcelab.capture.lines import LONGEST
-from forcelab.capture.textline import TextParser
+from forcelab.capture.serial_port import LONGEST
+from forcelab.capture.text_device import TextParser
 
 TORN = b"12.\n"  # the first line of a connection is not trusted
 

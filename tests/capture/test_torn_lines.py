@@ -7,15 +7,13 @@ import pytest
 from fake_devices import eventually
 from read_back import parsed
 
-from forcelab.capture.blocks import Block
-from forcelab.capture.gathering import gather
-from forcelab.capture.journal import Kind, encoded, header_bytes
+from forcelab.capture.assemble import gather
+from forcelab.capture.clock_smoother import spread
+from forcelab.capture.device import Block
+from forcelab.capture.emulator import VirtualTextLine
+from forcelab.capture.journal import Kind, block_bytes, encoded, header_bytes
 from forcelab.capture.recorder import Recorder
-from forcelab.capture.samples import block_bytes
-from forcelab.capture.smoothing import spread
-from forcelab.capture.text_device import TextLine
-from forcelab.capture.textline import TextParser
-from forcelab.capture.virtual_lines import VirtualTextLine
+from forcelab.capture.text_device import TextLine, TextParser
 from forcelab.project import Project
 
 

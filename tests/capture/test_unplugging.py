@@ -8,10 +8,9 @@ import numpy as np
 from fake_devices import eventually
 
 from forcelab.capture.devices import device_named
-from forcelab.capture.keeping import CAPTURES
+from forcelab.capture.emulator import VirtualOptoForce, VirtualTextLine
 from forcelab.capture.recorder import Recorder
-from forcelab.capture.virtual import VirtualOptoForce
-from forcelab.capture.virtual_lines import VirtualTextLine
+from forcelab.capture.save import CAPTURES
 from forcelab.demonstration import GAP_PERIODS
 from forcelab.project import Project
 

@@ -13,13 +13,17 @@ from hypothesis import strategies as st
 from read_back import frame_number
 from virtual_encoder import VirtualEncoder
 
+from forcelab.capture.emulator import (
+    Faults,
+    VirtualCamera,
+    VirtualOptoForce,
+    VirtualTextLine,
+    build_packets,
+    rows,
+    spoil,
+)
 from forcelab.capture.optoforce import configure, serial_request
 from forcelab.capture.serial_port import Port
-from forcelab.capture.virtual import VirtualOptoForce
-from forcelab.capture.virtual_camera import VirtualCamera
-from forcelab.capture.virtual_faults import Faults, spoil
-from forcelab.capture.virtual_lines import VirtualTextLine
-from forcelab.capture.virtual_streams import build_packets, rows
 from forcelab.errors import InputError
 from forcelab.formats.optoforce.packets import Parser
 from forcelab.formats.optoforce.status import overloaded
@@ -268,7 +272,7 @@ def test_a_text_device_prints_what_it_was_told_to():
 
 
 def test_the_first_line_is_not_dropped_with_what_was_there_before(monkeypatch):
-    monkeypatch.setattr("forcelab.capture.virtual_port.OPENING", 1.0)
+    monkeypatch.setattr("forcelab.capture.emulator.OPENING", 1.0)
     device = VirtualTextLine(lambda t: t[:, None], 200, names=("a",), header=True, waits=True)
     with device:
         port = os.open(device.port, os.O_RDONLY | os.O_NOCTTY)

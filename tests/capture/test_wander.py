@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from forcelab.capture.wander import ZeroWander
+from forcelab.capture.zero_drift import ZeroDrift
 
 RATE = 200
 SCALE = 40 / 16037  # newtons a count
@@ -26,7 +26,7 @@ def readings(seconds, seed=0, *, per_minute=0.0, loads=(), cutoff=15.0, noise=2.
 
 
 def told(times, values, restart_at=None, block=8):
-    wander = ZeroWander(values.shape[1])
+    wander = ZeroDrift(values.shape[1])
     for first in range(0, len(times), block):
         if restart_at is not None and times[first] >= restart_at:
             wander.restart()
@@ -79,4 +79,4 @@ def test_constant_and_missing_readings_are_no_alarm():
     assert (told(times, values) == 0).all()
     values[:, 1] = np.nan
     assert (told(times, values) == 0).all()
-    assert (ZeroWander(2).wander == 0).all()
+    assert (ZeroDrift(2).wander == 0).all()

@@ -12,10 +12,9 @@ import pytest
 from fake_devices import eventually
 from read_back import block_of
 
+from forcelab.capture.emulator import Faults, VirtualOptoForce
 from forcelab.capture.journal import Kind, header_bytes, read
-from forcelab.capture.keeping import CAPTURES, unfinished
-from forcelab.capture.virtual import VirtualOptoForce
-from forcelab.capture.virtual_faults import Faults
+from forcelab.capture.save import CAPTURES, unfinished
 from forcelab.project import Project
 from forcelab.resources import asset
 

@@ -12,12 +12,11 @@ from fake_devices import FakeDevice, FakeEncoder
 from synthetic import synthetic_set
 from trained_project import FAST
 
-from forcelab.capture.following import Following
-from forcelab.capture.replaying import sensors_of
-from forcelab.capture.ring import Ring
-from forcelab.capture.unfinished import unfinished
-from forcelab.capture.virtual import VirtualOptoForce
-from forcelab.capture.virtual_streams import rows
+from forcelab.capture.emulator import VirtualOptoForce, rows
+from forcelab.capture.reader import Ring
+from forcelab.capture.replay import sensors_of
+from forcelab.capture.save import unfinished
+from forcelab.capture.stream_merger import StreamMerger
 from forcelab.formats.optoforce.calibration import read_calibrations
 from forcelab.labels import to_codes
 from forcelab.live.recognition import LiveRecognition
@@ -194,7 +193,7 @@ class Rings:
     def __init__(self, *devices):
         self.devices = devices
         self.rings = [Ring(10_000, len(device.channels)) for device in devices]
-        self.following = Following(devices, lambda i, number: self.rings[i].since(number))
+        self.following = StreamMerger(devices, lambda i, number: self.rings[i].since(number))
 
     def give(self, device, times, values):
         columns = len(self.devices[device].channels)

@@ -10,7 +10,7 @@ import pytest
 from forcelab.cli import demonstrating, main
 from forcelab.project import Project
 from forcelab.recognition import presets
-from forcelab.simulation import production
+from forcelab.simulation import generate
 
 
 @pytest.fixture(scope="module")
@@ -19,8 +19,8 @@ def made(tmp_path_factory):
     folder = tmp_path_factory.mktemp("a lab")
     cheap = presets.preset("paper").replace(classifier="naive-bayes")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(production, "performing", brief.performing)
-        patch.setattr(production, "_filmed", brief.filmed)
+        patch.setattr(generate, "performing", brief.performing)
+        patch.setattr(generate, "_filmed", brief.filmed)
         patch.setattr(demonstrating, "cpu_count", lambda: 1)
         patch.setattr(presets, "preset", lambda _: cheap)
         assert main(["demo", str(folder / "my sample.forcelab")]) == 0

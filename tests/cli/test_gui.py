@@ -9,7 +9,7 @@ from PySide6.QtGui import QImage
 from PySide6.QtWidgets import QApplication
 
 from forcelab.capture.journal import header_bytes
-from forcelab.capture.keeping import CAPTURES
+from forcelab.capture.save import CAPTURES
 from forcelab.cli import _for_the_window
 from forcelab.project import Project
 

@@ -10,7 +10,7 @@ from contextlib import contextmanager, suppress
 import numpy as np
 import pytest
 
-from forcelab.capture.blocks import UnpluggedError
+from forcelab.capture.device import UnpluggedError
 from forcelab.capture.devices import device_named, number_sensors
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.project import Project

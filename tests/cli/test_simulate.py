@@ -13,8 +13,8 @@ import pytest
 from forcelab.cli import simulating
 from forcelab.jobs import finish
 from forcelab.project import Project
-from forcelab.simulation import production
-from forcelab.simulation.adding import simulating as job
+from forcelab.simulation import generate
+from forcelab.simulation.generate import simulating as job
 from forcelab.simulation.origin import origins
 
 FOAM = ["simulate", "--task", "foam", "--seed", "7"]
@@ -23,7 +23,7 @@ FOAM = ["simulate", "--task", "foam", "--seed", "7"]
 @pytest.fixture
 def quick(monkeypatch):
     """Brief performances instead of the mechanics, in this process."""
-    monkeypatch.setattr(production, "performing", brief.performing)
+    monkeypatch.setattr(generate, "performing", brief.performing)
     monkeypatch.setattr(simulating, "cpu_count", lambda: 1)
 
 
@@ -90,7 +90,7 @@ def test_what_cannot_be_simulated_is_refused(forcelab, tmp_path, words, sentence
 def test_what_is_no_project_or_may_only_be_read_is_refused_before_the_work(
     forcelab, project, tmp_path, monkeypatch
 ):
-    monkeypatch.setattr(production, "performing", None)  # not reached
+    monkeypatch.setattr(generate, "performing", None)  # not reached
     (tmp_path / "folder").mkdir()
     (tmp_path / "folder" / "notes.txt").write_text("mine")
     words = [*FOAM, "--count", "1", "--out"]

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from forcelab.capture.ring import Ring
+from forcelab.capture.reader import Ring
 from forcelab.demonstration import Channel
 from forcelab.errors import InputError
 from forcelab.live.scalogram import TOLERANCE, LiveScalogram, channels_to_show

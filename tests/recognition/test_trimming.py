@@ -16,8 +16,8 @@ from forcelab.recognition import ensemble
 from forcelab.recognition import label_noise as trimming_module
 from forcelab.recognition import training as training_module
 from forcelab.recognition.cross_validation import leave_one_out, parted
-from forcelab.recognition.dataset import groups
 from forcelab.recognition.examples import Labelled, prepare
+from forcelab.recognition.groups import groups
 from forcelab.recognition.label_noise import Contradicted, remark_on, trimming
 from forcelab.recognition.presets import preset
 from forcelab.recognition.training import fit_examples, train

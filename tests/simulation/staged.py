@@ -4,8 +4,17 @@ import numpy as np
 
 from forcelab.labels import Segment
 from forcelab.simulation.motion import Motion, Performance
-from forcelab.simulation.parts import Arm, Body, Ground, Holder, Jaws, Profile, Socket, Thread
-from forcelab.simulation.scene import Scene
+from forcelab.simulation.scene import (
+    Arm,
+    Body,
+    Ground,
+    Holder,
+    Jaws,
+    Profile,
+    Scene,
+    Socket,
+    Thread,
+)
 
 RATE = 1000.0
 #: How far the jaws are open beyond the body, m, and what a finger's spring is, N/m.

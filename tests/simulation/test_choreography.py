@@ -12,10 +12,9 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 
 from forcelab.simulation.hand import KNOT_STEP, Command
-from forcelab.simulation.layout import Layout
 from forcelab.simulation.mechanics import Mechanics
-from forcelab.simulation.parts import Arm, Body, Ground, Jaws
-from forcelab.simulation.scene import Scene
+from forcelab.simulation.scene import Arm, Body, Ground, Jaws, Scene
+from forcelab.simulation.state_layout import Layout
 from forcelab.simulation.tasks.choreography import TAP_LENGTH, Choreography
 
 CALM = {"opening": 0.008, "tempo": 1.0, "tremor": 0.0, "wander": 0.0, "sway": 0.0, "tap": 4.0}

@@ -13,17 +13,9 @@ from hypothesis import strategies as st
 from forcelab.errors import InputError
 from forcelab.labels import Segment, Track, to_codes
 from forcelab.recognition.metrics import count, pool
-from forcelab.simulation.coders import (
-    CODERS,
-    Coder,
-    Coding,
-    Confusion,
-    Mistake,
-    code,
-)
+from forcelab.simulation.coder_model import CODERS, Coder, Coding, Confusion, Mistake, code
 from forcelab.simulation.motion import Motion, Performance
-from forcelab.simulation.parts import Body, Jaws
-from forcelab.simulation.scene import Scene
+from forcelab.simulation.scene import Body, Jaws, Scene
 
 RATE = 500.0
 SCENE = Scene("foam", Jaws(), Body("block", mass=0.02, half_width=0.02, stiffness=500.0))

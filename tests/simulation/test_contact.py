@@ -10,8 +10,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from forcelab.simulation import contact
-from forcelab.simulation.parts import Pads
-from forcelab.simulation.scene import TASKS
+from forcelab.simulation.scene import TASKS, Pads
 from forcelab.simulation.tasks import scene_of
 
 LOAD = 8.0

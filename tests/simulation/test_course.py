@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from forcelab.labels import Segment
 from forcelab.simulation.motion import Event, Motion
-from forcelab.simulation.tasks.course import (
+from forcelab.simulation.tasks.ground_truth import (
     CONTACT_LOST,
     CONTACT_MADE,
     SHORTEST,

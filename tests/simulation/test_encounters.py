@@ -12,7 +12,7 @@ from scipy.integrate import quad
 from forcelab.errors import InputError
 from forcelab.simulation.hand import Command
 from forcelab.simulation.mechanics import Mechanics
-from forcelab.simulation.parts import Jaws
+from forcelab.simulation.scene import Jaws
 from forcelab.simulation.solvers import Explicit, Lsoda, Rosenbrock, integrate
 
 SOLVERS = [Explicit(tolerance=1e-6), Lsoda(tolerance=1e-6)]

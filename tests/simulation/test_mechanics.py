@@ -26,7 +26,7 @@ from scipy.optimize import brentq
 from forcelab.errors import InputError
 from forcelab.simulation.hand import Command
 from forcelab.simulation.mechanics import Mechanics
-from forcelab.simulation.parts import Holder, Jaws, Pads, Thread
+from forcelab.simulation.scene import Holder, Jaws, Pads, Thread
 
 COMMANDS = {"left jaw": 0.018, "right jaw": 0.017, "tap": 0.5}
 LOSSLESS = [name for name in SCENES if name != "twist"]

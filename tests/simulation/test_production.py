@@ -13,9 +13,9 @@ from forcelab.clock import ClockMap
 from forcelab.errors import InputError
 from forcelab.glossary import glossary
 from forcelab.jobs import finish
-from forcelab.simulation import production
+from forcelab.simulation import generate
+from forcelab.simulation.generate import Order, producing
 from forcelab.simulation.origin import MOST, RATES, Origin, origins, task_named
-from forcelab.simulation.production import Order, producing
 from forcelab.simulation.scene import TASKS
 from forcelab.simulation.tasks import RATE
 
@@ -34,7 +34,7 @@ def unfilmed(*numbers, task="foam", seed=3, rate=1000.0):
 @pytest.fixture
 def quick(monkeypatch):
     """Brief performances instead of the mechanics."""
-    monkeypatch.setattr(production, "performing", brief.performing)
+    monkeypatch.setattr(generate, "performing", brief.performing)
 
 
 # Where they come from

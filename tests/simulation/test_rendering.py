@@ -13,9 +13,7 @@ from forcelab.clock import fit_clock
 from forcelab.errors import InputError
 from forcelab.labels import Segment
 from forcelab.simulation.motion import Motion
-from forcelab.simulation.rendering import Camera, render
-from forcelab.simulation.rendering.stage import SIZE, Stage
-from forcelab.simulation.rendering.view import drawn_height
+from forcelab.simulation.rendering import SIZE, Camera, Stage, drawn_height, render
 
 DOME = (0x11, 0x9D, 0xA4)
 ARM = (0x3C, 0x42, 0x50)

@@ -10,7 +10,8 @@ from scipy.optimize import brentq
 from simulation.mechanisms import Ball, Mechanism, Oscillator, Thrown, driven, order
 
 from forcelab.errors import InputError
-from forcelab.simulation.solvers import Explicit, Rosenbrock, integrate, rodas
+from forcelab.simulation import solvers as rodas
+from forcelab.simulation.solvers import Explicit, Rosenbrock, integrate
 
 STAGES = len(rodas.NODES)
 SENTENCE = re.compile(

@@ -15,9 +15,9 @@ from forcelab.simulation.solvers import (
     Lsoda,
     Radau,
     Rosenbrock,
+    Watch,
     integrate,
 )
-from forcelab.simulation.solvers.locating import Watch
 
 SOLVERS = [Explicit(1e-6), Rosenbrock(1e-6), Lsoda(1e-7), Radau(1e-6)]
 

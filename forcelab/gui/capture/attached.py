@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from PySide6.QtCore import QObject, Qt, QTimer, Signal
 
-from forcelab.capture.ports import LOOK
+from forcelab.capture.discovery import LOOK
 from forcelab.errors import ForcelabError
 from forcelab.gui.capture.connection import Connection, Drawing, Left
 from forcelab.gui.capture.phase import WORKING, Phase
@@ -23,8 +23,8 @@ from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
 
 if TYPE_CHECKING:
+    from forcelab.capture.reader import RecorderState
     from forcelab.capture.recorder import Recorder
-    from forcelab.capture.recorder_state import RecorderState
     from forcelab.demonstration import Channel
     from forcelab.live.scalogram import RollingImage
 

@@ -10,14 +10,14 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from forcelab.capture.unfinished import CAPTURES
+from forcelab.capture.save import CAPTURES
 from forcelab.errors import InputError
 from forcelab.gui.capture.live_track import LiveTrack, Making
 
 if TYPE_CHECKING:
-    from forcelab.capture.blocks import Device
-    from forcelab.capture.keeping import Kept, Recovered
+    from forcelab.capture.device import Device
     from forcelab.capture.recorder import Recorder
+    from forcelab.capture.save import Recovered, SavedRecording
     from forcelab.demonstration import Channel
     from forcelab.live.scalogram import LiveScalogram, RollingImage
 
@@ -33,7 +33,7 @@ BLOCK = 0.02
 PICTURE = 0.04
 
 #: What became of a recording that ran when its devices were let go: what was kept, or why not.
-Left = tuple["Kept | None", str]
+Left = tuple["SavedRecording | None", str]
 #: Makes what draws a scalogram of the open devices of a recorder.
 Drawing = Callable[["Recorder", "Sequence[Device]"], "LiveScalogram"]
 
@@ -60,7 +60,7 @@ class Connection:
     @property
     def channels(self) -> tuple[Channel, ...]:
         """Of all open devices, as a demonstration of them has them; none while none is open."""
-        from forcelab.capture.gathering import channels_of_all
+        from forcelab.capture.assemble import channels_of_all
 
         devices = () if self.recorder is None else self._devices
         return channels_of_all([device.channels for device in devices])
@@ -69,7 +69,7 @@ class Connection:
         self, path: Path, names: tuple[str, ...], cameras: tuple[str, ...]
     ) -> Generator[None, None, None]:
         """Open devices and cameras for a project."""
-        from forcelab.capture.camera_device import open_cameras
+        from forcelab.capture.camera import open_cameras
         from forcelab.capture.devices import devices_named
         from forcelab.capture.recorder import Recorder
 
@@ -92,7 +92,7 @@ class Connection:
             self.track.anew(keeping=True, firsts=recorder.firsts)
             return given
 
-    def stopping(self) -> Generator[None, None, Kept]:
+    def stopping(self) -> Generator[None, None, SavedRecording]:
         """Make a demonstration of what was recorded."""
         yield
         with self._lock, self._ending():
@@ -214,22 +214,22 @@ class Connection:
 
 def recovering(path: Path) -> Generator[None, None, tuple[Recovered, ...]]:
     """Make demonstrations of the unfinished recordings of a project."""
-    from forcelab.capture.keeping import recover
+    from forcelab.capture.save import recover
 
     yield
     return recover(path)
 
 
-def discarding_kept(path: Path, kept: Kept) -> Generator[None, None, str]:
+def discarding_kept(path: Path, kept: SavedRecording) -> Generator[None, None, str]:
     """Remove a recording that was kept; gives its name."""
-    from forcelab.capture.keeping import discard
+    from forcelab.capture.save import discard
 
     yield
     discard(path, kept)
     return kept.added.name
 
 
-def _stopped(recorder: Recorder, track: LiveTrack) -> Kept:
+def _stopped(recorder: Recorder, track: LiveTrack) -> SavedRecording:
     """End a recording and keep it, with what was recognised of it up to its last sample."""
     recorder.end()
     track.finish()

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import QObject, QTimer, Signal
 
 if TYPE_CHECKING:
-    from forcelab.capture.keeping import Kept
+    from forcelab.capture.save import SavedRecording
 
 __all__ = ["LastKept"]
 
@@ -36,7 +36,7 @@ class LastKept(QObject):
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self.kept: Kept | None = None
+        self.kept: SavedRecording | None = None
         self.path: Path | None = None
         self._patience = QTimer(self)
         self._patience.setSingleShot(True)
@@ -48,7 +48,7 @@ class LastKept(QObject):
         """Whether it was asked for once, a moment ago."""
         return self._patience.isActive()
 
-    def take(self, kept: Kept, path: Path | None) -> None:
+    def take(self, kept: SavedRecording, path: Path | None) -> None:
         """Remember what was kept just now."""
         self.forget()
         if kept.added.status == "new":

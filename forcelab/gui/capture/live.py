@@ -9,7 +9,7 @@ from PySide6.QtCore import QLineF, QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
-from forcelab.capture.recorder_state import DeviceState
+from forcelab.capture.reader import DeviceState
 from forcelab.gui.capture.columns import Scale, columns_of, least_span
 from forcelab.gui.capture.live_axis import (
     RULER,

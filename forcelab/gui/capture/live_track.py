@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING
 from forcelab.errors import InputError
 
 if TYPE_CHECKING:
-    from forcelab.capture.blocks import Device
-    from forcelab.capture.keeping import Kept
+    from forcelab.capture.device import Device
     from forcelab.capture.recorder import Recorder
+    from forcelab.capture.save import SavedRecording
     from forcelab.live.recognition import LiveRecognition, LiveSnapshot
 
 log = logging.getLogger("forcelab")
@@ -111,7 +111,7 @@ class LiveTrack:
         except Exception as error:  # noqa: BLE001 - as above
             self.lose(error)
 
-    def keep(self, path: Path, kept: Kept) -> Kept:
+    def keep(self, path: Path, kept: SavedRecording) -> SavedRecording:
         """Keep the track with its demonstration; gives that with a sentence on it."""
         if self._trouble:
             return replace(kept, remarks=(*kept.remarks, self._trouble))

@@ -11,7 +11,7 @@ from PySide6.QtCore import QEvent, QObject, Qt
 from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QApplication, QWidget
 
-from forcelab.capture.marking import BRIDGE
+from forcelab.capture.assemble import BRIDGE
 from forcelab.gui import settings
 from forcelab.gui.key_follower import KeyFollower
 from forcelab.gui.repeats import Repeats

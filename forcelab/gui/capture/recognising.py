@@ -25,7 +25,7 @@ from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
 
 if TYPE_CHECKING:
-    from forcelab.capture.blocks import Device
+    from forcelab.capture.device import Device
     from forcelab.capture.recorder import Recorder
     from forcelab.live.recognition import LatencyBudget, LiveRecognition, LiveSnapshot
     from forcelab.recognition.recogniser import Recogniser

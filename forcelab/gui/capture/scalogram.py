@@ -31,7 +31,7 @@ from forcelab.gui.label.scalogram_scales import FOURIER_FACTOR
 from forcelab.gui.theme import colours, themes
 
 if TYPE_CHECKING:
-    from forcelab.capture.blocks import Device
+    from forcelab.capture.device import Device
     from forcelab.capture.recorder import Recorder
     from forcelab.live.scalogram import LiveScalogram, RollingImage
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject, QTimer, Signal
 
-from forcelab.capture.marking import LiveMarks
+from forcelab.capture.assemble import LiveMarks
 from forcelab.errors import ForcelabError
 from forcelab.gui.capture.attached import Attached
 from forcelab.gui.capture.connection import Left, discarding_kept, recovering
@@ -20,7 +20,7 @@ from forcelab.gui.shortcuts import keys
 from forcelab.vocabulary import Vocabulary
 
 if TYPE_CHECKING:
-    from forcelab.capture.keeping import Kept, Recovered
+    from forcelab.capture.save import Recovered, SavedRecording
 
 __all__ = ["Session"]
 
@@ -100,7 +100,7 @@ class Session(Attached):
 
     def next_name(self) -> str:
         """What the next recording will be called; empty while there is no task."""
-        from forcelab.capture.keeping import next_name
+        from forcelab.capture.save import next_name
 
         project = self.document.project
         if self.name or project is None or not self.task:
@@ -185,7 +185,7 @@ class Session(Attached):
 
     def look_for_unfinished(self) -> None:
         """Look for recordings that a crash ended."""
-        from forcelab.capture.unfinished import unfinished
+        from forcelab.capture.save import unfinished
 
         project = self.document.project
         self.left_behind = 0 if project is None else len(unfinished(project.path))
@@ -215,7 +215,7 @@ class Session(Attached):
         self.say(f"Recording '{name}'.")
         self._check_project()
 
-    def _kept(self, kept: Kept) -> None:
+    def _kept(self, kept: SavedRecording) -> None:
         self.name = ""
         self.last.take(kept, self._path)
         self._to(Phase.READY)
@@ -300,6 +300,6 @@ class Session(Attached):
         super()._check_project()
 
 
-def _kept_text(kept: Kept) -> str:
+def _kept_text(kept: SavedRecording) -> str:
     """What became of a recording, in a sentence."""
     return f"'{kept.added.name}' is kept: {kept.seconds:.1f} s, {thousands(kept.samples)} samples."

@@ -27,8 +27,7 @@ from forcelab.gui.choosing import ask_file
 from forcelab.gui.jobs import Jobs
 
 if TYPE_CHECKING:
-    from forcelab.capture.discovery import FoundPort
-    from forcelab.capture.ports import Camera
+    from forcelab.capture.discovery import Camera, FoundPort
 
 __all__ = ["Sources"]
 
@@ -157,7 +156,7 @@ class Sources(QWidget):
 
     def _means(self, name: str) -> bool:
         """Whether a name means a device; says what is wrong with it otherwise."""
-        from forcelab.capture.camera_device import check_camera
+        from forcelab.capture.camera import check_camera
         from forcelab.capture.devices import device_named
 
         self._session.unsay()
@@ -295,8 +294,7 @@ class Sources(QWidget):
 
 def _found() -> Generator[None, None, tuple[tuple[FoundPort, ...], tuple[Camera, ...]]]:
     """What is plugged in."""
-    from forcelab.capture.discovery import find_ports
-    from forcelab.capture.ports import cameras
+    from forcelab.capture.discovery import cameras, find_ports
 
     yield
     return find_ports(), cameras()

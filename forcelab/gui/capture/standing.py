@@ -8,8 +8,8 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QColor, QPalette, QResizeEvent
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
-from forcelab.capture.calibration import counting, uncalibrated
-from forcelab.capture.recorder_state import CameraState, DeviceState, RecorderState
+from forcelab.capture.optoforce_device import counting, uncalibrated
+from forcelab.capture.reader import CameraState, DeviceState, RecorderState
 from forcelab.gui.capture.calm_label import CalmLabel, show_text
 from forcelab.gui.capture.session import Session
 from forcelab.gui.numerals import thousands

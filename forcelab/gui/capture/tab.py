@@ -138,7 +138,7 @@ class CaptureTab(QWidget):
         project = self.document.project
         if project is None:
             return
-        from forcelab.capture.unfinished import unfinished
+        from forcelab.capture.save import unfinished
 
         if count := len(unfinished(project.path)):
             self.document.say(

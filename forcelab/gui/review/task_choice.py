@@ -21,7 +21,7 @@ from PySide6.QtWidgets import (
 from forcelab.gui.arranging import toned, use_or_cancel
 from forcelab.gui.document import Document
 from forcelab.gui.review.wanted import OWN, groups_for, shown_task, whose_labels
-from forcelab.recognition.dataset import GROUPS
+from forcelab.recognition.groups import GROUPS
 
 if TYPE_CHECKING:
     from forcelab.recognition.dataset import Choice

@@ -12,7 +12,7 @@ from forcelab.gui.document import Document
 from forcelab.gui.review import remembered
 from forcelab.gui.review.training_jobs import Given
 from forcelab.labels import is_model
-from forcelab.recognition.dataset import usual_folds
+from forcelab.recognition.groups import usual_folds
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

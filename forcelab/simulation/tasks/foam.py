@@ -3,12 +3,7 @@
 from __future__ import annotations
 
 from forcelab.simulation.tasks.choreography import Choreography
-from forcelab.simulation.tasks.course import (
-    CONTACT_LOST,
-    CONTACT_MADE,
-    first,
-    last,
-)
+from forcelab.simulation.tasks.ground_truth import CONTACT_LOST, CONTACT_MADE, first, last
 
 __all__ = ["HAND", "play"]
 

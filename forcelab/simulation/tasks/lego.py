@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from forcelab.simulation.tasks.choreography import Choreography
-from forcelab.simulation.tasks.socketing import HAND, in_and_out
+from forcelab.simulation.tasks.insertion import HAND, in_and_out
 
 __all__ = ["HAND", "play"]
 

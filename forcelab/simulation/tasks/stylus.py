@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from forcelab.simulation.parts import Arm, Profile
+from forcelab.simulation.scene import Arm, Profile
 from forcelab.simulation.tasks.choreography import Choreography
-from forcelab.simulation.tasks.course import CONTACT_MADE, Course, Cue, first, last
+from forcelab.simulation.tasks.ground_truth import CONTACT_MADE, Course, Cue, first, last
 
 __all__ = ["HAND", "play"]
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from forcelab.capture.virtual import VirtualOptoForce
+from forcelab.capture.emulator import VirtualOptoForce
 from forcelab.gui.capture.phase import Phase
 from forcelab.gui.start import Start
 from forcelab.gui.window import Window
@@ -35,7 +35,7 @@ def tongs():
 @pytest.fixture(autouse=True)
 def _nothing_else_is_plugged_in(monkeypatch):
     monkeypatch.setattr("forcelab.capture.discovery.find_ports", lambda: ())
-    monkeypatch.setattr("forcelab.capture.ports.cameras", lambda: ())
+    monkeypatch.setattr("forcelab.capture.discovery.cameras", lambda: ())
 
 
 @pytest.fixture

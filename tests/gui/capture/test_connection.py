@@ -3,9 +3,9 @@
 import pytest
 from fake_devices import FakeDevice, eventually
 
-from forcelab.capture.following import Following
 from forcelab.capture.recorder import Recorder
-from forcelab.capture.unfinished import unfinished
+from forcelab.capture.save import unfinished
+from forcelab.capture.stream_merger import StreamMerger
 from forcelab.errors import InputError
 from forcelab.gui.capture.connection import Connection
 from forcelab.jobs import finish
@@ -110,7 +110,7 @@ def test_the_track_sees_the_last_sample_of_a_recording_and_none_after_it(recordi
     class Follower(Broken):
         """A recogniser that keeps what it follows."""
 
-        following = Following([FakeDevice()], recording.recorder.since)
+        following = StreamMerger([FakeDevice()], recording.recorder.since)
 
         def finish(self):
             eventually(lambda: recorder.latest(0.0)[0][0] > recorder.ends[0] + 50)

@@ -9,7 +9,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QMessageBox, QTabWidget
 
 from forcelab.capture.journal import read
-from forcelab.capture.keeping import keep
+from forcelab.capture.save import keep
 from forcelab.gui.capture.phase import Phase
 from forcelab.project import Project
 

@@ -5,8 +5,7 @@ from PySide6.QtCore import QEvent, Qt
 from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QApplication, QWidget
 
-from forcelab.capture.gathering import _marked
-from forcelab.capture.marking import LiveMarks
+from forcelab.capture.assemble import LiveMarks, _marked
 from forcelab.gui.capture.marks import EventTimes, HeldKeys
 from forcelab.vocabulary import Vocabulary
 

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from forcelab.capture.recorder_state import CameraState, DeviceState, RecorderState
+from forcelab.capture.reader import CameraState, DeviceState, RecorderState
 from forcelab.demonstration import Channel
 from forcelab.gui.capture.standing import alarms_of
 

@@ -11,8 +11,8 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QMessageBox
 
 from forcelab.capture.journal import header_bytes
-from forcelab.capture.keeping import CAPTURES, unfinished
 from forcelab.capture.recorder import Recorder
+from forcelab.capture.save import CAPTURES, unfinished
 from forcelab.gui.capture.phase import Phase
 from forcelab.gui.start import Start
 from forcelab.gui.window import Window

@@ -1,0 +1,268 @@
+"""A recording played in real time by emulated devices."""
+
+from __future__ import annotations
+
+import tempfile
+import time
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from forcelab.capture.device import Opened
+from forcelab.capture.emulator import VirtualOptoForce, VirtualTextLine
+from forcelab.demonstration import GAP_PERIODS, Demonstration
+from forcelab.errors import InputError
+from forcelab.formats.optoforce.calibration import Calibrations
+from forcelab.formats.optoforce.packets import KINDS
+from forcelab.signals.channels import channel_map
+
+#: Counts that a packet can hold.
+LARGEST = 32_767
+#: Counts that tell a sample beyond them from one within.
+FARTHEST = 10 * LARGEST
+
+
+@dataclass(frozen=True)
+class Sensor:
+    """A 3-axis sensor of a recording, as a DAQ would read it.
+
+    Parameters
+    ----------
+    names : tuple of str
+        Names of its x, y and z.
+    serial : str
+        Serial number of the DAQ that plays it.
+    counts : ndarray of int64, shape (n, 3)
+        What that reads.
+    missing : ndarray of bool, shape (n,)
+        Where the recording has no reading.
+    clipped : int
+        Samples beyond what the sensor can read.
+    """
+
+    names: tuple[str, ...]
+    serial: str
+    counts: NDArray[np.int64]
+    missing: NDArray[np.bool_]
+    clipped: int
+
+
+@dataclass(frozen=True)
+class Board:
+    """All channels of a recording, as a microcontroller would print them.
+
+    Parameters
+    ----------
+    names, units : tuple of str
+        Of the channels.
+    values : ndarray, shape (n, c)
+        NaN where the recording has no reading.
+    """
+
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    values: NDArray[np.float64]
+
+    @property
+    def header(self) -> tuple[str, ...]:
+        """What stands above its columns."""
+        both = zip(self.names, self.units, strict=True)
+        return tuple(f"{name} [{unit}]" if unit else name for name, unit in both)
+
+
+def board_of(demonstration: Demonstration) -> Board:
+    """A recording's channels, whatever they measure."""
+    channels = demonstration.channels
+    names, units = tuple(c.name for c in channels), tuple(c.unit for c in channels)
+    return Board(names, units, np.asarray(demonstration.signals))
+
+
+def sensors_of(demonstration: Demonstration, calibrations: Calibrations) -> tuple[Sensor, ...]:
+    """The 3-axis sensors of a recording, in counts.
+
+    Parameters
+    ----------
+    demonstration : Demonstration
+        With channels such as ``fx1 fy1 fz1``, in N.
+    calibrations : Calibrations
+        What a count is worth; of the DAQs ``SIM00001``, ``SIM00002``, ..., or of any.
+
+    Raises
+    ------
+    InputError
+        If there is no such sensor, or no calibration for it.
+    """
+    columns = channel_map(demonstration.channels)
+    tangential = [places for places in columns.columns if len(places) == 2]
+    if not tangential:
+        names = ", ".join(channel.name for channel in demonstration.channels)
+        raise InputError(
+            f"Demonstration '{demonstration.name}' has no 3-axis force sensor that an OptoForce "
+            f"could be; its channels are {names}, and fx1, fy1 and fz1 are needed."
+        )
+    normal = columns.columns[len(tangential) : 2 * len(tangential)]
+    sensors = []
+    for number, (two, one) in enumerate(zip(tangential, normal, strict=True), start=1):
+        recorded = [columns.recorded[place] for place in (*two, *one)]
+        serial = f"SIM{number:05}"
+        calibration = calibrations.find(serial, KINDS[0])
+        newtons = np.asarray(demonstration.signals[:, recorded])
+        missing: NDArray[np.bool_] = np.logical_not(np.isfinite(newtons).all(axis=1))
+        worth = np.where(newtons < 0, calibration.negative, calibration.positive)
+        read = np.round(np.where(missing[:, None], 0.0, newtons) / worth)
+        # What is far beyond all that can be read has no whole number to be cut off.
+        counts = np.clip(read, -FARTHEST, FARTHEST).astype(np.int64)
+        clipped = int((np.abs(counts) > LARGEST).any(axis=1).sum())
+        called = tuple(demonstration.channels[column].name for column in recorded)
+        sensors.append(Sensor(called, serial, counts, missing, clipped))
+    return tuple(sensors)
+
+
+class Replay(Opened):
+    """Virtual devices that play a recording together.
+
+    Each gives its first sample over and over until all ports are opened and `lead` seconds have
+    passed since then; all begin at the same moment.
+
+    Parameters
+    ----------
+    demonstration : Demonstration
+        The recording.
+    parts : sequence of Sensor or Board
+        Of it, a device each; see :func:`sensors_of` and :func:`board_of`.
+    speed : float
+        Recorded seconds in one second.
+    lead : float
+        Seconds from the opening of the last port to the beginning.
+
+    Raises
+    ------
+    InputError
+        If the speed or lead is not usable.
+    """
+
+    def __init__(
+        self,
+        demonstration: Demonstration,
+        parts: Sequence[Sensor | Board],
+        *,
+        speed: float = 1.0,
+        lead: float = 1.0,
+    ) -> None:
+        if not (0 < speed < np.inf and 0 <= lead < np.inf):
+            raise InputError(
+                f"Replaying needs a speed above 0 and a lead of 0 s or more, not {speed:g} and "
+                f"{lead:g} s."
+            )
+        self.parts = tuple(parts)
+        #: Seconds that playing takes.
+        self.seconds = demonstration.duration / speed
+        self._speed, self._lead = speed, lead
+        self._times = np.asarray(demonstration.times) - demonstration.start
+        self._period = demonstration.period
+        self._start: float | None = None
+        self._folder: Path | None = None
+        rate = demonstration.rate * speed
+        self.devices = [self._device(number, part, rate) for number, part in enumerate(self.parts)]
+
+    @property
+    def ports(self) -> tuple[str, ...]:
+        """Their names, once it was opened."""
+        return tuple(device.port for device in self.devices)
+
+    def open(self) -> None:
+        """Switch all on, each at a port of its own."""
+        self._folder = Path(tempfile.mkdtemp(prefix="forcelab-replay-"))
+        try:
+            for device in self.devices:
+                device.path = self._folder / device.path.name
+                device.open()
+        except BaseException:
+            self.close()
+            raise
+
+    def close(self) -> None:
+        """Switch all off; closing twice is fine."""
+        for device in self.devices:
+            device.close()
+        if self._folder is not None:
+            with suppress(OSError):
+                self._folder.rmdir()
+
+    @property
+    def begun(self) -> bool:
+        """Whether all ports have been opened."""
+        return self._start is not None
+
+    def ended(self, timeout: float) -> bool:
+        """Whether all has been played, after waiting for at most so many seconds.
+
+        It also lets the playing begin; call it again and again.
+        """
+        until = time.monotonic() + timeout
+        opened = [device.begun for device in self.devices]
+        if self._start is None and None not in opened:
+            self._start = time.monotonic() + self._lead
+            for device, begun in zip(self.devices, opened, strict=True):
+                device.duration = self._start - (begun or 0.0) + self.seconds
+        return all(device.ended.wait(max(until - time.monotonic(), 0.0)) for device in self.devices)
+
+    def _recorded(self, number: int, times: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Seconds of the recording at seconds of a device; 0 before it begins."""
+        begun = self.devices[number].begun
+        if self._start is None or begun is None:
+            return np.zeros(len(times))
+        return np.maximum(times - (self._start - begun), 0.0) * self._speed
+
+    def _nearest(self, recorded: NDArray[np.float64]) -> NDArray[np.int64]:
+        """The samples nearest to seconds of the recording."""
+        after = np.clip(np.searchsorted(self._times, recorded), 1, len(self._times) - 1)
+        nearer = recorded - self._times[after - 1] <= self._times[after] - recorded
+        return after - nearer
+
+    def _device(
+        self, number: int, part: Sensor | Board, rate: float
+    ) -> VirtualOptoForce | VirtualTextLine:
+        """The device that plays a part."""
+
+        def now(times: NDArray[np.float64]) -> NDArray[np.int64]:
+            return self._nearest(self._recorded(number, times))
+
+        if isinstance(part, Board):
+            return VirtualTextLine(
+                lambda times: part.values[now(times)],
+                rate,
+                names=part.header,
+                header=True,
+                clock="micros",
+                separator="\t",
+                decimals=6,
+                path=Path(f"ttyUSB{number}"),
+                absent=self._absent(number, np.zeros(len(part.values), dtype=np.bool_)),
+                waits=True,
+            )
+        return VirtualOptoForce(
+            lambda times: part.counts[now(times)],
+            rate,
+            serial=part.serial,
+            path=Path(f"ttyACM{number}"),
+            absent=self._absent(number, part.missing),
+            waits=True,
+        )
+
+    def _absent(
+        self, number: int, missing: NDArray[np.bool_]
+    ) -> Callable[[NDArray[np.float64]], NDArray[np.bool_]]:
+        """Where a device reads nothing: in the recording's gaps."""
+
+        def absent(times: NDArray[np.float64]) -> NDArray[np.bool_]:
+            recorded = self._recorded(number, times)
+            nearest = self._nearest(recorded)
+            far = np.abs(recorded - self._times[nearest]) > 0.5 * GAP_PERIODS * self._period
+            return missing[nearest] | far
+
+        return absent

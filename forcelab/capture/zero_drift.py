@@ -1,0 +1,121 @@
+"""Whether the zero of a force sensor drifts, as by temperature.
+
+Nobody says when a sensor is unloaded. But whoever handles things makes its readings change, and
+lets go of them again and again: a level that is quiet, near the zero as it was known, and there for
+many windows is the zero as it is now. A load that is held steadily is farther from zero than that.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+
+import numpy as np
+from numpy.typing import NDArray
+
+_WINDOW = 0.5  # s that are looked at as one
+_NEEDED = 8  # samples of a window that tell its noise
+_REMEMBERED = 20  # quiet windows whose median is the zero: 10 s
+_FIRST = 4  # quiet windows that tell the zero at the beginning: 2 s
+_QUIET = 3.0  # times the least noise so far, at most, in a quiet window and between its halves
+_NOISE, _SHARE = 20.0, 0.01  # a wander is told beyond so many times the noise and this share
+_NEAR = 5.0  # times that, at most, from which a quiet level is still the zero
+
+
+class ZeroDrift:
+    """Follows the zero level of each channel of a device.
+
+    The zero is what is read when it begins, after which :meth:`restart` takes it anew. A wander is
+    told where it is more than 20 times the noise and 1 % of the largest reading so far.
+
+    Parameters
+    ----------
+    channels : int
+        Columns of what it is fed.
+
+    Notes
+    -----
+    Not for several threads at once.
+    """
+
+    def __init__(self, channels: int) -> None:
+        self._channels = channels
+        self.restart()
+
+    def restart(self) -> None:
+        """What comes next is unloaded, as after zeroing."""
+        self._levels: list[deque[float]] = [
+            deque(maxlen=_REMEMBERED) for _ in range(self._channels)
+        ]
+        self._zero = np.full(self._channels, np.nan)
+        self._noise = np.full(self._channels, np.inf)
+        self._step = np.full(self._channels, np.inf)
+        self._largest = np.zeros(self._channels)
+        self.interrupt()
+
+    def interrupt(self) -> None:
+        """Some time is missing: no window reaches across it."""
+        self._pending: list[NDArray[np.float64]] = []
+        self._begun = np.nan
+
+    @property
+    def wander(self) -> NDArray[np.float64]:
+        """By how much each zero has wandered, in the channel's unit, shape (c,); 0 if not far."""
+        now = np.array([np.median(levels) if levels else np.nan for levels in self._levels])
+        away = now - self._zero
+        told = np.abs(away) > self._threshold()
+        told &= np.array([len(levels) == _REMEMBERED for levels in self._levels])
+        return np.where(told, away, 0.0)
+
+    def update(self, times: NDArray[np.float64], values: NDArray[np.float64]) -> None:
+        """Take in samples as they come.
+
+        Parameters
+        ----------
+        times : ndarray of float64, shape (n,)
+            When they were taken or came, in s.
+        values : ndarray of float64, shape (n, c)
+        """
+        if not len(times):
+            return
+        if not times[0] - self._begun < _WINDOW:  # or nothing has begun
+            self._close()
+            self._begun = float(times[0])
+        self._pending.append(values)
+
+    def _threshold(self) -> NDArray[np.float64]:
+        """The least wander that is told."""
+        least: NDArray[np.float64] = np.maximum(_NOISE * self._noise, _SHARE * self._largest)
+        return least
+
+    def _close(self) -> None:
+        """Look at the window that has ended."""
+        values = np.concatenate(self._pending) if self._pending else np.empty((0, self._channels))
+        self._pending = []
+        if len(values) < _NEEDED or not np.isfinite(values).all():
+            return
+        half = len(values) // 2
+        steps = np.abs(np.diff(values, axis=0))
+        # No reading tells less than the step between two numbers that the sensor can give.
+        step = np.where(steps > 0, steps, np.inf).min(axis=0)
+        self._step = np.minimum(self._step, step)
+        level = np.median(values, axis=0)
+        noise = 1.4826 * np.median(np.abs(values - level), axis=0)
+        noise = np.maximum(noise, np.where(np.isfinite(self._step), self._step, 0.0))
+        self._noise = np.minimum(self._noise, noise)
+        moved = np.abs(values[:half].mean(axis=0) - values[half:].mean(axis=0))
+        quiet = (moved <= _QUIET * self._noise) & (noise <= _QUIET * self._noise)
+        for i in np.flatnonzero(quiet).tolist():
+            self._take(i, float(level[i]))
+        known = np.isfinite(self._zero)
+        off = np.abs(values - np.where(known, self._zero, 0.0)).max(axis=0)
+        self._largest = np.where(known, np.maximum(self._largest, off), self._largest)
+
+    def _take(self, channel: int, level: float) -> None:
+        """A quiet level of a channel."""
+        levels = self._levels[channel]
+        if np.isnan(self._zero[channel]):
+            levels.append(level)
+            if len(levels) == _FIRST:
+                self._zero[channel] = np.median(levels)
+        elif abs(level - np.median(levels)) <= _NEAR * self._threshold()[channel]:
+            levels.append(level)

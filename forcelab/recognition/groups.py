@@ -1,0 +1,79 @@
+"""Which demonstrations are left out together."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from itertools import chain
+
+import numpy as np
+
+from forcelab.demonstration import Demonstration
+from forcelab.errors import InputError
+
+#: More labelled demonstrations than `MANY` are left out in so many groups unless somebody says
+#: otherwise: half an hour of training for each by itself is minutes then, and each is still
+#: recognised by a recogniser that has not seen it.
+MANY, GROUPS = 20, 10
+
+
+def usual_folds(labelled: int) -> int:
+    """In how many groups so many demonstrations are left out; 0: each by itself."""
+    return GROUPS if labelled > MANY else 0
+
+
+def check_folds(folds: int | None) -> None:
+    """Refuse a number of groups that nothing can be left out in.
+
+    Raises
+    ------
+    InputError
+        If it is negative or 1.
+    """
+    if folds is not None and (folds < 0 or folds == 1):
+        raise InputError(f"Demonstrations are left out in two groups or more, not in {folds}.")
+
+
+def twins(demonstrations: Sequence[Demonstration]) -> list[list[int]]:
+    """Which demonstrations hold the same recording, by whatever names and stamps.
+
+    Their ids differ as soon as a stamp does; what was recorded is then still the same.
+
+    Parameters
+    ----------
+    demonstrations : sequence of Demonstration
+
+    Returns
+    -------
+    list of list of int
+        The places of each recording's demonstrations, usually one, in order.
+    """
+    places: dict[bytes, list[int]] = {}
+    for i, demonstration in enumerate(demonstrations):
+        signals = np.ascontiguousarray(demonstration.signals, dtype=np.float64)
+        places.setdefault(hashlib.sha256(signals.tobytes()).digest(), []).append(i)
+    return list(places.values())
+
+
+def groups(demonstrations: Sequence[Demonstration], folds: int | None) -> list[list[int]]:
+    """The places of the demonstrations that are left out together, one group after the other.
+
+    Neighbours in the order are in different groups, so that each group has some of every task;
+    but those that hold the same recording are left out together.
+
+    Parameters
+    ----------
+    demonstrations : sequence of Demonstration
+    folds : int or None
+        How many groups; each recording is one by itself with 0 or None, or where there are no more
+        than that.
+
+    Raises
+    ------
+    InputError
+        If the number is negative or 1.
+    """
+    check_folds(folds)
+    recordings = twins(demonstrations)
+    parts = min(folds or len(recordings), len(recordings))
+    return [sorted(chain(*recordings[first::parts])) for first in range(parts)]
