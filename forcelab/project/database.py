@@ -43,7 +43,9 @@ def told_of_store(folder: Path, timeout: float) -> Iterator[None]:
         UnicodeDecodeError
     ) as error:  # a name in the schema, or SQLite's sentence that quotes one
         raise InputError(sentence_of(folder, sqlite3.DatabaseError("malformed"), 0)) from error
-    except (sqlite3.IntegrityError, sqlite3.ProgrammingError):
+    except (sqlite3.IntegrityError, sqlite3.ProgrammingError) as error:
+        if "FOREIGN KEY" in str(error):  # rows that refer where the program lets none refer
+            raise InputError(sentence_of(folder, sqlite3.DatabaseError("malformed"), 0)) from error
         raise  # the program's own mistakes
     except sqlite3.DatabaseError as error:
         kind = StoreBusyError if trouble_of(error) == "busy" else InputError

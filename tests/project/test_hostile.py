@@ -18,6 +18,7 @@ from forcelab.errors import InputError
 from forcelab.project import Project
 from forcelab.project.files import remove
 from forcelab.project.loading import natural_order
+from forcelab.project.track_editor import Labelling
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="links need rights there")
 
@@ -339,3 +340,19 @@ def test_a_schema_with_bytes_that_are_no_text_is_one_sentence(path, stored, cana
         file.write_bytes(content.replace(words, b"\x8b" + words[1:], 1))
         with pytest.raises(InputError, match="damaged|not those|other tables"):
             Project.open(path)
+
+
+def test_rows_that_refer_across_demonstrations_end_a_removal_in_a_sentence(path, make, capsys):
+    with Project.create(path) as project:
+        ids = [project.add(make(seed, name)).id for seed, name in ((1, "01"), (2, "02"))]
+        for id_ in ids:
+            Labelling(project, id_, "ada").paint(0.0, 0.1, "grab")
+    with closing(sqlite3.connect(path / "project.sqlite")) as store:
+        (trigger,) = store.execute(
+            "SELECT sql FROM sqlite_schema WHERE name = 'edit_is_not_changed'"
+        ).fetchone()
+    parent = "UPDATE edit SET parent = 1 WHERE id = 2"
+    change(path, "DROP TRIGGER edit_is_not_changed", parent, trigger)
+    capsys.readouterr()
+    assert main(["remove", str(path), "01", "--yes"]) == 1
+    assert "Traceback" not in capsys.readouterr().err
