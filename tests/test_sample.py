@@ -153,10 +153,10 @@ from pathlib import Path
 import brief
 from forcelab import sample
 from forcelab.jobs import finish
-from forcelab.simulation import production
+from forcelab.simulation import generate
 
-production.performing = brief.performing
-production._filmed = lambda *_: os.kill(os.getpid(), signal.SIGKILL)
+generate.performing = brief.performing
+generate._filmed = lambda *_: os.kill(os.getpid(), signal.SIGKILL)
 finish(sample.making(Path("sample.forcelab")))
 """
 

@@ -67,7 +67,7 @@ class FoldResult:
 
 
 def parted(examples: Sequence[Examples], parts: Sequence[Sequence[int]]) -> list[Fold]:
-    """One fold for each of the :func:`~forcelab.recognition.dataset.groups`."""
+    """One fold for each of the :func:`~forcelab.recognition.groups.groups`."""
     return [
         Fold(
             [example for i, example in enumerate(examples) if i not in out],
@@ -244,7 +244,7 @@ def leave_one_out(
     certainty : bool
         Whether to keep how certain each prediction is, for a review; nothing else changes.
     folds : int, optional
-        How many groups are left out, as :func:`~forcelab.recognition.dataset.groups` parts them;
+        How many groups are left out, as :func:`~forcelab.recognition.groups.groups` parts them;
         by default each demonstration by itself.
 
     Yields

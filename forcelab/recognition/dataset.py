@@ -164,7 +164,7 @@ class Choice:
         :mod:`forcelab.recognition.adaptation` does.
     folds : int, optional
         In how many groups demonstrations are left out, as
-        :func:`~forcelab.recognition.dataset.groups` parts them; 0: each by itself. None where
+        :func:`~forcelab.recognition.groups.groups` parts them; 0: each by itself. None where
         nobody said: as :func:`~forcelab.recognition.dataset.usual_folds` has it.
     """
 

@@ -442,7 +442,7 @@ def zooms(seconds: float) -> list[Zoom]:
 def measuring_panning(
     folder: Path, count: int, *, gestures: int, size: tuple[int, int]
 ) -> Generator[Progress, None, tuple[Latency, ...]]:
-    """Pan and zoom a recording of six channels; see :mod:`forcelab.gui.measuring`.
+    """Pan and zoom a recording of six channels; see :mod:`tests.benchmarks`.
 
     Parameters
     ----------
@@ -531,7 +531,7 @@ OPENING = "open a project"
 def measuring_opening(
     projects: dict[str, Path], *, times: int, size: tuple[int, int]
 ) -> Generator[Progress, None, tuple[Latency, ...]]:
-    """Open projects in a window that is there already; see :mod:`forcelab.gui.measuring`.
+    """Open projects in a window that is there already; see :mod:`tests.benchmarks`.
 
     Parameters
     ----------
@@ -573,7 +573,7 @@ LASTING = (0.2, 1.5)
 def measuring_strokes(
     project: Path, *, segments: int, times: int, size: tuple[int, int]
 ) -> Generator[Progress, None, tuple[Latency, ...]]:
-    """Paint by keys on a track of many segments; see :mod:`forcelab.gui.measuring`.
+    """Paint by keys on a track of many segments; see :mod:`tests.benchmarks`.
 
     Parameters
     ----------
@@ -661,7 +661,7 @@ _Way = Callable[[Window], "Taken | None"]
 def measuring_scalograms(
     folder: Path, count: int, *, times: int, size: tuple[int, int]
 ) -> Generator[Progress, None, tuple[Latency, ...]]:
-    """Ask for scalograms of one of six channels; see :mod:`forcelab.gui.measuring`.
+    """Ask for scalograms of one of six channels; see :mod:`tests.benchmarks`.
 
     What was never seen has a bound in the shortest span alone: the colours' range and the powers of
     longer ones take longer on two cores.
@@ -900,7 +900,7 @@ PLAIN = "cv2 by frame count: "
 def measuring_video(
     folder: Path, film: Film, *, frames: int, times: int, size: tuple[int, int]
 ) -> Generator[Progress, None, tuple[Latency, ...]]:
-    """Step and seek in one video; see :mod:`forcelab.gui.measuring`.
+    """Step and seek in one video; see :mod:`tests.benchmarks`.
 
     Parameters
     ----------
@@ -1054,7 +1054,7 @@ START_PATIENCE = 120.0
 def measuring_start(
     folder: Path, project: Path, *, times: int
 ) -> Generator[Progress, None, tuple[Latency, ...]]:
-    """Start the program, with and without a project; see :mod:`forcelab.gui.measuring`.
+    """Start the program, with and without a project; see :mod:`tests.benchmarks`.
 
     Parameters
     ----------

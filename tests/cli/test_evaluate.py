@@ -9,7 +9,7 @@ from quick import FAST
 from synthetic import ACTIONS
 
 from forcelab.project import Project
-from forcelab.recognition import dataset
+from forcelab.recognition import groups
 
 SCORES = {
     "name", "accuracy", "balanced_accuracy", "coverage", "kappa", "edit", "f1",
@@ -419,8 +419,8 @@ def test_a_task_is_adapted_to_another_with_scores_with_and_without(forcelab, pro
 def test_many_demonstrations_are_left_out_in_groups_unless_it_is_said(
     forcelab, project, monkeypatch, words, folds
 ):
-    monkeypatch.setattr(dataset, "MANY", 2)
-    monkeypatch.setattr(dataset, "GROUPS", 2)
+    monkeypatch.setattr(groups, "MANY", 2)
+    monkeypatch.setattr(groups, "GROUPS", 2)
     given = ["evaluate", project, "--task", "foam", *FAST, *words]
     content = forcelab(*given, "--json", "-").json
     assert len(content["tested"]) == 4

@@ -145,8 +145,8 @@ def test_a_full_disk_is_one_sentence_and_adds_nothing(
 BRIEFLY = """
 import sys, brief
 from forcelab.cli import main, simulating
-from forcelab.simulation import production
-production.performing = brief.performing
+from forcelab.simulation import generate
+generate.performing = brief.performing
 simulating.cpu_count = lambda: 1
 told = [
     (main([*sys.argv[1:], *more]), "cv2" in sys.modules)

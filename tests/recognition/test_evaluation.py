@@ -18,7 +18,8 @@ from forcelab.formats.recording import ReadOptions
 from forcelab.jobs import finish
 from forcelab.label_map import MergeMap
 from forcelab.labels import Segment, from_codes, to_codes
-from forcelab.recognition import cross_validation, dataset
+from forcelab.recognition import cross_validation
+from forcelab.recognition import groups as grouping
 from forcelab.recognition.cross_validation import across, leave_one_out
 from forcelab.recognition.examples import Labelled, kept_apart
 from forcelab.recognition.metrics import score
@@ -284,7 +285,7 @@ def names_of(items, fold):
 @pytest.mark.parametrize("count", [None, 2, 3, 4])
 def test_a_recording_that_is_there_twice_is_left_out_as_a_whole(six, count):
     items = [*six[:3], later(six[0], "twin"), six[3], later(six[2], "again")]
-    parts = dataset.groups([item.demonstration for item in items], count)
+    parts = grouping.groups([item.demonstration for item in items], count)
     assert sorted(i for part in parts for i in part) == list(range(len(items)))
     assert len(parts) == (count or 4)
     for first, second in ((0, 3), (2, 5)):
@@ -311,7 +312,7 @@ def test_a_recording_that_is_there_twice_is_left_out_as_a_whole(six, count):
 @pytest.mark.parametrize("groups", [None, 0, 2, 3, 5, 99])
 def test_neighbours_are_left_out_in_different_groups(count, groups):
     items = [d for d, _ in synthetic_set(count, rate=50.0)]
-    parts = dataset.groups(items, groups)
+    parts = grouping.groups(items, groups)
     assert len(parts) == min(groups or count, count)
     assert sorted(i for part in parts for i in part) == list(range(count))
     assert max(map(len, parts)) - min(map(len, parts)) <= 1

@@ -18,7 +18,7 @@ from forcelab.gui.review.training_jobs import Kept
 from forcelab.gui.review.wanted import whose_labels
 from forcelab.labels import Segment
 from forcelab.project import Project, Verdict
-from forcelab.recognition import dataset
+from forcelab.recognition import groups
 from forcelab.recognition.dataset import Choice
 from forcelab.recognition.presets import preset
 from forcelab.recognition.settings import Settings
@@ -58,7 +58,7 @@ def test_many_demonstrations_are_left_out_in_groups_unless_somebody_chose_otherw
         return work.asked[-1][2]
 
     assert asked().folds == 0
-    monkeypatch.setattr(dataset, "MANY", 0)
+    monkeypatch.setattr(groups, "MANY", 0)
     assert asked().folds == 10
     learning.set_choice(Choice(("foam",), folds=0))
     assert asked().folds == 0

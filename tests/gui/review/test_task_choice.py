@@ -6,7 +6,7 @@ from learning_bench import study
 from forcelab.gui.review.task_choice import TaskChoice, TaskChoiceDialog
 from forcelab.gui.review.wanted import OWN, whose_labels
 from forcelab.labels import Segment
-from forcelab.recognition import dataset
+from forcelab.recognition import groups
 from forcelab.recognition.dataset import Choice
 
 
@@ -60,7 +60,7 @@ def test_how_many_are_left_out_is_shown_and_chosen(ask, form, monkeypatch):
     assert form.choice() == Choice(("foam",), folds=10)
     form.leave_out.setChecked(True)
     assert form.choice() == Choice(("foam",), folds=0)
-    monkeypatch.setattr(dataset, "MANY", 1)
+    monkeypatch.setattr(groups, "MANY", 1)
     many = ask(Choice(("foam",)))
     assert many.in_groups.isChecked()
     assert many.choice() == Choice(("foam",))  # nobody has chosen yet
