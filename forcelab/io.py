@@ -1,7 +1,8 @@
 """Reading small files that people write by hand; writing files whole or not at all.
 
-The bytes go to a temporary file in the same folder, are forced to the disk and only then take the
-name. Whatever had the name before is untouched until then, and for ever if anything fails.
+Writing files whole or not at all. The bytes go to a temporary file in the same folder, are forced
+to the disk and only then take the name. Whatever had the name before is untouched until then, and
+for ever if anything fails.
 """
 
 from __future__ import annotations

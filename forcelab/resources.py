@@ -1,7 +1,8 @@
 """What the program carries with it, and the versions of everything a result depends on.
 
-In a checkout these files lie in ``assets/`` beside the package, where people read and change them;
-an installed forcelab has them inside the package.
+What the program carries with it: the tasks, the glossary and its pictures. In a checkout these
+files lie in ``assets/`` beside the package, where people read and change them; an installed
+forcelab has them inside the package.
 """
 
 from __future__ import annotations

@@ -1,8 +1,9 @@
 """Runs of samples with one code, and when they end.
 
-A stretch ends where the next sample starts; before a gap in the stamps (more than
-:data:`~forcelab.demonstration.GAP_PERIODS` median periods) and at the end of the recording it ends
-one median period after its last stamp. Segments, filters and metrics all follow this rule.
+Stretches of samples with one code, and when they end. A stretch ends where the next sample starts;
+before a gap in the stamps (more than :data:`~forcelab.demonstration.GAP_PERIODS` median periods)
+and at the end of the recording it ends one median period after its last stamp. Segments, filters
+and metrics all follow this rule.
 """
 
 from __future__ import annotations

@@ -1,12 +1,13 @@
 """Every way to change a track's segments, as pure functions on tuples, and what an edit changed.
 
-Each verb takes segments in order and never overlapping, and gives a new tuple of the same kind;
-what it was given stays as it is. Times are in seconds. What lasts no longer than :data:`SLIVER` is
-float dust: a piece that short is dropped, and a hole that short counts as none, so that segments
-on either side of it touch.
+Painting: every way to change a track's segments, as pure functions on tuples. Each verb takes
+segments in order and never overlapping, and gives a new tuple of the same kind; what it was given
+stays as it is. Times are in seconds. What lasts no longer than :data:`SLIVER` is float dust: a
+piece that short is dropped, and a hole that short counts as none, so that segments on either side
+of it touch.
 
 The cost of a verb is one copy of the tuple; only :func:`fill_gaps` looks at every segment. What a
-verb changed is told by :mod:`forcelab.segment_edits`.
+verb changed is told by :func:`splice`.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """A camera: every frame stamped as it arrives and written as it comes.
 
-Matroska (RFC 9559): clusters of unknown size, one a second, so that nothing written has to be
-changed later; what ended is read up to its last whole picture. Closing adds the cues by which
-players jump.
+A video file of JPEG pictures, each with its own time, that is whole whenever writing ends. Matroska
+(RFC 9559): clusters of unknown size, one a second, so that nothing written has to be changed later;
+what ended is read up to its last whole picture. Closing adds the cues by which players jump.
 """
 
 from __future__ import annotations

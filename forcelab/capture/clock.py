@@ -1,14 +1,16 @@
 """When a device's samples were taken, on the host's monotonic clock, as they come.
 
-They are a backlog, which arrives faster than it was taken and so ends by itself, or samples are
-missing which nobody counted, as when a hub was stuck and a board went on printing lines. The latter
-keep the device's pace, all equally late.
+What windows tell whose earliest arrivals are behind a clock's line. They are a backlog, which
+arrives faster than it was taken and so ends by itself, or samples are missing which nobody counted,
+as when a hub was stuck and a board went on printing lines. The latter keep the device's pace, all
+equally late.
 
-A sample arrives when it was taken plus a delay that is never negative: the earliest arrivals tell
-the time, late ones tell only how busy the computer was. Each window gives its earliest arrival to
-a line of host time against the device's counter, fitted by recursive least squares that forgets.
-What is kept is the weighted mean and the spread about it (West, 1979: Updating mean and variance
-estimates, CACM 22), never sums of raw clock readings, so that hours of ticks cost no digits.
+Live: when a device's samples were taken, on the host's monotonic clock. A sample arrives when it
+was taken plus a delay that is never negative: the earliest arrivals tell the time, late ones tell
+only how busy the computer was. Each window gives its earliest arrival to a line of host time
+against the device's counter, fitted by recursive least squares that forgets. What is kept is the
+weighted mean and the spread about it (West, 1979: Updating mean and variance estimates, CACM 22),
+never sums of raw clock readings, so that hours of ticks cost no digits.
 """
 
 from __future__ import annotations

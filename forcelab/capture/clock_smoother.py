@@ -1,9 +1,10 @@
 """When a device's samples were taken, by all that arrived, once a recording has ended.
 
-The offline counterpart of :mod:`forcelab.capture.clock`: the earliest arrival of each window, and
-through them lines fitted by least squares with weights that fall by half every 90 s *both* ways in
-time, as a smoother is made of a filter run forwards and one run backwards. So the first sample is
-as well known as the last, and a crystal that warms up is followed.
+Afterwards: when a device's samples were taken, by all that arrived. The offline counterpart of
+:mod:`forcelab.capture.clock`: the earliest arrival of each window, and through them lines fitted by
+least squares with weights that fall by half every 90 s *both* ways in time, as a smoother is made
+of a filter run forwards and one run backwards. So the first sample is as well known as the last,
+and a crystal that warms up is followed.
 """
 
 from __future__ import annotations

@@ -1,6 +1,7 @@
 """Emulated devices on pseudo-terminals: DAQs, microcontrollers, cameras, with faults on demand.
 
-The layout of the packets is that of :mod:`forcelab.formats.optoforce.packets`.
+What virtual devices send: their readings by time, real packets of them, and when each was sent. The
+layout of the packets is that of :mod:`forcelab.formats.optoforce.packets`.
 """
 
 from __future__ import annotations

@@ -1,7 +1,8 @@
 """The journal: all that is recorded, on the disk while it is recorded.
 
-Little-endian: how many samples and channels, whether there are counters and status words, then
-arrivals, counters, values and status words, one array after the other.
+Samples as the payloads of a journal's records, and put together again. Little-endian: how many
+samples and channels, whether there are counters and status words, then arrivals, counters, values
+and status words, one array after the other.
 
 An append-only file: a line with the version, then records of a head (kind, device, length, and a
 CRC-32 over these and the payload) and a payload, little-endian. Whatever ends the program, the file

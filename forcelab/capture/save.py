@@ -37,7 +37,6 @@ def unfinished(path: Path) -> tuple[Path, ...]:
     """
     if not (path / CAPTURES).is_dir():  # every window that opens a project asks
         return ()
-    from forcelab.capture.journal import SUFFIX
     from forcelab.capture.journal_writer import being_written
 
     found = sorted((path / CAPTURES).glob(f"*{SUFFIX}"))

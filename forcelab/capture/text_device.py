@@ -1,11 +1,12 @@
 """Devices that print lines of values: microcontrollers with sensors, load cells behind an HX711.
 
-A line is a sample: numbers separated by tabs, semicolons, commas or blanks, or ``label:value``
-pairs as the Arduino plotter reads them. A line of names in front of the numbers names the channels,
-and units in it (``Fz [N]``) are theirs; a column that is named as stamps with a unit of time
-(``time_ms``, ``micros``, ``t (s)``) is the device's clock. What a line is made of is settled by two
-samples in a row that agree; every other line is junk from then on, which is counted. Numbers have
-points: ``1,5`` is two of them.
+Sensors that send lines of text: Arduinos, and load cells behind an HX711. A line is a sample:
+numbers separated by tabs, semicolons, commas or blanks, or ``label:value`` pairs as the Arduino
+plotter reads them. A line of names in front of the numbers names the channels, and units in it
+(``Fz [N]``) are theirs; a column that is named as stamps with a unit of time (``time_ms``,
+``micros``, ``t (s)``) is the device's clock. What a line is made of is settled by two samples in a
+row that agree; every other line is junk from then on, which is counted. Numbers have points:
+``1,5`` is two of them.
 
 Samples are numbered in the order in which they were sent. A torn line (cut short, or grown together
 with the next one for want of a line end) takes as many numbers as lines went into it, so that what

@@ -1,5 +1,6 @@
 """Whether the zero of a force sensor drifts, as by temperature.
 
+Whether the zero of a force sensor wanders, as by temperature, told from what is done with it.
 Nobody says when a sensor is unloaded. But whoever handles things makes its readings change, and
 lets go of them again and again: a level that is quiet, near the zero as it was known, and there for
 many windows is the zero as it is now. A load that is held steadily is farther from zero than that.

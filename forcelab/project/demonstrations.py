@@ -1,8 +1,9 @@
 """Demonstrations of a project: added, put right and taken out.
 
-What people labelled is kept as long as its demonstration. A recording that has just become one
-holds nothing of that and can be discarded. One that was imported by mistake can be removed with
-what was labelled on it, by somebody who was told whose labels these are.
+Taking a demonstration out of a project, as a whole or, if killed meanwhile, not at all. What people
+labelled is kept as long as its demonstration. A recording that has just become one holds nothing of
+that and can be discarded. One that was imported by mistake can be removed with what was labelled on
+it, by somebody who was told whose labels these are.
 """
 
 from __future__ import annotations

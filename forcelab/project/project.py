@@ -1,12 +1,13 @@
 """The project: one folder, one SQLite store, and every edit ever made.
 
-The edits of one renaming share their author, their time and the first half of their sentence:
-so much tells them, in a project that was copied or merged as well.
+Undo and redo of what was done in many tracks at once, as one step. The edits of one renaming share
+their author, their time and the first half of their sentence: so much tells them, in a project that
+was copied or merged as well.
 
-Nobody edits another's track: only the coder's own segments get the new name. It keeps key and look;
-where others use the old name, that stays in the vocabulary with others. Who codes a demonstration
-of a task blind is told nothing of what others have labelled on it: there the old one stays, whether
-they use it or not.
+Renaming an action that has segments, or merging it into another one. Nobody edits another's track:
+only the coder's own segments get the new name. It keeps key and look; where others use the old
+name, that stays in the vocabulary with others. Who codes a demonstration of a task blind is told
+nothing of what others have labelled on it: there the old one stays, whether they use it or not.
 """
 
 from __future__ import annotations

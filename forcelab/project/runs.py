@@ -1,7 +1,8 @@
 """Recognisers and runs of a project: kept with everything to repeat them, and taken out again.
 
-Labels never change by it, and what people said is kept: a verdict stays, without the number of its
-run, and a label that was accepted from a prediction remembers the name of what proposed it.
+What runs and recognisers take up, and taking them out again, whole or not at all. Labels never
+change by it, and what people said is kept: a verdict stays, without the number of its run, and a
+label that was accepted from a prediction remembers the name of what proposed it.
 """
 
 from __future__ import annotations
@@ -357,7 +358,7 @@ LEAST, SHARE = 1 << 20, 0.25
 _OWN = re.compile(r'"recogniser": "([0-9a-f]{32})"\}$')
 #: Characters at the end of a result in which that stands.
 _END = 64
-#: Who proposed something, as of :attr:`forcelab.review.outcome.Outcome.proposer`.
+#: Who proposed something, as of :attr:`forcelab.review.run_result.Outcome.proposer`.
 _PROPOSER = """(
     'model ' || coalesce(
         CASE WHEN json_valid(settings) THEN json_extract(settings, '$.preset') END, 'paper'

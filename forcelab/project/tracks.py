@@ -1,10 +1,11 @@
 """Tracks and the edits that made them: append-only, undone and redone by further edits.
 
-What can be undone is a stack, and what can be redone is another. Both are linked through the
-``parent`` of the edits: that of a paint, an import or a prediction is the edit to undo once it is
-undone itself; that of an undo is the undo to redo once it is redone itself. So the tops of both
-stacks follow from the track's latest edit alone, whatever the length of the history. A new edit
-leaves the redo stack behind; nothing is ever deleted.
+Where a track stands in its history: what can be undone, and what can be redone. What can be undone
+is a stack, and what can be redone is another. Both are linked through the ``parent`` of the edits:
+that of a paint, an import or a prediction is the edit to undo once it is undone itself; that of an
+undo is the undo to redo once it is redone itself. So the tops of both stacks follow from the
+track's latest edit alone, whatever the length of the history. A new edit leaves the redo stack
+behind; nothing is ever deleted.
 
 Every edit replaces a run of segments by another (see :func:`forcelab.segment_edits.splice`), so
 that it

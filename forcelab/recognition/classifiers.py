@@ -1,8 +1,9 @@
 """Classifiers by name, fitted step by step, and checked when they are read from a file.
 
-scikit-learn's compiled code follows the numbers in a classifier without looking: a node of a tree
-that points outside of it, or a support vector too few, is read past the end of an array. So every
-such number is looked at before anything is predicted.
+Whether a classifier read from a file holds together. scikit-learn's compiled code follows the
+numbers in a classifier without looking: a node of a tree that points outside of it, or a support
+vector too few, is read past the end of an array. So every such number is looked at before anything
+is predicted.
 """
 
 from __future__ import annotations

@@ -1,7 +1,8 @@
 """A classifier of several members whose probabilities are averaged, then calibrated.
 
-Neighbouring samples are almost copies of each other. So what is calibrated here is
-judged on whole demonstrations that were left out of an inner fit, never on left-out samples.
+Fitting the classifiers of an ensemble, honest about demonstrations.
+Neighbouring samples are almost copies of each other. So what is calibrated here is judged on whole
+demonstrations that were left out of an inner fit, never on left-out samples.
 """
 
 from __future__ import annotations

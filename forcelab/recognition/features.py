@@ -1,5 +1,6 @@
 """Features of every time step: wavelets, windows, and distances from the extremes.
 
+Level, slope and strength of each channel in Gaussian windows, from milliseconds to seconds.
 A wavelet has zero mean and cannot see how hard one grips; these can. In a Gaussian window of
 standard deviation s around a time step the *level* is the weighted mean of the channel, the
 *slope* its derivative and the *rms* the weighted standard deviation. Beyond its ends a recording
@@ -9,10 +10,10 @@ The vector of one time step with q channels and k windows holds the blocks level
 each of them the k windows of channel 1, then those of channel 2, and so on. Where each
 demonstration's own amplitude matters, there are the same blocks once more in units of it.
 
-A Gaussian window looks to both sides alike: it cannot tell a force that has peaked from one that
-is about to. Here each channel's smoothed level is compared with its highest and its lowest one
-within some seconds before, and within as many after. Beyond its ends a recording goes on with its
-end values.
+How far each channel is from its highest and lowest level, before and after a time step. A Gaussian
+window looks to both sides alike: it cannot tell a force that has peaked from one that is about to.
+Here each channel's smoothed level is compared with its highest and its lowest one within some
+seconds before, and within as many after. Beyond its ends a recording goes on with its end values.
 
 The vector of one time step with q channels and k spans of seconds holds the blocks highest before,
 highest after, lowest before and lowest after, each of them the k spans of channel 1, then those of

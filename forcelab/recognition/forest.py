@@ -1,8 +1,9 @@
 """Trees and weighted sums as plain arrays: fitted by scikit-learn, asked and stored without.
 
-Nodes stand in the order in which one comes to them: first a node, then all of its left side, then
-all of its right side; one tree after another. Where a node's children are follows from that, so
-that it need not be stored, and whatever is stored makes trees that end.
+Binary trees told by nothing but which of their nodes are leaves. Nodes stand in the order in which
+one comes to them: first a node, then all of its left side, then all of its right side; one tree
+after another. Where a node's children are follows from that, so that it need not be stored, and
+whatever is stored makes trees that end.
 
 What is stored as arrays can be checked before anything follows it, and is asked for one step as
 fast as for many: scikit-learn looks at its input for longer than a live step may take.
@@ -80,7 +81,7 @@ class Forest:
     ----------
     feature : ndarray of whole numbers, shape (n,)
         Which feature a node asks for; -1 at a leaf. Nodes stand in the order of
-        :mod:`forcelab.recognition.forest`.
+        the module's docstring.
     threshold : ndarray of float32 or float64, shape (n - l,)
         Of each inner node; at most this: to the left. Features are rounded to the same kind of
         number first: scikit-learn's averaged trees are grown on float32 and look at nothing finer.

@@ -1,6 +1,7 @@
 """The semi-Markov decoder: the most probable course of actions, and its marginals.
 
-A segmentation of the steps ``0 .. n`` into segments, neighbours of different actions, scores
+The semi-Markov model behind the decoder: what a segmentation of a stretch scores. A segmentation of
+the steps ``0 .. n`` into segments, neighbours of different actions, scores
 
     start(k_1) + S(k_1, d_1) + sum_i [ follow(k_i, k_i+1) + F(k_i, d_i) ] + S(k_m, d_m)
         + sum_t evidence(t, action at t) + sum of change(t) wherever the action changes,
@@ -12,9 +13,10 @@ nothing is too long to be, and a step costs no more the longer the recording is.
 many steps are told apart in blocks of lengths, the middle one of which gives a block its height;
 within a block F falls as it does at the end. All else is exact.
 
-With ``h_t(k)`` the score of the best segmentation (or the sum of all) of the steps before ``t``
-whose last segment, of action k, ends at ``t``, and ``g_t(k)`` that of those after which k starts
-at ``t``, both without the running sum ``C_t(k)`` of k's evidence,
+Sweeps over all segmentations of a stretch of evidence, from its first step on. With ``h_t(k)`` the
+score of the best segmentation (or the sum of all) of the steps before ``t`` whose last segment, of
+action k, ends at ``t``, and ``g_t(k)`` that of those after which k starts at ``t``, both without
+the running sum ``C_t(k)`` of k's evidence,
 
     h_t(k) = max_d [ g_(t-d)(k) + F(k, d) ],
     g_t(k) = max_j [ h_t(j) + C_t(j) + follow(j, k) - C_t(k) ] + change_t.
@@ -26,9 +28,10 @@ several of the shortest segments follow each other. Where F is a straight line, 
 for all the starts that it is taken of: over a block of long lengths, and beyond the tabulated
 lengths over all there are.
 
-An exact semi-Markov Viterbi: of all segmentations of a stretch the one that scores best (the model
-is stated in :mod:`forcelab.recognition.hsmm`). The cost is one addition and one maximum for
-each step, action and duration that is considered.
+Decoding: the most probable course of actions, given probabilities and the choreography. An exact
+semi-Markov Viterbi: of all segmentations of a stretch the one that scores best by the model stated
+above. The cost is one addition and one maximum for each step, action and duration that is
+considered.
 
 Sources
 -------

@@ -1,7 +1,8 @@
 """How far scores would move if other demonstrations of the same kind had been recorded.
 
-Counts of demonstrations add up, so a resample is a number of times that each demonstration is
-counted: a row of weights. All resamples together are a few products of matrices.
+Scores of many resamples of demonstrations at once. Counts of demonstrations add up, so a resample
+is a number of times that each demonstration is counted: a row of weights. All resamples together
+are a few products of matrices.
 
 Demonstrations are resampled with replacement, as many as there are, and each resample is scored;
 the interval holds the middle 95 % of those scores. This is the percentile interval.
@@ -30,7 +31,7 @@ from forcelab.text import counted
 Real = NDArray[np.float64]
 Weights = NDArray[np.int64]
 
-#: The parts of :class:`~forcelab.recognition.events.Events`.
+#: The parts of :class:`~forcelab.recognition.metrics.Events`.
 EVENTS = tuple(part.name for part in fields(Events))
 #: Every number in the scores but the confusion, as the path to it in their JSON.
 METRICS = (

@@ -1,11 +1,12 @@
 """Evidence of other demonstrations against a human's segments, and training without these.
 
-Two witnesses speak about a segment. What a classifier says, that was trained without its
-demonstration: the mean probability `r` that it gives to each action over the segment. And the
-neighbours: which segments come before and after it. How each witness usually speaks of an action
-is learnt from all *other* segments that bear its name, so that a confusion which occurs
-everywhere, or an action that is seldom recognised, makes nobody suspicious. For a segment called x
-and every other action y the evidence is a naive Bayes log ratio,
+What other demonstrations say about a human's segments: evidence that one is called wrongly. Two
+witnesses speak about a segment. What a classifier says, that was trained without its demonstration:
+the mean probability `r` that it gives to each action over the segment. And the neighbours: which
+segments come before and after it. How each witness usually speaks of an action is learnt from all
+*other* segments that bear its name, so that a confusion which occurs everywhere, or an action that
+is seldom recognised, makes nobody suspicious. For a segment called x and every other action y the
+evidence is a naive Bayes log ratio,
 
     log E = sum_k r_k log(P[k | y] / P[k | x])
             + log(P[before | y] / P[before | x]) + log(P[after | y] / P[after | x]),
@@ -20,8 +21,8 @@ error.
 A coder who takes one action for another teaches a recogniser, and its decoder, something wrong. So
 before a fit each training demonstration is heard through a few trees grown on the others; segments
 of which these, and their neighbours, are nine in ten sure that they are another action are left
-out.  It is never more than a third of an action's segments,
-and none of fewer than three: what is rare is not taken for wrong. Of the labels nothing changes.
+out. It is never more than a third of an action's segments, and none of fewer than three: what is
+rare is not taken for wrong. Of the labels nothing changes.
 
 With 5 % of the segments swapped, simulated LEGO tasks then cost `best` 0.5 points of accuracy
 instead of 1.5; four in five of the swapped ones are found. `fast`, which goes without as its fit

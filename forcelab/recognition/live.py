@@ -1,8 +1,9 @@
 """A trained recogniser on a stream: labels as the samples come, with a chosen latency.
 
-With as many steps to look ahead as a filter needs it gives what
-:mod:`forcelab.recognition.filters` gives offline; with fewer the median takes the last code that
-it sees as going on, and a stretch stays unlabelled until it has proved long enough.
+The paper's filters on a stream of codes, each a fixed number of steps behind. With as many steps to
+look ahead as a filter needs it gives what :mod:`forcelab.recognition.filters` gives offline; with
+fewer the median takes the last code that it sees as going on, and a stretch stays unlabelled until
+it has proved long enough.
 
 The label of a step rests on the samples up to `latency` seconds after it and on no others. Wavelets
 that have not passed by then are known by an early estimate with the end value held, whose expected

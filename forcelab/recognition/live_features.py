@@ -1,12 +1,14 @@
 """Features of a stream, a fixed delay behind it: its uniform grid, rates, windows and wavelets.
 
-The causal counterpart of :mod:`forcelab.signals.grid`. Samples are taken as evenly spaced: what is
-missing between two of them is counted from their stamps and put in, so that a jitter of stamps
-moves no sample. Lost samples, NaN, glitches and what cannot be a reading are bridged by straight
-lines once the next sample is there.
-Steps of more than :data:`~forcelab.demonstration.GAP_PERIODS` missing samples are not valid.
+A stream of samples as it is captured, brought onto a uniform grid sample by sample. The causal
+counterpart of :mod:`forcelab.signals.grid`. Samples are taken as evenly spaced: what is missing
+between two of them is counted from their stamps and put in, so that a jitter of stamps moves no
+sample. Lost samples, NaN, glitches and what cannot be a reading are bridged by straight lines once
+the next sample is there. Steps of more than :data:`~forcelab.demonstration.GAP_PERIODS` missing
+samples are not valid.
 
-The causal counterpart of :mod:`forcelab.recognition.features`: the same Gaussian windows, cut off
+Level, slope and strength of channels as far as a stream can know them, a fixed time ahead. The
+causal counterpart of :mod:`forcelab.recognition.features`: the same Gaussian windows, cut off
 `look` seconds after their time step and normalised again, so that a wide one mostly looks back. In
 what is left of a window the *level* is the weighted mean, the *slope* that of the weighted line of
 best fit, and the *rms* the weighted standard deviation; of a whole Gaussian window these are the
@@ -17,9 +19,10 @@ there and forgets.
 What a recogniser learns from is made here, too, by pushing whole demonstrations: there is nothing
 that a stream could know differently.
 
-Offline the floor of the magnitudes comes from noise and amplitude of the whole recording. A stream
-takes the noise from the latest :data:`EVERY` steps, anew after as many, first after :data:`FIRST`,
-and the amplitude from the latest :data:`LASTING` times so many.
+Features of a stream: those of :mod:`forcelab.recognition.features`, a fixed delay behind. Offline
+the floor of the magnitudes comes from noise and amplitude of the whole recording. A stream takes
+the noise from the latest :data:`EVERY` steps, anew after as many, first after :data:`FIRST`, and
+the amplitude from the latest :data:`LASTING` times so many.
 """
 
 from __future__ import annotations

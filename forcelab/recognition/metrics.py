@@ -1,6 +1,7 @@
 """Scores: how well a predicted track agrees with a human one, by samples, segments and events.
 
-A frame metric hardly notices a prediction that flickers; these look at the segments.
+Segmental metrics: edit score, F1 at an overlap, and how far the boundaries lie apart. A frame
+metric hardly notices a prediction that flickers; these look at the segments.
 
 Sources
 -------
@@ -8,10 +9,9 @@ Lea, Flynn, Vidal, Reiter and Hager, "Temporal convolutional networks for action
 detection", CVPR 2017: the edit score and F1@k. Farha and Gall, "MS-TCN", CVPR 2019: the same, in
 the form in which they are commonly reported.
 
-Source
-------
-Ward, Lukowicz and Gellersen, "Performance metrics for activity recognition", ACM Transactions on
-Intelligent Systems and Technology 2(1), article 6, 2011.
+Event errors: in which way a prediction is wrong. Source ------ Ward, Lukowicz and Gellersen,
+"Performance metrics for activity recognition", ACM Transactions on Intelligent Systems and
+Technology 2(1), article 6, 2011.
 
 Each action is taken on its own, as the binary question "is it this action?". An *event* is one
 human or one predicted segment of the action. Time is cut wherever either answer changes, which
@@ -30,8 +30,9 @@ Where time breaks off, at a gap, beside unlabelled human time and at both ends o
 there is no neighbour: an event never reaches across. A sample called by the wrong action is an
 error of two actions, missed for the one and false for the other.
 
-A coder who leaves a few hundredths of a second between two actions cuts a predicted segment that
-runs through in two, and each boundary into an edge that no prediction can miss. Some publish their
+Segments in labelled time alone: what the human left unlabelled is cut out and closed up. A coder
+who leaves a few hundredths of a second between two actions cuts a predicted segment that runs
+through in two, and each boundary into an edge that no prediction can miss. Some publish their
 segmental scores so, others cut the unlabelled time out first; the two differ by ten points and
 more, so both are reported.
 
@@ -41,8 +42,9 @@ pooled ones are made from counts alone, so that pooling is exact.
 Samples that the human left unlabelled are never counted in anything: predictions are masked there
 before segments are gathered. A sample that the human labelled and the prediction did not is wrong.
 
-An :class:`~forcelab.recognition.metrics.Overlay` counts in samples; here a sample is a nanosecond
-and stretches are found from the edges of segments alone, so that an hour costs no more than its
+The overlay of two tracks that are there as segments, without the samples they were made from. An
+:class:`~forcelab.recognition.metrics.Overlay` counts in samples; here a sample is a nanosecond and
+stretches are found from the edges of segments alone, so that an hour costs no more than its
 segments. With even stamps every score is the same; where stamps jitter, rates differ by as much.
 """
 

@@ -33,7 +33,7 @@ CLASSIFIERS = (
     "boosting",
     "ensemble",
 )
-#: Those of them that :mod:`forcelab.recognition.learning` fits, kept as plain arrays.
+#: Those of them that :mod:`forcelab.recognition.ensemble` fits, kept as plain arrays.
 PLAIN_CLASSIFIERS = CLASSIFIERS[5:]
 #: What a time step is known by.
 FEATURES = ("wavelets", "windows")

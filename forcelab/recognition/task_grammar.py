@@ -1,21 +1,23 @@
 """How long each action lasts and which follows which, and where one gives way to another.
 
-Durations are log-normal. Those of an action seen a few times are drawn towards what all actions
-have in common, and are the wider for it; an order that was never seen is unlikely, not impossible.
-Unlabelled time is missing, not an action: a short hole between two segments belongs half to
-each, and over a longer one nothing is learnt about what follows what. So is a slip of the brush,
-far shorter than its action usually lasts: a few of them would teach that two actions flicker, and
-the decoder would let them.
+Choreography: how long each action lasts and which follows which, learnt from tracks. Durations are
+log-normal. Those of an action seen a few times are drawn towards what all actions have in common,
+and are the wider for it; an order that was never seen is unlikely, not impossible. Unlabelled time
+is missing, not an action: a short hole between two segments belongs half to each, and over a longer
+one nothing is learnt about what follows what. So is a slip of the brush, far shorter than its
+action usually lasts: a few of them would teach that two actions flicker, and the decoder would let
+them.
 
 Sources
 -------
 Yu, "Hidden semi-Markov models", Artificial Intelligence 174, 2010. Gelman et al., "Bayesian data
 analysis", 3rd ed., 2013, ch. 5: means and variances drawn together.
 
-Trees that tell actions apart are grown on labelled time, and where one action gives way to another
-coders mostly leave a little unlabelled. What happens just there, a contact, a slip or a snap, they
-hardly see. So some more trees are grown on all the time around: they tell what lies near such a
-change from what does not. The decoder changes the action where a change is likelier than usual.
+Where one action gives way to another, learnt by itself. Trees that tell actions apart are grown on
+labelled time, and where one action gives way to another coders mostly leave a little unlabelled.
+What happens just there, a contact, a slip or a snap, they hardly see. So some more trees are grown
+on all the time around: they tell what lies near such a change from what does not. The decoder
+changes the action where a change is likelier than usual.
 
 Over simulated tasks, five of them and six seeds of five demonstrations each, `best` gains 0.5 ± 0.1
 points of accuracy by it, and 1.5 ± 0.6 of the boundaries found within 100 ms; `fast` as much. On

@@ -1,9 +1,10 @@
 """Which unlabelled demonstration to label next, and what that is expected to bring.
 
-Who labels next what a recogniser is least certain of is led to the odd demonstrations first: what
-is unlike all others is uncertain, too, and teaches little about them. Information density [1]_
-therefore weighs the uncertainty of each by how many are like it. Demonstrations are alike by mean
-and spread of their features, whatever was labelled.
+How typical each of some demonstrations is of all of them. Who labels next what a recogniser is
+least certain of is led to the odd demonstrations first: what is unlike all others is uncertain,
+too, and teaches little about them. Information density [1]_ therefore weighs the uncertainty of
+each by how many are like it. Demonstrations are alike by mean and spread of their features,
+whatever was labelled.
 
 References
 ----------
@@ -16,7 +17,7 @@ outcome's own tested demonstrations, by histogram binning [1]_: of all labelled 
 were about as uncertain, so many were not the human's action.
 
 The first to be labelled is the least certain of the typical: the most uncertain, each weighed by
-how many of the others are like it (:mod:`forcelab.review.active_learning`). The least certain alone
+how many of the others are like it. The least certain alone
 is
 where a person finds most to correct, but not what teaches most: where a few demonstrations are odd,
 those come first, and the others gain less than by an order at random, which the typical ones do

@@ -1,7 +1,8 @@
 """How far coders agree: every two of them, all together, and each alone.
 
-Time is weighed in seconds, not counted in samples. Unlabelled time is no class: kappa is taken
-over the time that both (or, for Fleiss, two or more) labelled.
+Cohen's and Fleiss' kappa over time: agreement beyond what chance alone would bring. Time is weighed
+in seconds, not counted in samples. Unlabelled time is no class: kappa is taken over the time that
+both (or, for Fleiss, two or more) labelled.
 
 Sources
 -------
@@ -11,15 +12,17 @@ ratings that are missing: Gwet, "Handbook of inter-rater reliability", 4th ed., 
 Fleiss, "A re-analysis of the reliability of psychiatric diagnosis", Br. J. Psychiatry 125, 1974:
 the specific agreement. Landis and Koch, Biometrics 33, 1977: the words.
 
-A boundary is the start of a segment, or the end of one after which time is unlabelled: where two
-segments touch, the end of the first is the start of the second and counts once.
+Where two coders put the same boundary, and how far apart. A boundary is the start of a segment, or
+the end of one after which time is unlabelled: where two segments touch, the end of the first is the
+start of the second and counts once.
 
-Everything is computed from the tracks' edges, exactly; nothing is sampled. Unlabelled time is no
-class: figures are taken over the time that both coders labelled, and beside them stands how much
-time only one of them labelled.
+How far two coders agree, and every place where they do not. Everything is computed from the tracks'
+edges, exactly; nothing is sampled. Unlabelled time is no class: figures are taken over the time
+that both coders labelled, and beside them stands how much time only one of them labelled.
 
-Nobody labels everything twice. But the demonstrations of a task repeat one choreography, so that a
-duration or an order of actions that stands alone is worth a look. It need not be a mistake.
+A coder's own consistency, from one demonstration of a task to the next. Nobody labels everything
+twice. But the demonstrations of a task repeat one choreography, so that a duration or an order of
+actions that stands alone is worth a look. It need not be a mistake.
 
 Source
 ------

@@ -1,21 +1,24 @@
 """Why a recogniser saw an action somewhere: what spoke for it, and what it resembles.
 
-A segment is known by a few numbers: mean and standard deviation of the log magnitudes of each
-channel and scale, the mean level of each channel, and the logarithm of its duration. Each is
-divided by its standard deviation over all training segments, so that none outweighs the others by
-its unit; the distance of two segments is Euclidean.
+The training segments that are most like a stretch of a demonstration. A segment is known by a few
+numbers: mean and standard deviation of the log magnitudes of each channel and scale, the mean level
+of each channel, and the logarithm of its duration. Each is divided by its standard deviation over
+all training segments, so that none outweighs the others by its unit; the distance of two segments
+is Euclidean.
 
-A run keeps no recogniser of its folds. To explain what one of them made of a demonstration it is
-trained again with the labels, the settings and the seed of the run, so that it is the same one;
-whether it predicts the same is checked.
+The recogniser that judged a demonstration without having seen it, made once more. A run keeps no
+recogniser of its folds. To explain what one of them made of a demonstration it is trained again
+with the labels, the settings and the seed of the run, so that it is the same one; whether it
+predicts the same is checked.
 
-Two methods. **Gradient**, for the MLP: how the log-odds grow along the straight line from the
-mean of all training time steps to each time step of the place, shared out among the features; see
+How much each channel and scale speaks for one action and against another. Two methods.
+**Gradient**, for the MLP: how the log-odds grow along the straight line from the mean of all
+training time steps to each time step of the place, shared out among the features; see
 :mod:`forcelab.recognition.attribution`. The shares add up to the change of the log-odds, and what
-is missing from that is told as the gap. **Permutation**, for every other classifier: the
-magnitude and the phase of one channel and scale are replaced by those of random training time
-steps; what the log-odds lose by it is what they owed to them. Its error is the standard error
-over repetitions; such losses need not add up, and bands that know the same hide each other.
+is missing from that is told as the gap. **Permutation**, for every other classifier: the magnitude
+and the phase of one channel and scale are replaced by those of random training time steps; what the
+log-odds lose by it is what they owed to them. Its error is the standard error over repetitions;
+such losses need not add up, and bands that know the same hide each other.
 
 What is explained are the log-odds of two actions, averaged over the time steps of a place: of
 the predicted action against the human's. Where the two do not differ, or one of them is not

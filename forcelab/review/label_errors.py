@@ -1,7 +1,8 @@
 """Suspected coding errors: segments that a model which has not seen them contradicts.
 
-So it is where a coder ends an action far too early, or overlooks a short one. A part is what the
-prediction cuts off a segment called x and calls y. The evidence is a log ratio as in
+Parts of a human's segments that the model contradicts, while the rest may be right. So it is where
+a coder ends an action far too early, or overlooks a short one. A part is what the prediction cuts
+off a segment called x and calls y. The evidence is a log ratio as in
 :mod:`forcelab.recognition.label_noise`,
 
     log E = sum_k r_k log(P[k | y] / P[k | x]) + w (log P[the order with y] - log P[as coded]),
@@ -13,12 +14,11 @@ the model's weakness. The suspicion is q E / (1 + E), with q the mean probabilit
 length as a share of the median length of y, where it is shorter: so neither a stretch that the
 model is not sure of nor an edge that is a little displaced makes anybody suspicious.
 
-Of segments the evidence is that of :mod:`forcelab.recognition.label_noise`: what the recogniser
-says
+Suspected coding errors: human segments that the model, not having seen them, contradicts. Of
+segments the evidence is that of :mod:`forcelab.recognition.label_noise`: what the recogniser says
 that was trained without the demonstration, and the neighbours. It counts only for an action that is
 more probable than the coder's and of which the prediction has more there: what is unusual, but seen
-by the model as well, is nobody's error. Of parts of segments it is that of
-:mod:`forcelab.review.label_errors`.
+by the model as well, is nobody's error. Of parts of segments it is that above.
 
 An edge is suspect if the model puts it elsewhere, is sure of what it sees on either side and
 between, and is far more off than usual where the same two meet: with q the least of the three mean

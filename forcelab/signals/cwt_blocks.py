@@ -1,9 +1,10 @@
 """What the wavelet engine is built from: filter design, kernels, decimated copies and rings.
 
-``W(t) = sum_m c_m phi(t / D - m)`` for a grid of step D, where phi is the "exponential of
-semicircle" ``phi(z) = exp(beta (sqrt(1 - (2 z / w)^2) - 1))`` for ``|z| < w / 2``, 0 beyond. A
-wave ``exp(i omega m)`` on the grid comes out multiplied by phi's transform, so the row is divided
-by that beforehand; what is left are the aliases ``phi_hat(omega + 2 pi k)``, k = -1, 1, ...
+The compact kernel that carries a band-limited row from a coarse grid to every sample. ``W(t) =
+sum_m c_m phi(t / D - m)`` for a grid of step D, where phi is the "exponential of semicircle"
+``phi(z) = exp(beta (sqrt(1 - (2 z / w)^2) - 1))`` for ``|z| < w / 2``, 0 beyond. A wave ``exp(i
+omega m)`` on the grid comes out multiplied by phi's transform, so the row is divided by that
+beforehand; what is left are the aliases ``phi_hat(omega + 2 pi k)``, k = -1, 1, ...
 
 References
 ----------
@@ -11,15 +12,17 @@ References
    transform library based on an 'exponential of semicircle' kernel", SIAM J. Sci. Comput. 41
    (2019), section 3.
 
-A ring of ``L = M P`` samples is seen as a table with M rows or columns (the "four-step" FFT [1]_):
-the spectrum of every M-th sample at a time, then short transforms across them, and back likewise.
+Fourier transforms of long rings by many short ones, in little memory beside half a spectrum. A ring
+of ``L = M P`` samples is seen as a table with M rows or columns (the "four-step" FFT [1]_): the
+spectrum of every M-th sample at a time, then short transforms across them, and back likewise.
 
 References
 ----------
 .. [1] Bailey, D. H., "FFTs in external or hierarchical memory", J. Supercomputing 4 (1990).
 
-A copy's values are Gaussian means of the finer one, so that what it loses is known and can be
-divided out again: after several of them the variances of the Gaussians have added up.
+Copies of held channels at lower rates, each made from the one before. A copy's values are Gaussian
+means of the finer one, so that what it loses is known and can be divided out again: after several
+of them the variances of the Gaussians have added up.
 """
 
 from __future__ import annotations
@@ -420,7 +423,6 @@ def without_line(parts: Real) -> tuple[Real, Real]:
     return np.subtract(parts, rest, out=rest), slopes
 
 
-SinksFloats = NDArray[np.floating[Any]]
 Complex = NDArray[np.complexfloating[Any, Any]]
 
 
@@ -433,11 +435,9 @@ class Sink(Protocol):
         Where real and imaginary parts in turn can be written without the sink's help.
     """
 
-    direct: SinksFloats | None
+    direct: Floats | None
 
-    def write(
-        self, channels: slice, scales: slice, start: int, real: SinksFloats, imag: SinksFloats
-    ) -> None:
+    def write(self, channels: slice, scales: slice, start: int, real: Floats, imag: Floats) -> None:
         """Take parts of shape (channels, scales, samples) from sample `start` on.
 
         What lies past the last sample is left away. The arrays may be overwritten.
@@ -459,16 +459,14 @@ class Coefficients:
         kind = np.complex64 if single else np.complex128
         self._whole = np.empty((channels, scales, padded), dtype=kind)
         self._n = n
-        self.direct: SinksFloats | None = self._whole.view(np.float32 if single else np.float64)
+        self.direct: Floats | None = self._whole.view(np.float32 if single else np.float64)
 
     @property
     def result(self) -> Complex:
         """What was written, shape (c, k, n)."""
         return self._whole[:, :, : self._n]
 
-    def write(
-        self, channels: slice, scales: slice, start: int, real: SinksFloats, imag: SinksFloats
-    ) -> None:
+    def write(self, channels: slice, scales: slice, start: int, real: Floats, imag: Floats) -> None:
         """Take parts, see :class:`Sink`."""
         into = self.result[channels, scales, start : start + real.shape[-1]]
         into.real = real[..., : into.shape[-1]]
@@ -492,19 +490,17 @@ class LogPolar:
         Natural logarithms, and radians in -pi .. pi.
     """
 
-    direct: SinksFloats | None = None
+    direct: Floats | None = None
 
     def __init__(self, channels: int, floor: NDArray[np.float64], n: int, single: bool) -> None:
         kind = np.float32 if single else np.float64
-        self.magnitudes: SinksFloats = np.empty((channels, len(floor), n), dtype=kind)
-        self.phases: SinksFloats = np.empty_like(self.magnitudes)
+        self.magnitudes: Floats = np.empty((channels, len(floor), n), dtype=kind)
+        self.phases: Floats = np.empty_like(self.magnitudes)
         self._floor = np.maximum(floor**2, np.finfo(kind).tiny).astype(kind)[:, None]
         self._highest = self._floor.max(initial=0.0)
         self._half = kind(0.5)
 
-    def write(
-        self, channels: slice, scales: slice, start: int, real: SinksFloats, imag: SinksFloats
-    ) -> None:
+    def write(self, channels: slice, scales: slice, start: int, real: Floats, imag: Floats) -> None:
         """Take parts, see :class:`Sink`."""
         magnitudes = self.magnitudes[channels, scales, start : start + real.shape[-1]]
         phases = self.phases[channels, scales, start : start + real.shape[-1]]
@@ -619,7 +615,7 @@ def _turns(length: int, begin: int, end: int) -> Iterator[tuple[slice, NDArray[n
 
 
 #: Means that one row of the matrix product gives, and samples that are smoothed at once.
-COPIES_ROW = 16
+MEANS_A_ROW = 16
 CHUNK = 1 << 16
 
 
@@ -697,7 +693,7 @@ def _smoothed(finer: _Copy, ratio: int, smoothing: Smoothing) -> _Copy:
     # From where on all that a mean is taken of is the first value, to where it is the last.
     first = finer.first // step - half
     last = -(-(finer.first + n * finer.step) // step) + half
-    rows = -(-(last - first + 1) // COPIES_ROW)
+    rows = -(-(last - first + 1) // MEANS_A_ROW)
     matrix = mean_weights(ratio, half, smoothing.width * ratio)
     begin = (first - half) * ratio - finer.first // finer.step
     out = gaussian_means(
@@ -713,7 +709,7 @@ def _smoothed(finer: _Copy, ratio: int, smoothing: Smoothing) -> _Copy:
 def gaussian_means(
     values: Callable[[int, int], Real], channels: int, rows: int, ratio: int, matrix: Real
 ) -> Real:
-    """Weighted means at every `ratio` values, :data:`COPIES_ROW` in a row of a matrix product.
+    """Weighted means at every `ratio` values, :data:`MEANS_A_ROW` in a row of a matrix product.
 
     Parameters
     ----------
@@ -728,27 +724,27 @@ def gaussian_means(
     -------
     ndarray, shape (channels, rows * ROW)
     """
-    out = np.empty((channels, rows * COPIES_ROW))
-    beyond = len(matrix) - COPIES_ROW * ratio
-    together = max(1, CHUNK // (COPIES_ROW * ratio))
+    out = np.empty((channels, rows * MEANS_A_ROW))
+    beyond = len(matrix) - MEANS_A_ROW * ratio
+    together = max(1, CHUNK // (MEANS_A_ROW * ratio))
     for row in range(0, rows, together):
         chosen = min(together, rows - row)
-        start = row * COPIES_ROW * ratio
-        part = values(start, start + chosen * COPIES_ROW * ratio + beyond)
+        start = row * MEANS_A_ROW * ratio
+        part = values(start, start + chosen * MEANS_A_ROW * ratio + beyond)
         # Each row of the left factor begins ROW means after the one before, and overlaps it.
-        strides = (part.strides[0], COPIES_ROW * ratio * part.strides[1], part.strides[1])
+        strides = (part.strides[0], MEANS_A_ROW * ratio * part.strides[1], part.strides[1])
         shape = (channels, chosen, len(matrix))
         windows = np.lib.stride_tricks.as_strided(part, shape, strides, writeable=False)
         means = np.ascontiguousarray(windows).reshape(-1, len(matrix)) @ matrix
-        out[:, row * COPIES_ROW : (row + chosen) * COPIES_ROW] = means.reshape(channels, -1)
+        out[:, row * MEANS_A_ROW : (row + chosen) * MEANS_A_ROW] = means.reshape(channels, -1)
     return out
 
 
 @cache
 def mean_weights(ratio: int, half: int, sigma: float) -> Real:
     """Weights of ``(ROW + 2 half) ratio`` values in each of ROW means."""
-    places = np.arange((COPIES_ROW + 2 * half) * ratio)[:, None] - ratio * (
-        half + np.arange(COPIES_ROW)
+    places = np.arange((MEANS_A_ROW + 2 * half) * ratio)[:, None] - ratio * (
+        half + np.arange(MEANS_A_ROW)
     )
     weights = np.exp(-0.5 * (places / sigma) ** 2) / (math.sqrt(2 * math.pi) * sigma)
     return np.where(np.abs(places) <= half * ratio, weights, 0.0)

@@ -1,21 +1,24 @@
 """The wavelet engine: transforms to a tolerance, each scale by the cheapest way that holds it.
 
-For wavelets that are cut at the Nyquist frequency, which ring for ever, and for those without a
-compact band. The ring is that of :mod:`forcelab.signals.cwt`, so that both give the same.
+Any wavelet at any scale: the whole recording in one ring. For wavelets that are cut at the Nyquist
+frequency, which ring for ever, and for those without a compact band. The ring is that of
+:mod:`forcelab.signals.cwt`, so that both give the same.
 
-The row of a wide wavelet is band-limited: it is known from few points. Those are found by an
-inverse FFT of the band alone, in double precision; what lies between is interpolated
+Wide wavelets: a short inverse FFT on a coarse grid, and a matrix product to every sample. The row
+of a wide wavelet is band-limited: it is known from few points. Those are found by an inverse FFT of
+the band alone, in double precision; what lies between is interpolated
 (:mod:`forcelab.signals.cwt_blocks`), in single precision where the tolerance allows it.
 
-The straight line through the ends of a block is taken away before, as of a frame
-(:mod:`forcelab.signals.cwt_engine`): the ring would turn it into a jump, of which the ends of
-the band would cut something off. Its transform is one number.
+The straight line through the ends of a block is taken away before, as of a frame: the ring would
+turn it into a jump, of which the ends of the band would cut something off. Its transform is one
+number.
 
-The cut makes them ring for ever, so no frame holds one. But a response ``H`` is the sum of
-``H (1 - w)``, which has no cut and dies away, and of ``H w``, with a window ``w`` that is 1 about
-the Nyquist frequency and falls smoothly to 0: a band so narrow that few points of a grid hold it.
-The first goes by frames that stay in the cache. For the second the ring is multiplied by
-``(-1)^n``, which brings the Nyquist frequency to 0, and transformed at a quarter of the rate.
+Wavelets that are cut at the Nyquist frequency, in long recordings. The cut makes them ring for
+ever, so no frame holds one. But a response ``H`` is the sum of ``H (1 - w)``, which has no cut and
+dies away, and of ``H w``, with a window ``w`` that is 1 about the Nyquist frequency and falls
+smoothly to 0: a band so narrow that few points of a grid hold it. The first goes by frames that
+stay in the cache. For the second the ring is multiplied by ``(-1)^n``, which brings the Nyquist
+frequency to 0, and transformed at a quarter of the rate.
 """
 
 from __future__ import annotations
@@ -34,7 +37,7 @@ from scipy.special import erfc
 
 from forcelab.errors import InputError
 from forcelab.signals.cwt_blocks import (
-    COPIES_ROW,
+    MEANS_A_ROW,
     PARTS,
     SINGLE,
     Coefficients,
@@ -61,7 +64,7 @@ from forcelab.signals.cwt_blocks import (
 from forcelab.signals.wavelets import Morlet, Wavelet
 
 Real = NDArray[np.float64]
-RingComplex = NDArray[np.complex128]
+Complex128 = NDArray[np.complex128]
 
 #: Samples over which the last value leads to the first, half-widths away from both. A jump there
 #: would be heard at both ends by wavelets that are cut at the Nyquist frequency and ring for long.
@@ -122,7 +125,7 @@ def _in_ring(values: Real, length: int, places: NDArray[np.int64]) -> Real:
     return np.concatenate([values[places[:beyond]], _across(values, length, places[beyond:])])
 
 
-def ring_response(wavelet: Wavelet, scale: float, length: int) -> RingComplex:
+def ring_response(wavelet: Wavelet, scale: float, length: int) -> Complex128:
     """By what the spectrum of a ring is multiplied at all frequencies of ``fftfreq``."""
     return _response(wavelet, scale, length, np.arange(length))
 
@@ -134,7 +137,7 @@ def _signed(numbers: NDArray[np.int64], length: int) -> NDArray[np.int64]:
 
 def _response(
     wavelet: Wavelet, scale: float, length: int, numbers: NDArray[np.int64]
-) -> RingComplex:
+) -> Complex128:
     """The same at some bins of the spectrum, which are counted from 0."""
     bins = _signed(numbers, length)  # whole numbers, so that the Nyquist bin is known for sure
     omega = 2 * np.pi * (bins / length)
@@ -227,7 +230,7 @@ class Ring:
         kind = np.complex64 if self._single else np.complex128
         table = spectrum(partial(_in_ring, values, length), length, kind)
 
-        def response(bins: slice) -> RingComplex:
+        def response(bins: slice) -> Complex128:
             return _response(self._wavelet, scale, length, np.arange(bins.start, bins.stop))
 
         for start, piece in from_spectrum(table, length, response):
@@ -239,7 +242,7 @@ class Ring:
 
 
 def whole_spectra(
-    half: RingComplex, length: int, single: bool
+    half: Complex128, length: int, single: bool
 ) -> NDArray[np.complexfloating[Any, Any]]:
     """Spectra of real rows at positive and negative frequencies, shape (..., length).
 
@@ -457,8 +460,6 @@ class Narrow:
                 rest[...] = rows[c, full, : len(rest)]
 
 
-WideComplex = NDArray[np.complex128]
-
 #: The largest step of a grid: larger ones gain nothing, and their matrices leave the cache.
 WIDEST_STEP = 256
 #: Points of the grids that are worked on together, and samples that are interpolated and handed on
@@ -491,7 +492,7 @@ class _Grid:
     scales: slice
     step: int
     points: int
-    lines: WideComplex
+    lines: Complex128
     positive: Real
     negative: Real
 
@@ -591,7 +592,7 @@ class Wide:
 
     def _transform(
         self,
-        spectra: WideComplex,
+        spectra: Complex128,
         slopes: Real,
         sink: Sink,
         starts: range,
@@ -616,7 +617,7 @@ class Wide:
                 _write_complex(points, product, rows, sink.direct[:, scales], start)
 
 
-def _coarse(spectra: WideComplex, slopes: Real, grid: _Grid, some: slice) -> WideComplex:
+def _coarse(spectra: Complex128, slopes: Real, grid: _Grid, some: slice) -> Complex128:
     """Rows of some scales on their grid, shape (rows of spectra, scales, points)."""
     positive, negative = grid.positive[some], grid.negative[some]
     product = np.empty((len(spectra), len(positive), grid.points), dtype=np.complex128)
@@ -632,7 +633,7 @@ def _coarse(spectra: WideComplex, slopes: Real, grid: _Grid, some: slice) -> Wid
 
 
 def _write_complex(
-    points: WideComplex, product: Interpolation, rows: int, into: Floats, start: int
+    points: Complex128, product: Interpolation, rows: int, into: Floats, start: int
 ) -> None:
     """Interpolate, real and imaginary parts in turn, straight into the result."""
     matrix = product.interleaved
@@ -647,7 +648,7 @@ def _write_complex(
 
 
 def _write_parts(
-    points: WideComplex, product: Interpolation, rows: int, sink: Sink, scales: slice, start: int
+    points: Complex128, product: Interpolation, rows: int, sink: Sink, scales: slice, start: int
 ) -> None:
     """Interpolate real and imaginary parts apart and hand them on while they are in the cache."""
     matrix = product.matrix
@@ -675,12 +676,10 @@ def _write_parts(
                 )
 
 
-CutComplex = NDArray[np.complex128]
-
 #: Steps of the grid of the band at the Nyquist frequency, and of the ring's copy, in samples.
 GRID, COPY = 8, 4
 #: Points of the grids, and samples of the rings, that are worked on together.
-CUT_POINTS, TOGETHER = 1 << 21, 1 << 19
+GRID_POINTS, TOGETHER = 1 << 21, 1 << 19
 #: Rings up to this length have their responses kept.
 KEPT = 1 << 21
 #: Bins whose responses are worked out at once.
@@ -788,7 +787,7 @@ class Cut:
         values = copies.original
         for length, members in self._rings.items():
             channels = max(1, TOGETHER // length)
-            scales = max(1, CUT_POINTS * GRID // length)
+            scales = max(1, GRID_POINTS * GRID // length)
             for c in range(0, len(values), channels):
                 spectra = self._spectra(values[c : c + channels], length)
                 for i in range(0, len(members), scales):
@@ -798,7 +797,7 @@ class Cut:
                     for f in range(0, self._frames.count, count):
                         self._transform(values, length, grids, sink, c, slice(f, f + count))
 
-    def _spectra(self, values: Real, length: int) -> CutComplex:
+    def _spectra(self, values: Real, length: int) -> Complex128:
         """Half of the spectra of ``(-1)^n x_n`` at every COPY samples of rings."""
         weights = mean_weights(COPY, self._half, self._sigma)
         weights = weights * np.where(np.arange(len(weights)) % 2, -1.0, 1.0)[:, None]
@@ -806,14 +805,14 @@ class Cut:
         means = gaussian_means(
             lambda start, stop: ring_part(values, length, start - before, stop - before),
             len(values),
-            length // (COPIES_ROW * COPY),
+            length // (MEANS_A_ROW * COPY),
             COPY,
             weights,
         )
         # A copy: the rest of the spectrum is not needed.
         return fft.rfft(means, axis=-1, overwrite_x=True)[:, : self._bins(length) + 1].copy()
 
-    def _grid(self, spectra: CutComplex, length: int, j: int, scale: float) -> Floats:
+    def _grid(self, spectra: Complex128, length: int, j: int, scale: float) -> Floats:
         """Points of one scale's band all along the ring; parts apart, shape (2, c, points)."""
         weights = self._bands[j] if j in self._bands else self._band(scale, length)
         bins, points = len(weights) // 2, length // GRID
@@ -857,8 +856,6 @@ class Cut:
             real, imag = both.reshape(2, rows_of_one, 1, -1)
             sink.write(channels, slice(j, j + 1), start, real, imag)
 
-
-AnyComplex = NDArray[np.complexfloating[Any, Any]]
 
 #: Magnitudes of channels of amplitude 1 that are above this share times the root of the scale are
 #: above the rounding of the transform.
@@ -972,7 +969,7 @@ class Plan:
             return SPAN * scale
         return min(farthest * (1 + 1e-12), SPAN * scale if step > 1 else math.inf)
 
-    def coefficients(self, values: Real) -> AnyComplex:
+    def coefficients(self, values: Real) -> Complex:
         """Transform channels.
 
         Parameters

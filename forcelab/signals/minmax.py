@@ -1,12 +1,14 @@
 """Minimum and maximum of a channel in every pixel column.
 
-What is found here serves all channels of a demonstration; :mod:`forcelab.signals.minmax` finds
-the extremes of each channel with it, and says why these blocks.
+The columns of the screen: which samples lie in each, and which blocks of them are looked at. What
+is found here serves all channels of a demonstration; the envelope finds the extremes of each
+channel with it, and says why these blocks.
 
-A curve of more samples than the screen has columns is drawn as one upright line a column, from the
-least to the greatest sample whose stamp lies in it; nothing vanishes, however far out one zooms.
-A pyramid of the extremes of 16, 64, 256, ... samples, built once, gives a column's extremes at a
-cost that does not depend on how many samples it holds:
+The envelope of a channel: the least and the greatest sample of every column of the screen. A curve
+of more samples than the screen has columns is drawn as one upright line a column, from the least to
+the greatest sample whose stamp lies in it; nothing vanishes, however far out one zooms. A pyramid
+of the extremes of 16, 64, 256, ... samples, built once, gives a column's extremes at a cost that
+does not depend on how many samples it holds:
 
 * of the coarsest level of which a mean column still holds 16 blocks, all blocks that touch a column
   are looked at: they lie next to each other, so that many of them cost less than to pick few.

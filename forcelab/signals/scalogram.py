@@ -1,27 +1,29 @@
 """The scalogram of a visible span, at the screen's resolution: coarse first, then exact.
 
-A spot is a short piece in the middle of a column: the rest of the column is not looked at. Wavelets
+The first picture of a long span: spots for narrow wavelets, means of the signal for wide ones. A
+spot is a short piece in the middle of a column: the rest of the column is not looked at. Wavelets
 too wide for a spot need no more than means of 16 samples, which are computed once for a channel;
 beyond the wavelets' band means hold a tenth, at most, of what they answer to.
 
-Of each scale the largest ``|W|^2`` of every 64 samples is kept, and of every 4, 16, ... of these
-cells: a column of the screen looks at eight of them at most, however much time it holds. Cells are
-computed once, chunk by chunk, first those that are seen; the larger ones of a chunk may be there
-before the smaller ones (:meth:`Tiles.restore`).
+Largest powers of a channel's scalogram, kept, from which any span is put together. Of each scale
+the largest ``|W|^2`` of every 64 samples is kept, and of every 4, 16, ... of these cells: a column
+of the screen looks at eight of them at most, however much time it holds. Cells are computed once,
+chunk by chunk, first those that are seen; the larger ones of a chunk may be there before the
+smaller ones (:meth:`Tiles.restore`).
 
-A hundred rows of a recording of 1e7 samples are 3e8 powers, and the transforms behind them alone
-take 3.6 ns each: half a second of two cores before anything else is done. What comes out is a few
-megabytes. So it is kept once it is complete, beside the recording, whose content never changes, and
-read in 13 ms. Nothing hangs on the file: where it is missing, cannot be written, or is not what was
-written, all is computed. So those of many recordings do not fill the disk either: the oldest go.
+What a channel's scalogram is put together from, kept in a file for the next session. A hundred rows
+of a recording of 1e7 samples are 3e8 powers, and the transforms behind them alone take 3.6 ns each:
+half a second of two cores before anything else is done. What comes out is a few megabytes. So it is
+kept once it is complete, beside the recording, whose content never changes, and read in 13 ms.
+Nothing hangs on the file: where it is missing, cannot be written, or is not what was written, all
+is computed. So those of many recordings do not fill the disk either: the oldest go.
 
 A column shows the largest magnitude of all its samples, so that no impact vanishes, however short
 it is and however much time is seen. It is never computed from the transform at the full rate:
 
 * powers come from short transforms with a point every quarter of the scale, frame by frame;
 * of long spans the largest powers of small cells are kept (:class:`Tiles`), computed once, from
-  which any span is put together; until they are there a picture is made of spots and means
-  (:mod:`forcelab.signals.scalogram`);
+  which any span is put together; until they are there a picture is made of spots and means;
 * phases are those at the columns' centres: the sums themselves, or a short transform of the band.
 
 Error against :func:`forcelab.signals.cwt.cwt`, held by ``tests/signals/test_scalogram.py``:
@@ -32,7 +34,7 @@ Error against :func:`forcelab.signals.cwt.cwt`, held by ``tests/signals/test_sca
   in one row, `d` radians a scale apart, ``sin(d / 16)^2``: 6 % where the wavelet answers to
   either with an eighth of its most, 10 % where with a twenty-third;
 * of tiles the columns' edges move to the nearest cell, by a quarter of a column at most; powers of
-  tiles that come from a file (:mod:`forcelab.signals.scalogram`) are off by 0.4 % more;
+  tiles that come from a file are off by 0.4 % more;
 * phases within 0.03 rad where the magnitude is above a tenth of the row's largest. A wavelet that
   the Nyquist frequency cuts rings further than it is followed: within 0.25 rad from scale
   ``(p + 1) / pi`` on (1.9 at p = 5, 2.9 at p = 8), within 0.5 rad from ``p / pi`` on, below which
@@ -40,7 +42,8 @@ Error against :func:`forcelab.signals.cwt.cwt`, held by ``tests/signals/test_sca
 
 Of recordings of up to a day at 1 kHz, memory stays below 150 MB for a picture, and 128 MB for the
 tiles; means take a byte for each sample. Where a glitch comes up its channel is looked through,
-once and as a whole, in some 40 bytes for each sample. Time is in ``forcelab measure scalogram``.
+once and as a whole, in some 40 bytes for each sample. Time is in ``python -m tests.benchmarks
+scalogram``.
 """
 
 from __future__ import annotations

@@ -1,8 +1,9 @@
 """Powers and phases of a channel's wavelet coefficients on the columns of the screen.
 
-A scale `a` answers to a band of about ``12 / a`` radians a sample only. So the band alone is cut
-from the signal's spectrum and brought back to time by a short transform: a few points every `a`
-samples instead of one every sample.
+Phases of a scalogram from the band of frequencies that each scale answers to. A scale `a` answers
+to a band of about ``12 / a`` radians a sample only. So the band alone is cut from the signal's
+spectrum and brought back to time by a short transform: a few points every `a` samples instead of
+one every sample.
 
 Neighbouring scales share overlapping frames of the signal. Of a frame's spectrum the band that a
 scale answers to is brought back to time by a short transform: a point every few samples instead
@@ -10,9 +11,10 @@ of one at every sample. All is in single precision, which errs by 1e-7 of the fr
 sample, a tenth of where wavelets are cut; frames lie side by side, since transforms of several
 rows take a quarter of the time.
 
-The same samples as :func:`forcelab.signals.grid.on_grid` gives at the recording's own rate, but
-only where they are asked for, so that a view of a long recording costs what it shows. The whole
-channel is looked through for glitches only once a number comes up that may be one.
+One channel of a demonstration on its uniform grid, read piece by piece. The same samples as
+:func:`forcelab.signals.grid.on_grid` gives at the recording's own rate, but only where they are
+asked for, so that a view of a long recording costs what it shows. The whole channel is looked
+through for glitches only once a number comes up that may be one.
 """
 
 from __future__ import annotations

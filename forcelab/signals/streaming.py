@@ -1,26 +1,28 @@
 """The continuous wavelet transform of a stream: each coefficient a fixed delay after its sample.
 
-The coefficient of scale `a` at sample `b`, as known at sample ``t = b + delay``, is the offline
-one of the samples up to `t` with the last value held: a weighted sum of these samples. Wide
-wavelets see a decimated copy of all but the newest samples. The copy is made with a Kaiser window
-as its filter, whose response is divided out of the wavelet and whose images (spectra shifted by the
-decimated rate) are below 1e-7 of the signal.
+Weights of samples that have come already in the coefficients of a stream. The coefficient of scale
+`a` at sample `b`, as known at sample ``t = b + delay``, is the offline one of the samples up to `t`
+with the last value held: a weighted sum of these samples. Wide wavelets see a decimated copy of all
+but the newest samples. The copy is made with a Kaiser window as its filter, whose response is
+divided out of the wavelet and whose images (spectra shifted by the decimated rate) are below 1e-7
+of the signal.
 
-References
-----------
-.. [1] Jackson, J. I. et al., "Selection of a convolution function for Fourier inversion using
-   gridding", IEEE Trans. Med. Imaging 10 (1991): the Kaiser window as a gridding kernel, its
-   response divided out afterwards, and its beta for a width and an oversampling.
-
-A product of 20 samples with the weights of one narrow wavelet takes no longer than the call that
-asks for it. So neighbouring scales share a product wherever the zeros that this adds to the
-narrower ones cost less than a call, and the calls that are left are told by a sum of costs.
+Which scales of a stream are computed together, on which copy of the signal, and their matrices. A
+product of 20 samples with the weights of one narrow wavelet takes no longer than the call that asks
+for it. So neighbouring scales share a product wherever the zeros that this adds to the narrower
+ones cost less than a call, and the calls that are left are told by a sum of costs.
 
 A coefficient is the offline one (:mod:`forcelab.signals.cwt`) of all samples up to `delay` after
 its own, with the end value held (the mean of the last eighth of a scale). After ``c * a`` samples
 the wavelet has passed and what follows matters no more than the tolerance; before that it is an
 early estimate with a known error. Nothing is ever carried from coefficient to coefficient, so that
 nothing drifts.
+
+References
+----------
+.. [1] Jackson, J. I. et al., "Selection of a convolution function for Fourier inversion using
+   gridding", IEEE Trans. Med. Imaging 10 (1991): the Kaiser window as a gridding kernel, its
+   response divided out afterwards, and its beta for a width and an oversampling.
 """
 
 from __future__ import annotations
@@ -538,7 +540,7 @@ def _balance(lines: Complex, reached: NDArray[np.bool_], held: int) -> None:
 #: over that of the coefficients, as on the paper's recordings, to 6 % up to 3 scales and to a fifth
 #: beyond. On random walks it is up to a sixth less; on white noise up to a third more at 2 scales,
 #: and twice as much at 5; more still of a scale that is quieter than its neighbours, on the
-#: made-up forces of ``forcelab measure stream`` up to three times.
+#: made-up forces of ``python -m tests.benchmarks stream`` up to three times.
 EARLY = (
     (0.0, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0),
     (0.8, 0.55, 0.32, 0.15, 0.054, 0.016, 3.5e-3, 8e-5, 7e-7),

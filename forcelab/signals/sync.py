@@ -1,12 +1,13 @@
 """A video's clock found from where its motion and the force change abruptly together.
 
-Three correlations are added up. Motion is abrupt where it exceeds its running median. It is
-correlated with the logarithm of the force's rate of change, once as it is and once above *its*
-running median; and the logarithm of the motion is, too. Taps count where the video has abrupt
-motion.
+Motion in a video and a force compared for every shift between their clocks. Three correlations are
+added up. Motion is abrupt where it exceeds its running median. It is correlated with the logarithm
+of the force's rate of change, once as it is and once above *its* running median; and the logarithm
+of the motion is, too. Taps count where the video has abrupt motion.
 
-Which shift fits best is told by :mod:`~forcelab.signals.sync`; here it is made exact by the
-taps, and it is decided how far it may be believed.
+A video's clock found by itself: where its motion and the force change abruptly together. Which
+shift fits best is told by these correlations; here it is made exact by the taps, and it is decided
+how far it may be believed.
 """
 
 from __future__ import annotations

@@ -1,9 +1,10 @@
 """How simulated coders label: people with habits of their own, over the same demonstrations.
 
-A coder sees an edge where the forces change, some time after it happened. The faster they change,
-the better the coder knows where: on a ramp two people differ by a tenth of a second, at a click
-hardly at all. Now and then a short segment is overlooked or an action taken for another one. What a
-coder did wrong is recorded, so that what finds such mistakes later can be tested against it.
+How simulated coders label: people with habits of their own, over the same demonstration. A coder
+sees an edge where the forces change, some time after it happened. The faster they change, the
+better the coder knows where: on a ramp two people differ by a tenth of a second, at a click hardly
+at all. Now and then a short segment is overlooked or an action taken for another one. What a coder
+did wrong is recorded, so that what finds such mistakes later can be tested against it.
 """
 
 from __future__ import annotations

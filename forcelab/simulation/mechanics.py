@@ -1,6 +1,7 @@
 """Equations of motion of the tongs, the body between their jaws and whatever holds it.
 
-An event function crosses zero when something happens; see `System`.
+What happens at an instant: contact made and lost, slip, and the ways into and out of a socket. An
+event function crosses zero when something happens; see `System`.
 
 Coordinates: the distances s of the two jaws from the tongs' middle, the body's x, the places p of
 tongs and body along each axis of the arm, and the angles a of wrist and cap. With N the normal
@@ -14,9 +15,9 @@ force of a jaw, f its friction on the body and c what the hand commands:
     cap        I a'' = r (f_left + f_right) - thread
 
 A jaw presses where ``w - s -+ x > 0``, w being the body's half width at the height of the jaws;
-where w varies along z, the contact pushes along z as well ("width"), as energy demands. The laws
-of contact are in :mod:`forcelab.simulation.contact`, table and socket in
-:mod:`forcelab.simulation.mechanics`, the numbers in :mod:`forcelab.simulation.scene`.
+where w varies along z, the contact pushes along z as well ("width"), as energy demands. The laws of
+contact are in :mod:`forcelab.simulation.contact`, table and socket below, the numbers in
+:mod:`forcelab.simulation.scene`.
 """
 
 from __future__ import annotations

@@ -1,10 +1,7 @@
 """Scenes: what is on the table and how it is held, numbers only, checked as they are written down.
 
-Axes and units are those of :mod:`forcelab.simulation.scene`.
-
 A scene holds only the parts it has. A part that is ``None`` has no state, no force and no cost:
 without an arm nothing moves tangentially and there is no friction; without a socket nothing snaps.
-The parts are in :mod:`forcelab.simulation.scene`.
 
 Axes: x is the grip axis (left jaw to right jaw), y lateral along the table, z upwards; metres,
 newtons, kilograms, seconds and radians throughout. The middle between the jaws of the resting

@@ -1,13 +1,14 @@
 """Solvers of the equations of motion behind one interface.
 
-G. Steinebach, "Improvement of Rosenbrock-Wanner method RODASP", in: Progress in
-Differential-Algebraic Equations II, Springer (2020) 165-184; in the form without products of the
-Jacobian of E. Hairer and G. Wanner, *Solving Ordinary Differential Equations II*, section IV.7.
-Its order does not fall where stiff parts follow slow forces, and falls to no less than 2 where the
-Jacobian is wrong.
+The coefficients of RODAS4P2: a Rosenbrock method of order 4 with six stages, L-stable. G.
+Steinebach, "Improvement of Rosenbrock-Wanner method RODASP", in: Progress in Differential-Algebraic
+Equations II, Springer (2020) 165-184; in the form without products of the Jacobian of E. Hairer and
+G. Wanner, *Solving Ordinary Differential Equations II*, section IV.7. Its order does not fall where
+stiff parts follow slow forces, and falls to no less than 2 where the Jacobian is wrong.
 
-Steps are accepted or rejected lane by lane, so that a stiff lane does not slow the others' motion
-down. numpy is called a fixed number of times per round, whatever the number of lanes.
+Steps of many lanes at once, each lane with its own time and its own step. Steps are accepted or
+rejected lane by lane, so that a stiff lane does not slow the others' motion down. numpy is called a
+fixed number of times per round, whatever the number of lanes.
 """
 
 from __future__ import annotations
@@ -825,7 +826,7 @@ class RosenbrockBatch(Batch):
 
         (1 / (gamma h) - J) u_i = f(t + c_i h, y + sum a_ij u_j) + sum c_ij u_j / h + d_i h f_t
 
-    (:mod:`~forcelab.simulation.solvers`). A spring that is stiff against its mass limits the
+    with the coefficients of RODAS4P2. A spring that is stiff against its mass limits the
     accuracy of a step only as far as it moves; it does not limit its length. All differences that
     make up J and f_t, of all lanes, are taken in one call of the system.
     """

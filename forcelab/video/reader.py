@@ -1,5 +1,6 @@
 """Frames of a video by their own timestamps: verified seek, a small cache, thumbnails.
 
+Where decoding goes on in a video: at one place in it, or at several that were left as they were.
 Where key frames are far apart, a frame costs the decoding of all since the one before it. Who jumps
 about in a video comes near places where he was before: decoders that were left there are nearer to
 what is wanted than the key frame is. With sixteen of them half of the jumps in a video of 1500

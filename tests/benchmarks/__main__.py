@@ -59,7 +59,7 @@ def waits_text(measured: Latencies) -> str:
     return f"{measured.title}.\n" + "\n".join(lines)
 
 
-def table_of_tasks(what: str, project: Project, *, quick: bool) -> Table:
+def table_of_tasks(what: str, project: Project, author: str | None, *, quick: bool) -> Table:
     """Measure what depends on labels on each task of a project."""
 
     def of_peers(labelled, size):
@@ -84,16 +84,15 @@ def table_of_tasks(what: str, project: Project, *, quick: bool) -> Table:
     }[what]
     measure = {"peers": of_peers, "next": of_next, "swapped": of_swapped}[what]
     with progress_bar("measuring") as watch:
-        rows = finish(rows_of_tasks(project, (), None, what, measure), watch)
+        rows = finish(rows_of_tasks(project, (), author, what, measure), watch)
     return Table(what, error, seconds, rows, ".3f")
 
 
-def realism_text(path: Path) -> str:
+def realism_text(path: Path, author: str | None) -> str:
     """The tables of the simulation beside real recordings."""
     with progress_bar("comparing") as watch:
-        compared = finish(
-            comparing(path, author=None, count=10, seed=1, jobs=os.cpu_count()), watch
-        )
+        job = comparing(path, author=author, jobs=os.cpu_count())
+        compared = finish(job, watch)
     parts = [
         f"{task.task}: {counted(task.simulated, 'simulated demonstration')} beside "
         f"{task.real} real\n" + table(cells(task.rows), right=(3, 4, 5))
@@ -102,13 +101,13 @@ def realism_text(path: Path) -> str:
     return "\n\n".join([*parts, f"{MARK} marks what is more than a factor of {FACTOR:g} apart."])
 
 
-def text_of(what: str, path: Path | None, *, quick: bool) -> str:
+def text_of(what: str, path: Path | None, author: str | None, *, quick: bool) -> str:
     """Measure, and write it as tables."""
     if what == "realism":
-        return realism_text(path)
+        return realism_text(path, author)
     if what in OF_PROJECTS:
         with Project.open(path) as project:
-            return table_text(table_of_tasks(what, project, quick=quick))
+            return table_text(table_of_tasks(what, project, author, quick=quick))
     with progress_bar(f"measuring {what}") as watch:
         measured = finish(import_module(f"tests.benchmarks.{what}").tabulate(quick=quick), watch)
     return waits_text(measured) if isinstance(measured, Latencies) else table_text(measured)
@@ -122,12 +121,13 @@ def main() -> None:
     )
     parser.add_argument("what", choices=(*ALONE, *OF_PROJECTS))
     parser.add_argument("project", type=Path, nargs="?")
+    parser.add_argument("--author", help="whose labels, where a project has several coders")
     parser.add_argument("--quick", action="store_true", help="less of it")
     given = parser.parse_args()
     if (given.what in OF_PROJECTS) != (given.project is not None):
         parser.error(f"PROJECT goes with {', '.join(OF_PROJECTS)}, and with these only.")
     try:
-        print(text_of(given.what, given.project, quick=given.quick))
+        print(text_of(given.what, given.project, given.author, quick=given.quick))
     except ForcelabError as error:
         parser.exit(1, f"{error}\n")
 

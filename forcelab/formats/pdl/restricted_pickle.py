@@ -60,8 +60,6 @@ class Opaque:
         """Drop the arguments."""
         return super().__new__(cls)
 
-    def __init__(self, *_args: object) -> None: ...
-
     def __setstate__(self, state: object) -> None:
         """Drop the state."""
 

@@ -68,7 +68,7 @@ def test_a_band_that_ends_on_a_bin_exactly_is_had_as_a_whole(tolerance):
 def test_in_few_points_at_a_time_it_is_the_same(monkeypatch):
     x, scales = channels(), [1.0, 2.0, 3.0]
     found = Plan(N, scales, Morlet(), 1e-7, True).coefficients(x)
-    monkeypatch.setattr("forcelab.signals.cwt_engine.CUT_POINTS", 1)
+    monkeypatch.setattr("forcelab.signals.cwt_engine.GRID_POINTS", 1)
     monkeypatch.setattr("forcelab.signals.cwt_engine.TOGETHER", 1)
     monkeypatch.setattr("forcelab.signals.cwt_engine.KEPT", 1)
     monkeypatch.setattr("forcelab.signals.cwt_engine.STRETCH", 100)
