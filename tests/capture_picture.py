@@ -51,8 +51,8 @@ def draw(path: Path, picture: Path) -> None:
     from PySide6.QtWidgets import QApplication
 
     from forcelab.gui import theme
-    from forcelab.gui.capture.phase import Phase
-    from forcelab.gui.start import Start
+    from forcelab.gui.capture.controller import CaptureState
+    from forcelab.gui.launch_options import LaunchOptions
     from forcelab.gui.window import Window
 
     calibration = asset("calibrations", "3-axis-40N.toml")
@@ -63,11 +63,11 @@ def draw(path: Path, picture: Path) -> None:
     film = Film(demonstration.video.path)
     camera.open_camera = lambda _: film
     application = QApplication([])
-    theme.apply(application, "light")
+    theme.use_theme(application, "light")
     window = Window("Ines", remembering=False)
     window.resize(1280, 800)
     window.show()
-    window.begin(Start(project=path, demonstration=DEMONSTRATION, workspace="capture"))
+    window.begin(LaunchOptions(project=path, demonstration=DEMONSTRATION, workspace="capture"))
     page = window.capture.workspace
 
     def until(condition) -> None:
@@ -90,7 +90,7 @@ def draw(path: Path, picture: Path) -> None:
         page.connect_button.click()
         until(lambda: replay.ended(0.0) or replay.begun)
         film.begun = time.monotonic() + LEAD
-        until(lambda: page.session.phase is Phase.READY)
+        until(lambda: page.session.phase is CaptureState.READY)
         at(0.2)
         page.record()
         for start, end, action in truth["actions"]:
@@ -103,7 +103,7 @@ def draw(path: Path, picture: Path) -> None:
         until(lambda: page.session.recognising.glimpse.action)
         window.grab().save(str(picture))
         page.session.discard()
-        until(lambda: page.session.phase is Phase.READY)
+        until(lambda: page.session.phase is CaptureState.READY)
         window.close()
 
 

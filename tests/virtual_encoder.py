@@ -55,14 +55,14 @@ class VirtualEncoder(VirtualSampler):
         self.commands: list[str] = []
         self._end, self._serial = "!" if bang else "", serial
         self._asked = ""
-        self._now = 0.0
+        self._current_item = 0.0
         self._reset()
 
     def _reset(self) -> None:
         """As it is when it is switched on: it has lost its count."""
         self._streams = False
         self._registers = {FORMAT: LINE_FEED | RETURN, VERSION: self._serial << 12 | 6}
-        self._clock = self._now
+        self._clock = self._current_item
         self._offset: int | None = None
         self._count = self._shown = 0
 
@@ -77,7 +77,7 @@ class VirtualEncoder(VirtualSampler):
         for time, count in zip(times.tolist(), values[:, 0].tolist(), strict=True):
             if self._offset is None:
                 self._offset = round(count)
-            self._now, self._count = time, round(count) - self._offset
+            self._current_item, self._count = time, round(count) - self._offset
             if self._streams and abs(self._count - self._shown) >= threshold:
                 self._shown = self._count
                 out += self._reply("s", COUNT, self._count)
@@ -116,14 +116,14 @@ class VirtualEncoder(VirtualSampler):
             start, device = float(last.host_times(sent)[0]), float(last.device_times(sent)[0])
             self._runs.append(Run(self._sent, start, device, STAMP_RATE / number, self._pace))
         elif register == CLOCK:
-            self._clock = self._now
+            self._clock = self._current_item
 
     def _reply(self, verb: str, register: str, value: int) -> bytes:
         """One reply, in the format that register 15 asks for."""
         style = self._registers[FORMAT]
         parts = [verb, register, f"{value & 0xFFFFFFFF:08X}"]
         if style & STAMPED:
-            parts.append(f"{int((self._now - self._clock) * STAMP_RATE) & 0xFFFFFFFF:08X}")
+            parts.append(f"{int((self._current_item - self._clock) * STAMP_RATE) & 0xFFFFFFFF:08X}")
         if self._end:
             parts.append(self._end)
         ending = "\r" * bool(style & RETURN) + "\n" * bool(style & LINE_FEED)

@@ -109,7 +109,7 @@ def _qt_sentence(error: ImportError) -> str | None:
     if (error.name or "").partition(".")[0] != "PySide6" and "shared object" not in str(error):
         return None
     try:
-        import_module("forcelab.gui.platform").require_qt()
+        import_module("forcelab.gui.qt_check").require_qt()
     except ForcelabError as told:
         return str(told)
     return None

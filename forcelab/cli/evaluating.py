@@ -72,7 +72,7 @@ def _check_outputs(arguments: argparse.Namespace, figures: list[Path]) -> None:
 def _check_suffixes(figures: list[Path]) -> None:
     """Refuse a kind of picture there is not before the evaluation, not after it."""
     if figures:
-        from forcelab.gui.figures.canvas import check_suffix
+        from forcelab.gui.figures.figure import check_suffix
 
         for path in figures:
             check_suffix(path)
@@ -213,7 +213,7 @@ def _draw_pairs(
     """Draw the timeline pairs in the colours that they have in the window."""
     if not files:
         return
-    from forcelab.gui.figures.timelines import Pair, TimelinePairs
+    from forcelab.gui.figures.pairs import Pair, TimelinePairs
 
     for (tasks, evaluation), file in zip(evaluated.evaluations, files, strict=True):
         _, each = evaluation.scores("filtered")

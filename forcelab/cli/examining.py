@@ -107,7 +107,7 @@ def _cure(name: str) -> str:
 
 def _qt() -> Iterator[Finding]:
     """Whether Qt starts and finds fonts."""
-    from forcelab.gui.platform import probe
+    from forcelab.gui.qt_check import probe
 
     qt = probe()
     if qt.trouble:
@@ -115,7 +115,7 @@ def _qt() -> Iterator[Finding]:
         return
     yield Finding("Qt platform", f"{qt.platform} (Qt {qt.version})")
     yield Finding("fonts", f"{qt.fonts} families", well=qt.fonts > 0, cure=qt.cure)
-    from forcelab.gui.faults import log_file  # with Qt, which knows the platform's folders
+    from forcelab.gui.exception_hook import log_file  # with Qt, which knows the platform's folders
 
     log = log_file()
     yield Finding("log file", f"{log}" if log.exists() else f"{log} (nothing was logged yet)")

@@ -50,7 +50,7 @@ def _check(arguments: argparse.Namespace) -> None:
     if figure is not None and what == ALL:
         raise WrongWordError(f"There is no figure of '{what}'; leave --figure away.")
     if figure is not None:
-        from forcelab.gui.figures.canvas import check_suffix
+        from forcelab.gui.figures.figure import check_suffix
 
         check_suffix(figure)
     asked = {
@@ -92,7 +92,7 @@ def _recognition(arguments: argparse.Namespace) -> Generator[Progress, None, Tab
 
 def _sample(scratch: Path) -> Generator[Progress, None, Path]:
     """The sample project of this user, or one made for as long as it is measured."""
-    from forcelab.gui.opening import sample_place
+    from forcelab.gui.project_actions import sample_place
     from forcelab.project import Project
     from forcelab.sample import making
 

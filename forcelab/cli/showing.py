@@ -9,13 +9,13 @@ from forcelab.cli.output import printable
 from forcelab.cli.stopping import unbroken
 from forcelab.gui.app import has_display
 from forcelab.gui.app import run as run_window
-from forcelab.gui.platform import require_qt
-from forcelab.gui.start import Start
+from forcelab.gui.launch_options import LaunchOptions
+from forcelab.gui.qt_check import require_qt
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Open the window, or draw it into a file and tell its name."""
-    start = Start(
+    start = LaunchOptions(
         project=arguments.project,
         demonstration=arguments.demo or "",
         workspace=arguments.workspace,

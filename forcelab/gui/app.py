@@ -5,16 +5,16 @@ from __future__ import annotations
 import os
 import sys
 
-from forcelab.gui.platform import require_qt
-from forcelab.gui.start import Start
+from forcelab.gui.launch_options import LaunchOptions
+from forcelab.gui.qt_check import require_qt
 
 __all__ = ["has_display", "run"]
 
 #: Seconds that a picture waits for everything in it to be there.
-PATIENCE = 60.0
+SHUTDOWN_TIMEOUT = 60.0
 
 
-def run(start: Start) -> int:
+def run(start: LaunchOptions) -> int:
     """Run the program until its window is closed.
 
     Raises
@@ -38,10 +38,10 @@ def run(start: Start) -> int:
 
     from forcelab import __version__
     from forcelab.gui import settings, theme
-    from forcelab.gui.arranging import resize_on_screen
-    from forcelab.gui.ending import ended_by_signals, put_away
-    from forcelab.gui.faults import Faults
-    from forcelab.gui.memory import tidy_between_demonstrations
+    from forcelab.gui.exception_hook import ExceptionHook
+    from forcelab.gui.layout import resize_on_screen
+    from forcelab.gui.memory import collect_between_demonstrations
+    from forcelab.gui.shutdown import quit_on_signals, shut_down
     from forcelab.gui.window import Window
 
     running = QApplication.instance()
@@ -51,25 +51,25 @@ def run(start: Start) -> int:
     application.setApplicationVersion(__version__)
     choices: dict[str, theme.Choice] = {"light": "light", "dark": "dark"}
     chosen = start.theme or settings.text("window/theme")
-    theme.apply(application, choices.get(chosen, "system"))
+    theme.use_theme(application, choices.get(chosen, "system"))
     if start.screenshot is not None:
-        from forcelab.gui.picture import draw, without_chatter
+        from forcelab.gui.screenshot import draw, quiet_qt
 
-        without_chatter()
-        draw(Window(start.author, remembering=False), start, start.screenshot, PATIENCE)
+        quiet_qt()
+        draw(Window(start.author, remembering=False), start, start.screenshot, SHUTDOWN_TIMEOUT)
         return 0
-    with ended_by_signals(application) as windows:
+    with quit_on_signals(application) as windows:
         window = Window(start.author)
         windows.append(window)
-        tidy_between_demonstrations(window.document)
-        Faults(window, lambda sentence: window.document.say(sentence, True))
+        collect_between_demonstrations(window.document)
+        ExceptionHook(window, lambda sentence: window.document.say(sentence, True))
         resize_on_screen(window, QSize(1280, 800))
         window.restore_layout()
         if start.size is not None:  # what is asked for counts for more than what was last time
             window.resize(*start.size)
         window.show()
         window.begin(start)
-        return put_away(window, int(application.exec()))
+        return shut_down(window, int(application.exec()))
 
 
 def has_display() -> bool:

@@ -17,7 +17,7 @@ from forcelab.demonstration import Demonstration
 from forcelab.errors import ForcelabError, InputError
 from forcelab.gui.looking import Snap
 from forcelab.gui.reviewing import Reviewing
-from forcelab.gui.seen_labels import Seen, seen_by
+from forcelab.gui.seen_labels import VisibleLabels, visible_to
 from forcelab.labels import Segments, is_model
 from forcelab.project import DemonstrationInfo, Project, UndoResult
 from forcelab.project.track_editor import Labelling
@@ -331,7 +331,7 @@ class Document(Reviewing):
             self._take_in(self._seen_by(self.author, demonstration))
         self.tracks_changed.emit()
 
-    def _seen_by(self, author: str, demonstration: Demonstration) -> Seen:
+    def _seen_by(self, author: str, demonstration: Demonstration) -> VisibleLabels:
         """What a coder may see of a demonstration.
 
         Raises
@@ -340,9 +340,9 @@ class Document(Reviewing):
             If it cannot be read.
         """
         assert self.project is not None
-        return seen_by(author, demonstration, self.project, self.outcome)
+        return visible_to(author, demonstration, self.project, self.outcome)
 
-    def _take_in(self, seen: Seen) -> None:
+    def _take_in(self, seen: VisibleLabels) -> None:
         """Show what may be seen; nobody is told yet."""
         self.others = {
             author: segments

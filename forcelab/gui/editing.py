@@ -21,7 +21,7 @@ from forcelab.project.track_editor import Labelling
 __all__ = ["Editing", "Stroke"]
 
 #: Steps that follow each other within so many seconds are one edit.
-PAUSE = 1.0
+IDLE_MS = 1.0
 #: Float dust in sums of steps, in seconds, and the digits that are free of it.
 DUST, DIGITS = 1e-9, 9
 
@@ -38,7 +38,7 @@ class Stroke:
 
 
 @dataclass(frozen=True, slots=True)
-class _Run:
+class _NudgeRun:
     """Steps of a segment that are one edit.
 
     Parameters
@@ -107,7 +107,7 @@ class Editing(TaskActions):
         self._labelling: Labelling | None = labelling
         self.selected: int | None = None
         self.stroke: Stroke | None = None
-        self._run: _Run | None = None
+        self._run: _NudgeRun | None = None
         self._made: Edit | None = None
 
     @property
@@ -178,7 +178,7 @@ class Editing(TaskActions):
         run = self._run
         if run is None or not self._goes_on(run, index, what):
             old = self.segments[index]
-            run = _Run(index, what, old, old.end if what == "end" else old.start)
+            run = _NudgeRun(index, what, old, old.end if what == "end" else old.start)
         low, high = self.bounds
         high -= run.old.duration if what == "both" else 0
         time = min(max(round(run.time + step, DIGITS), low), high)
@@ -197,11 +197,11 @@ class Editing(TaskActions):
         self.select(bisect_left(self.segments, time - DUST, key=edge))
         self._run = None
         if self._made is not None and self._made.kind == "paint" and self.selected is not None:
-            moved, until = self.segments[self.selected], monotonic() + PAUSE
+            moved, until = self.segments[self.selected], monotonic() + IDLE_MS
             self._run = replace(run, time=time, edit=self._made, moved=moved, until=until)
         return True
 
-    def _goes_on(self, run: _Run, index: int, what: str) -> bool:
+    def _goes_on(self, run: _NudgeRun, index: int, what: str) -> bool:
         """Whether a step is one more of a run: of the same kind, at once, and nothing between."""
         if self.project is None or run.edit is None:
             return False

@@ -1,31 +1,105 @@
-"""The help page: all keys from the table that binds them, and what the mouse does."""
+"""Help: keys from the table that binds them, what the mouse does, the manual, and About."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
+from importlib.metadata import metadata
 
-from PySide6.QtCore import QRectF, QSize, Qt
-from PySide6.QtGui import QKeyEvent, QPainter, QPaintEvent, QPalette, QResizeEvent
+import PySide6
+from PySide6.QtCore import QRectF, QSize, Qt, qVersion
+from PySide6.QtGui import (
+    QGuiApplication,
+    QKeyEvent,
+    QPainter,
+    QPaintEvent,
+    QPalette,
+    QResizeEvent,
+    QTextCharFormat,
+    QTextCursor,
+    QTextDocument,
+    QTextOption,
+    QTextTable,
+)
 from PySide6.QtWidgets import (
     QDialog,
     QDialogButtonBox,
+    QFormLayout,
     QFrame,
     QGridLayout,
     QHBoxLayout,
     QLabel,
     QPushButton,
     QScrollArea,
+    QTextBrowser,
     QVBoxLayout,
     QWidget,
 )
 
-from forcelab.gui.arranging import resize_on_screen, search_field, stress
+from forcelab import __version__
+from forcelab.gui import settings
 from forcelab.gui.document import Document
-from forcelab.gui.gestures import MOUSE, PAINTING
+from forcelab.gui.exception_hook import log_file
+from forcelab.gui.layout import emphasise, resize_on_screen, search_field
 from forcelab.gui.shortcuts import COMMANDS, GROUPS, Keys, key_name
+from forcelab.resources import versions
 
-__all__ = ["MOUSE", "HelpPage"]
+
+def _pairs(*texts: str) -> tuple[tuple[str, str], ...]:
+    """Every second text with the one before it."""
+    return tuple(zip(texts[::2], texts[1::2], strict=True))
+
+
+#: What the mouse does, as (gesture, what it does), in English.
+MOUSE_HELP = _pairs(
+    "Click",
+    "Go to that time",
+    "Wheel",
+    "Zoom at the pointer",
+    "Shift + wheel",
+    "Show earlier or later time",
+    "Middle button, drag",
+    "Show earlier or later time",
+    "Drag on the forces",
+    "Mark a range",
+    "Drag on the overview",
+    "Show that stretch of time",
+    "Ctrl or Shift + click in the list",
+    "Choose several demonstrations, for the right button's menu",
+    "Drag on the track",
+    "Paint with the chosen action",
+    "Drag an edge",
+    "Move where a segment starts or ends; with an action chosen, from within the segment",
+    "Shift + drag a segment, or Alt + drag",
+    "Move the whole segment",
+    "Ctrl while painting or dragging an edge, or Alt",
+    "Do not snap",
+    "Ctrl while moving a segment",
+    "Do not snap",
+    "Double click a segment",
+    "Zoom to it",
+    "Double click an edit in the history",
+    "Go back or forth to where it was the last one",
+    "Drop files on the window",
+    "Import demonstrations, or open a project",
+    "Right button",
+    "Menu of what is under the pointer",
+)
+#: What pressing an action's key does.
+PAINTING_HELP = _pairs(
+    "Press, press again",
+    "Start at the cursor, end at the cursor",
+    "Hold",
+    "Paint from the press to the release",
+    "Press with a range marked",
+    "Fill the range",
+    "Press with a segment selected",
+    "Give the segment that action",
+    "Hold, or tap and tap again, while recording",
+    "Mark the action live, in Capture",
+)
+
 
 #: About how many characters wide keys and gestures are, and what they do.
 LEFT, RIGHT = 24, 30
@@ -129,7 +203,7 @@ class HelpPage(QDialog):
         )
         if actions:
             sections.append(_Section("Actions of this task", actions, caps=True))
-        painting = tuple(((how,), what) for how, what in PAINTING)
+        painting = tuple(((how,), what) for how, what in PAINTING_HELP)
         sections.append(_Section("With the key of an action", painting, caps=False))
         for group in GROUPS:
             rows = tuple(
@@ -138,7 +212,7 @@ class HelpPage(QDialog):
                 if command.group == group and self._keys[command.id]
             )
             sections += [_Section(group, rows, caps=True)] if rows else []
-        mouse = tuple(((how,), what) for how, what in MOUSE)
+        mouse = tuple(((how,), what) for how, what in MOUSE_HELP)
         sections.append(_Section("Mouse", mouse, caps=False))
         return sections
 
@@ -164,7 +238,7 @@ class HelpPage(QDialog):
         across.setContentsMargins(4, 4, 12, 4)
         across.setSpacing(28)
         sections = self._matching()
-        for group in _shared_out(sections, self._columns) if sections else ():
+        for group in _balanced_columns(sections, self._columns) if sections else ():
             column = QVBoxLayout()
             column.setSpacing(18)
             for section in group:
@@ -180,7 +254,7 @@ class HelpPage(QDialog):
         self._area.setWidget(page)
 
 
-def _shared_out(sections: Sequence[_Section], columns: int) -> list[list[_Section]]:
+def _balanced_columns(sections: Sequence[_Section], columns: int) -> list[list[_Section]]:
     """Deal sections out to columns without changing their order."""
     heights = [2.5 + sum(_lines(row, section.caps) for row in section.rows) for section in sections]
     low, high = max(heights, default=0.0), sum(heights)
@@ -223,7 +297,7 @@ def _card(section: _Section) -> QWidget:
     grid.setVerticalSpacing(4)
     grid.setColumnStretch(1, 1)
     heading = QLabel(section.heading)
-    stress(heading)
+    emphasise(heading)
     rule = QFrame()
     rule.setFrameShape(QFrame.Shape.NoFrame)
     rule.setFixedHeight(1)
@@ -243,7 +317,7 @@ def _card(section: _Section) -> QWidget:
     return card
 
 
-class _Cap(QLabel):
+class _KeyCap(QLabel):
     """A key as it looks on a keyboard. Painted here: a style sheet for each costs 3 ms."""
 
     def __init__(self, key: str) -> None:
@@ -277,6 +351,144 @@ def _pieces(pieces: Sequence[str], caps: bool) -> QWidget:
     across.setContentsMargins(0, 0, 0, 0)
     across.setSpacing(4)
     for piece in pieces:
-        across.addWidget(_Cap(piece))
+        across.addWidget(_KeyCap(piece))
     across.addStretch(1)
     return row
+
+
+#: A picture alone in its line, which the installed manual comes without.
+_PICTURE = re.compile(r"^\s*(?:!\[[^\]]*\]\([^)]*\)|<img[^>]*>)\s*$", re.MULTILINE)
+#: A link to a file that lies beside the manual in a checkout only: following it empties the page.
+_FILE = re.compile(r"\[([^\[\]]*)\]\((?!#|https?:)[^)]*\)")
+
+#: Room below a table, in pixels; above it is half of that.
+SPACE = 12
+
+
+def facts() -> dict[str, str]:
+    """Versions, by name, and where settings and log lie."""
+    found = {**versions(), "PySide6": PySide6.__version__, "Qt": qVersion()}
+    found["settings"] = settings.settings().fileName()
+    found["log"] = str(log_file())
+    return found
+
+
+def manual() -> str:
+    """The manual as Markdown, which is installed with the program; empty where it is not."""
+    pictured = metadata("forcelab")["Description"] or ""
+    return _FILE.sub(r"\1", _PICTURE.sub("", pictured)).strip()
+
+
+class AboutDialog(QDialog):
+    """Which version this is, of what, and where it writes: all that a report of a fault needs."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setWindowTitle("About forcelab")
+        title = QLabel(f"forcelab {__version__}")
+        emphasise(title, 1.4)
+        what = QLabel("Labels, recognises and scores the actions of hands in recorded forces.")
+        self._facts = facts()
+        form = QFormLayout()
+        for name, value in self._facts.items():
+            if name != "forcelab":
+                form.addRow(name, copy_button_clicked(value, name))
+        column = QVBoxLayout(self)
+        column.setSpacing(14)
+        column.addWidget(title)
+        column.addWidget(what)
+        column.addLayout(form)
+        column.addWidget(self._buttons())
+
+    def _buttons(self) -> QDialogButtonBox:
+        """Copy, open the manual, close."""
+        buttons = QDialogButtonBox()
+        self.copy_button = QPushButton("Copy")
+        self.copy_button.setAccessibleName("Copy versions and places")
+        self.copy_button.clicked.connect(self._copy)
+        close = QPushButton("Close")
+        close.setAccessibleName("Close")
+        close.setDefault(True)
+        close.clicked.connect(self.accept)
+        buttons.addButton(self.copy_button, QDialogButtonBox.ButtonRole.ActionRole)
+        buttons.addButton(close, QDialogButtonBox.ButtonRole.AcceptRole)
+        return buttons
+
+    def _copy(self) -> None:
+        """Copy everything, for a message to whoever mends something."""
+        lines = (f"{name}: {value}" for name, value in self._facts.items())
+        QGuiApplication.clipboard().setText("\n".join(lines))
+        self.copy_button.setText("Copied")
+
+
+class ManualDialog(QDialog):
+    """The manual, to be read beside the window.
+
+    Parameters
+    ----------
+    text : str
+        As of :func:`manual`.
+    """
+
+    def __init__(self, text: str, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setWindowTitle("Manual of forcelab")
+        self.pages = QTextBrowser()
+        self.pages.setAccessibleName("Manual")
+        self.pages.setOpenExternalLinks(True)
+        self.pages.setMarkdown(text)
+        _name_headings(self.pages.document())
+        fit_to_text(self.pages.document())
+        column = QVBoxLayout(self)
+        column.addWidget(self.pages)
+        self.resize(self.sizeHint())
+
+    def sizeHint(self) -> QSize:
+        """Room for lines of about a hundred characters, within the screen."""
+        metrics = self.fontMetrics()
+        room = self.screen().availableGeometry().size() * 0.92
+        return QSize(metrics.averageCharWidth() * 116, metrics.lineSpacing() * 46).boundedTo(room)
+
+
+def _name_headings(document: QTextDocument) -> None:
+    """Let links such as ``#from-python`` find their headings, which Qt gives no names."""
+    block = document.begin()
+    while block.isValid():
+        if block.blockFormat().headingLevel():
+            named = QTextCharFormat()
+            name = re.sub(r"[^\w -]", "", block.text()).lower().replace(" ", "-")
+            named.setAnchor(True)
+            named.setAnchorNames([name])
+            cursor = QTextCursor(block)
+            cursor.movePosition(QTextCursor.MoveOperation.Right, QTextCursor.MoveMode.KeepAnchor)
+            cursor.mergeCharFormat(named)
+        block = block.next()
+
+
+def fit_to_text(document: QTextDocument) -> None:
+    """Break lines of output that are wider than the window, and keep tables apart."""
+    how = document.defaultTextOption()
+    how.setWrapMode(QTextOption.WrapMode.WrapAtWordBoundaryOrAnywhere)
+    document.setDefaultTextOption(how)
+    block = document.begin()
+    while block.isValid():
+        if block.blockFormat().nonBreakableLines():
+            broken = block.blockFormat()
+            broken.setNonBreakableLines(False)
+            QTextCursor(block).setBlockFormat(broken)
+        block = block.next()
+    for table in document.rootFrame().childFrames():
+        if isinstance(table, QTextTable):
+            spaced = table.format()
+            spaced.setTopMargin(SPACE / 2)
+            spaced.setBottomMargin(SPACE)
+            table.setFormat(spaced)
+
+
+def copy_button_clicked(value: str, name: str) -> QLabel:
+    """A text that can be copied; plain, as names of folders are no markup."""
+    label = QLabel(value)
+    label.setTextFormat(Qt.TextFormat.PlainText)
+    label.setAccessibleName(name)
+    label.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+    return label

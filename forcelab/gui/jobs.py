@@ -23,10 +23,10 @@ from forcelab.errors import ForcelabError
 __all__ = ["Job", "Jobs"]
 
 #: Seconds that the window waits for its jobs when it closes.
-PATIENCE = 1.0
+THREAD_TIMEOUT = 1.0
 #: Seconds after which Python takes the interpreter from a thread that another one waits for. With
 #: its default of 5 ms a job at work holds up the GUI's thread several times in each paint.
-SWITCH = 0.0005
+SWITCH_INTERVAL = 0.0005
 
 
 class Job:
@@ -127,7 +127,7 @@ class Jobs(QObject):
         self._lock = threading.Lock()
         self._closing = False
         self._count = 0
-        sys.setswitchinterval(SWITCH)
+        sys.setswitchinterval(SWITCH_INTERVAL)
         self._moved.connect(self._show_progress, Qt.ConnectionType.QueuedConnection)
         self._over.connect(self._deliver, Qt.ConnectionType.QueuedConnection)
 
@@ -199,7 +199,7 @@ class Jobs(QObject):
         if (job := self._newest.pop(key, None)) is not None:
             job.cancel()
 
-    def close(self, patience: float = PATIENCE) -> bool:
+    def close(self, patience: float = THREAD_TIMEOUT) -> bool:
         """Cancel all jobs and wait for them; later ones are cancelled before they begin.
 
         Parameters

@@ -11,14 +11,14 @@ from PySide6.QtCore import QObject, Signal
 
 from forcelab.demonstration import Demonstration
 
-__all__ = ["SHORTEST_SPAN", "Looking", "Snap"]
+__all__ = ["SHORTEST_SPAN", "Snap", "ViewState"]
 
 #: The closest look at the time axis, in seconds.
 SHORTEST_SPAN = 1e-4
 #: Times closer than this are the same, in seconds.
-DUST = 1e-9
+SHORTEST_MARK = 1e-9
 #: How many samples a span holds at least.
-FEWEST = 5
+FEWEST_SAMPLES = 5
 #: Where in the span the cursor comes to lie when it left it: near the start while playing, so that
 #: the span turns like a page; otherwise in the middle.
 PAGE, MIDDLE = 0.05, 0.5
@@ -32,7 +32,7 @@ class Snap:
     kind: Literal["contact", "edge", "frame", "sample"]
 
 
-class Looking(QObject):
+class ViewState(QObject):
     """The part of the window's state that says where one looks; all times in seconds.
 
     Attributes
@@ -115,7 +115,7 @@ class Looking(QObject):
         """The shortest span that is shown, in seconds: a few samples."""
         if self.demonstration is None:
             return SHORTEST_SPAN
-        return max(SHORTEST_SPAN, FEWEST * self.demonstration.period)
+        return max(SHORTEST_SPAN, FEWEST_SAMPLES * self.demonstration.period)
 
     def set_span(self, start: float, end: float) -> None:
         """Show ``[start, end]`` in seconds, kept within the demonstration."""
@@ -156,8 +156,8 @@ class Looking(QObject):
             if times is None or not len(times):
                 continue
             # A time within float dust of a frame is on that frame.
-            here = int(np.searchsorted(times, time + DUST, side="right")) - 1
-            on_it = here >= 0 and time - times[here] <= DUST
+            here = int(np.searchsorted(times, time + SHORTEST_MARK, side="right")) - 1
+            on_it = here >= 0 and time - times[here] <= SHORTEST_MARK
             target = here + count if count > 0 or on_it else here + count + 1
             there = float(times[min(max(target, 0), len(times) - 1)])
             if (there - time) * count > 0:

@@ -10,20 +10,20 @@ import gc
 
 from forcelab.gui.document import Document
 
-__all__ = ["tidy_between_demonstrations"]
+__all__ = ["collect_between_demonstrations"]
 
 #: A full search comes after so many of the middle generation, where ten are Python's own choice.
-SELDOM = 1000
+GC_THRESHOLD = 1000
 
 
-def tidy_between_demonstrations(document: Document) -> None:
+def collect_between_demonstrations(document: Document) -> None:
     """Search in full whenever another demonstration is opened, and else hardly ever."""
     young, middle, _ = gc.get_threshold()
-    gc.set_threshold(young, middle, SELDOM)
-    document.demonstration_changed.connect(_tidy)
+    gc.set_threshold(young, middle, GC_THRESHOLD)
+    document.demonstration_changed.connect(_collect)
 
 
-def _tidy() -> None:
+def _collect() -> None:
     """Search now; what is left is there to stay for a while, and need not be looked at again."""
     gc.unfreeze()
     gc.collect()

@@ -1,17 +1,18 @@
-"""The menu bar, in the order of the table of commands."""
+"""The menu bar, in the order of the table of commands, with recent projects and others' tracks."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from pathlib import Path
 
 from PySide6.QtGui import QAction, QActionGroup
-from PySide6.QtWidgets import QMainWindow, QMenu, QTabWidget
+from PySide6.QtWidgets import QMainWindow, QMenu, QTabWidget, QWidget
 
 from forcelab.gui import settings
+from forcelab.gui.document import Document
 from forcelab.gui.shortcuts import COMMANDS
-
-__all__ = ["fill_menus", "follow_tabs", "follow_view"]
-
+from forcelab.gui.text import escape_ampersands
 
 #: Commands that a line stands above: their menus are too long to be searched for one entry.
 _BEGINNING = frozenset(
@@ -68,7 +69,7 @@ def fill_menus(
     chosen = settings.text("window/theme", "system")
     themes = [commands[f"theme_{choice}"] for choice in ("light", "dark", "system")]
     view.addMenu("Theme").addActions(themes)
-    _one_of(window, themes)
+    _exclusive_group(window, themes)
     commands[f"theme_{chosen}"].setChecked(True)
 
 
@@ -82,14 +83,71 @@ def follow_view(commands: Mapping[str, QAction], seen: bool) -> None:
 
 def follow_tabs(tabs: QTabWidget, actions: Sequence[QAction]) -> None:
     """Check the action of the tab that is in front; there is one for each tab."""
-    _one_of(tabs, actions)
+    _exclusive_group(tabs, actions)
     tabs.currentChanged.connect(lambda index: actions[index].setChecked(True))
     actions[tabs.currentIndex()].setChecked(True)
 
 
-def _one_of(parent: QMainWindow | QTabWidget, actions: Sequence[QAction]) -> None:
+def _exclusive_group(parent: QMainWindow | QTabWidget, actions: Sequence[QAction]) -> None:
     """Of these actions one is checked at a time."""
     group = QActionGroup(parent)
     for action in actions:
         action.setCheckable(True)
         group.addAction(action)
+
+
+class RecentProjects(QMenu):
+    """Projects opened last, the latest first; what is no longer where it was can be located.
+
+    Parameters
+    ----------
+    opening : callable
+        Opens the project at a path.
+    """
+
+    def __init__(self, opening: Callable[[Path], object], parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setTitle("Open recent")
+        self.setToolTipsVisible(True)
+        self._opening = opening
+        self.aboutToShow.connect(self._list)
+
+    def _list(self) -> None:
+        """Offer the projects, and say which are not found."""
+        self.clear()
+        for path in settings.recent_projects():
+            text = path.name if settings.is_folder(path) else f"{path.name} (not found)"
+            action = self.addAction(escape_ampersands(text), partial(self._opening, path))
+            action.setToolTip(str(path))
+        if self.isEmpty():
+            self.addAction("No project was open before").setEnabled(False)
+
+
+class ShownTracks(QMenu):
+    """A check mark for each other author of the open demonstration."""
+
+    def __init__(self, document: Document, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setTitle("Other tracks")
+        self._document = document
+        self.aboutToShow.connect(self._list)
+
+    def _list(self) -> None:
+        """Offer the authors that there are now."""
+        self.clear()
+        document = self._document
+        if document.coding_blind:
+            self.addAction("Hidden until your blind coding is done").setEnabled(False)
+            return
+        for author in document.other_authors():
+            action = self.addAction(escape_ampersands(author))
+            action.setCheckable(True)
+            action.setChecked(author not in document.hidden_authors)
+            action.toggled.connect(partial(self._show, author))
+        if self.isEmpty():
+            self.addAction("Nobody else has labelled this").setEnabled(False)
+
+    def _show(self, author: str, shown: bool) -> None:
+        """Show or hide one author's tracks."""
+        hidden = self._document.hidden_authors
+        self._document.set_hidden_authors(hidden - {author} if shown else hidden | {author})

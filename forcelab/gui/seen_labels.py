@@ -12,10 +12,10 @@ from forcelab.vocabulary import Vocabulary
 if TYPE_CHECKING:
     from forcelab.review.run_result import Outcome
 
-__all__ = ["Seen", "seen_by"]
+__all__ = ["VisibleLabels", "visible_to"]
 
 
-class Seen(NamedTuple):
+class VisibleLabels(NamedTuple):
     """What a coder may see.
 
     Parameters
@@ -36,9 +36,9 @@ class Seen(NamedTuple):
     like: Vocabulary
 
 
-def seen_by(
+def visible_to(
     author: str, demonstration: Demonstration, project: Project, outcome: Outcome | None
-) -> Seen:
+) -> VisibleLabels:
     """What a coder may see of a demonstration; what is hidden does not show in actions either.
 
     Raises
@@ -64,4 +64,4 @@ def seen_by(
         from forcelab.review.run_result import vocabulary_of
 
         like = vocabulary_of(project, outcome)
-    return Seen(others, listed, painted, like)
+    return VisibleLabels(others, listed, painted, like)

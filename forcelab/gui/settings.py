@@ -34,12 +34,12 @@ __all__ = [
     "is_folder",
     "key_of",
     "number",
-    "put",
     "reaction_ms",
     "recent_projects",
     "remember_coder",
     "remember_project",
     "settings",
+    "store",
     "strings",
     "text",
 ]
@@ -107,7 +107,7 @@ def data(key: str, default: bytes = b"") -> bytes:
     return _read(key, default, lambda stored: base64.b64decode(stored, validate=True))
 
 
-def put(key: str, value: str | float | bool | bytes | Sequence[str]) -> None:
+def store(key: str, value: str | float | bool | bytes | Sequence[str]) -> None:
     """Remember a value, at once also on disk.
 
     Where the disk refuses it is remembered until the program ends, and the log says so.
@@ -142,7 +142,7 @@ def remember_project(path: Path) -> None:
     """Put a project at the head of the recent ones."""
     here = str(Path(path).resolve())
     others = [known for known in strings("projects/recent") if known != here]
-    put("projects/recent", [here, *others][:RECENT])
+    store("projects/recent", [here, *others][:RECENT])
 
 
 def is_folder(path: Path) -> bool:
@@ -155,7 +155,7 @@ def is_folder(path: Path) -> bool:
 
 def forget_project(path: Path) -> None:
     """Leave a project out of the recent ones."""
-    put("projects/recent", [known for known in strings("projects/recent") if known != str(path)])
+    store("projects/recent", [known for known in strings("projects/recent") if known != str(path)])
 
 
 def coder(project: Path | None = None, known: Collection[str] = ()) -> str:
@@ -183,10 +183,10 @@ def coder(project: Path | None = None, known: Collection[str] = ()) -> str:
 def remember_coder(project: Path | None, name: str) -> None:
     """Keep who labels in a project, and the last names that were given in any."""
     if project is not None:
-        put(key_of("coders", project), name)
+        store(key_of("coders", project), name)
     others = [known for known in strings("coder/names") if known != name]
-    put("coder/names", [name, *others][:RECENT])
-    put("coder/name", name)
+    store("coder/names", [name, *others][:RECENT])
+    store("coder/name", name)
 
 
 def key_of(section: str, project: Path) -> str:

@@ -17,8 +17,7 @@ from PySide6.QtWidgets import QWidget
 from forcelab.errors import InputError
 from forcelab.gui import settings
 from forcelab.gui.commands import COMMANDS, GROUPS, Command
-from forcelab.gui.held_shortcuts import held_shortcuts
-from forcelab.gui.typing_guard import guard
+from forcelab.gui.key_events import guard_typing, held_shortcuts
 from forcelab.vocabulary import KEYS, Vocabulary
 
 __all__ = ["COMMANDS", "GROUPS", "Keys", "bind", "collision", "key_name", "keys"]
@@ -160,7 +159,7 @@ class Keys(QObject):
     def _remember(self, command: str) -> None:
         """Store what differs from the defaults, so that better defaults reach everybody."""
         if self.changed_by_coder(command):
-            settings.put(f"keys/{command}", self._bound[command])
+            settings.store(f"keys/{command}", self._bound[command])
         else:
             settings.forget(f"keys/{command}")
 
@@ -176,7 +175,7 @@ def bind(
 ) -> dict[str, QAction]:
     """Make the actions of some commands: for the widget's keys, and to be put into menus.
 
-    A field in which one types keeps the keys that it needs (:mod:`forcelab.gui.typing_guard`).
+    A field in which one types keeps the keys that it needs (:mod:`forcelab.gui.key_events`).
 
     Parameters
     ----------
@@ -198,7 +197,7 @@ def bind(
         If there is no such command.
     """
     bound = bound or keys()
-    guard()
+    guard_typing()
     made = {id_: _action(widget, _BY_ID[id_], handler) for id_, handler in handlers.items()}
     _Following(made, bound, widget)
     return made

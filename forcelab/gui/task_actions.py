@@ -8,14 +8,14 @@ from contextlib import contextmanager
 from PySide6.QtCore import QObject, Signal
 
 from forcelab.errors import ForcelabError
-from forcelab.gui.looking import Looking
+from forcelab.gui.looking import ViewState
 from forcelab.project import Project, UndoResult
 from forcelab.vocabulary import Action, Vocabulary
 
 __all__ = ["TaskActions"]
 
 
-class TaskActions(Looking):
+class TaskActions(ViewState):
     """The part of the window's state that says what can be painted.
 
     Attributes

@@ -1,7 +1,11 @@
-"""The window's looks: palette and style sheet made of its colours, and the system's choice."""
+"""The window's theme.
+
+Its colours, light and dark, the palette and style sheet made of them, and the system's choice.
+"""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import cache
 from typing import Literal
 
@@ -9,10 +13,116 @@ from PySide6.QtCore import QObject, Qt, Signal
 from PySide6.QtGui import QColor, QGuiApplication, QPalette
 from PySide6.QtWidgets import QApplication, QWidget
 
-from forcelab.gui.figures.shades import mixed
-from forcelab.gui.theme_colours import DARK, LIGHT, Colours
+from forcelab.gui.figures.colormap import mixed
+from forcelab.gui.figures.figure import Theme
 
-__all__ = ["DARK", "LIGHT", "Choice", "Colours", "apply", "colours", "dress", "palette", "themes"]
+
+@dataclass(frozen=True)
+class Colours(Theme):
+    """The colours of the window, each as ``"#rrggbb"``.
+
+    Text and muted text can be read on `background`, `panel` and `panel_edge`; `on_unlabelled` is
+    the text for unlabelled time.
+
+    Parameters
+    ----------
+    on_unlabelled : str
+        Text and lines on unlabelled time.
+    panel, panel_edge : str
+        Behind docks, tool bars and gutters; the lines and buttons on them.
+    accent, accent_text : str
+        What is selected or pressed; text on it.
+    warning, trouble : str
+        Sentences that warn, and that say what went wrong.
+    curves : tuple of str
+        Eight colours of curves on `background`, found by a search: at least 24 apart (CIE76) for
+        normal and simulated colour-blind vision (Machado, Oliveira and Fernandes 2009). The same
+        place has a similar hue in both themes.
+    cursor : str
+        The line at the cursor; seen on `background` and on unlabelled time.
+    range, hint : str
+        The marked range (drawn translucent); where an edge would snap.
+    """
+
+    on_unlabelled: str
+    panel: str
+    panel_edge: str
+    accent: str
+    accent_text: str
+    warning: str
+    trouble: str
+    curves: tuple[str, ...]
+    cursor: str
+    range: str
+    hint: str
+
+    @property
+    def dark(self) -> bool:
+        """Whether text is lighter than its ground."""
+        return QColor(self.text).lightnessF() > QColor(self.background).lightnessF()
+
+
+LIGHT = Colours(
+    background="#ffffff",
+    text="#1c1f24",
+    muted="#565d68",
+    grid="#e7e9ed",
+    frame="#aab0ba",
+    unlabelled="#ffffff",
+    on_unlabelled="#1c1f24",
+    panel="#f3f4f6",
+    panel_edge="#dfe2e7",
+    accent="#1f64b4",
+    accent_text="#ffffff",
+    warning="#8a5300",
+    trouble="#b3261e",
+    curves=(
+        "#258cf4",
+        "#da730b",
+        "#4c0891",
+        "#f42559",
+        "#054a61",
+        "#59500d",
+        "#c76bb0",
+        "#590d20",
+    ),
+    cursor="#d3202e",
+    range="#1f64b4",
+    hint="#a8348f",
+)
+
+#: Unlabelled time stays light in the dark theme: the actions' colours, black among them, were
+#: chosen for a white ground and keep their meaning only on one. Softened, so that an empty track
+#: does not glare; on no dark ground are black and blue both seen.
+DARK = Colours(
+    background="#16191e",
+    text="#e6e8ec",
+    muted="#a3aab5",
+    grid="#2a2f37",
+    frame="#59616d",
+    unlabelled="#ced3da",
+    on_unlabelled="#1c1f24",
+    panel="#1f2329",
+    panel_edge="#343a44",
+    accent="#2f74c8",
+    accent_text="#ffffff",
+    warning="#f0b75a",
+    trouble="#ff8a80",
+    curves=(
+        "#85a7e0",
+        "#da8d0b",
+        "#8a5cd6",
+        "#e2368c",
+        "#55f6f6",
+        "#c4f76e",
+        "#ebd4ad",
+        "#1f7a36",
+    ),
+    cursor="#dc343b",
+    range="#5aa9ff",
+    hint="#c83ca0",
+)
+
 
 Choice = Literal["light", "dark", "system"]
 
@@ -74,20 +184,21 @@ def colours() -> Colours:
     return themes().colours
 
 
-def apply(app: QApplication, choice: Choice) -> None:
+def use_theme(app: QApplication, choice: Choice) -> None:
     """Put a theme on.
 
     Parameters
     ----------
     app : QApplication
-        Gets the Fusion style and a palette; its windows are dressed by :func:`dress`.
+        Gets the Fusion style and a palette; its windows are dressed by
+        :func:`apply_to_application`.
     choice : "light", "dark" or "system"
         ``"system"`` follows the system whenever it changes.
     """
     themes().apply(app, choice)
 
 
-def dress(window: QWidget) -> None:
+def apply_to_application(window: QWidget) -> None:
     """Give a window, and all that belongs to it, what of the theme that is on is no palette.
 
     Whatever wears a style sheet is dressed anew each time that it is put into something else. On

@@ -1,30 +1,58 @@
-"""What the window shows while no project is open: how to begin."""
+"""The page shown while no project is open, and the progress of the sample project."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import (
     QCommandLinkButton,
+    QHBoxLayout,
     QLabel,
+    QPushButton,
     QSizePolicy,
     QVBoxLayout,
     QWidget,
 )
 
 from forcelab.gui import settings
-from forcelab.gui.arranging import copyable
 from forcelab.gui.icons import icon
-from forcelab.gui.sampling import SampleProgress
+from forcelab.gui.layout import ProgressBar, copyable
 from forcelab.jobs import Progress
 
-__all__ = ["Welcome"]
+
+class SampleProgress(QWidget):
+    """A bar and Cancel; hidden while no sample project is being made."""
+
+    cancelled = Signal()
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.bar = ProgressBar("Progress of the sample project")
+        self.bar.setMinimumWidth(480)
+        self.cancel = QPushButton("Cancel")
+        self.cancel.setAccessibleName("Cancel the sample project")
+        self.cancel.clicked.connect(self.cancelled)
+        row = QHBoxLayout(self)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.addWidget(self.bar, 1)
+        row.addWidget(self.cancel)
+        self.bar.show()  # together with Cancel: only now it is no window of its own
+        self.setVisible(False)
+
+    def show_progress(self, progress: Progress | None) -> None:
+        """Show how far it is; None when it is over."""
+        self.setVisible(progress is not None)
+        if progress is not None:
+            told = f"Sample project: {progress.text}"
+            self.bar.show_progress(replace(progress, text=f"{told} · %p %"))
+
 
 #: How many recent projects are offered.
-SHOWN = 5
+RECENT_SHOWN = 5
 
 
 class Welcome(QWidget):
@@ -90,7 +118,7 @@ class Welcome(QWidget):
         while (item := self._recent.takeAt(0)) is not None:
             if (old := item.widget()) is not None:
                 old.deleteLater()
-        for path in projects[:SHOWN]:
+        for path in projects[:RECENT_SHOWN]:
             here, more = partial(self.chosen.emit, path), str(path.parent)
             if not settings.is_folder(path):
                 more = f"Not found in {more}; click to locate it."

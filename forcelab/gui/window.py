@@ -20,28 +20,25 @@ from PySide6.QtWidgets import (
 )
 
 from forcelab.formats.signatures import is_bag_folder
-from forcelab.gui import asking, settings, theme
-from forcelab.gui.arranging import Dock, DockedWindow
+from forcelab.gui import dialogs, settings, theme
+from forcelab.gui.author_choice import AuthorChoice
 from forcelab.gui.capture.tab import ENDLESS, CaptureTab
-from forcelab.gui.choosing import take_copies
-from forcelab.gui.coders import CoderChoice
-from forcelab.gui.demonstrations import DemonstrationList
+from forcelab.gui.demonstration_list import DemonstrationList
 from forcelab.gui.document import Document
+from forcelab.gui.file_dialogs import accept_as_copy
 from forcelab.gui.jobs import Jobs
-from forcelab.gui.label import verbs
+from forcelab.gui.label import commands
 from forcelab.gui.label.workspace import LabelWorkspace
-from forcelab.gui.menus import fill_menus, follow_tabs, follow_view
-from forcelab.gui.opening import Opening, sample_place
-from forcelab.gui.recent import RecentProjects
-from forcelab.gui.review.tab import UNHURRIED, ReviewTab
-from forcelab.gui.sampling import SampleProgress
+from forcelab.gui.launch_options import LaunchOptions
+from forcelab.gui.layout import Dock, DockedWindow
+from forcelab.gui.menus import RecentProjects, ShownTracks, fill_menus, follow_tabs, follow_view
+from forcelab.gui.project_actions import ProjectActions, sample_place
+from forcelab.gui.review.tab import BACKGROUND_JOBS, ReviewTab
 from forcelab.gui.shortcuts import bind
-from forcelab.gui.shown_tracks import ShownTracks
-from forcelab.gui.start import Start
-from forcelab.gui.status_line import StatusLine
-from forcelab.gui.tradeoff.jobs import MEASURING
+from forcelab.gui.status_bar import StatusLine
+from forcelab.gui.tradeoff.measuring import MEASURING
 from forcelab.gui.tradeoff.tab import TradeoffTab
-from forcelab.gui.welcome import Welcome
+from forcelab.gui.welcome import SampleProgress, Welcome
 from forcelab.jobs import Progress
 
 __all__ = ["Window"]
@@ -58,7 +55,7 @@ TIDY_MS = 30_000
 #: The list's width at first, at least and at most, in pixels.
 NARROWEST, WIDEST = 180, 250
 #: The share of the time that such looks may take, in a project with thousands of tracks.
-LOOK_SHARE = 0.05
+VIEW_SHARE = 0.05
 
 
 class Window(DockedWindow):
@@ -78,7 +75,7 @@ class Window(DockedWindow):
         self._remembering = remembering
         self.document = Document(author or settings.coder(), self)
         self.jobs = Jobs(self)
-        self.opening = Opening(
+        self.opening = ProjectActions(
             self.document, self.jobs, self, remembering=remembering, author=author
         )
         self.label = LabelWorkspace(self.document, self.jobs, self)
@@ -86,7 +83,7 @@ class Window(DockedWindow):
         self.capture = CaptureTab(self.document, self.jobs)
         self.tradeoff = TradeoffTab(self.document, self.jobs, self.review.learning)
         self.demonstrations = DemonstrationList(self.document)
-        self._welcome, self._coders = Welcome(), CoderChoice(self.document)
+        self._welcome, self._coders = Welcome(), AuthorChoice(self.document)
         self._sample = SampleProgress()
         self._line = StatusLine(self.document)
         self._dock = Dock("Demonstrations", self)
@@ -131,7 +128,7 @@ class Window(DockedWindow):
 
     # What the program does with the window
 
-    def begin(self, start: Start) -> bool:
+    def begin(self, start: LaunchOptions) -> bool:
         """Show what the program was started for; gives whether a project is there."""
         self.show_workspace(start.workspace)
         project = start.project
@@ -140,7 +137,7 @@ class Window(DockedWindow):
             if project is not None and not self.opening.is_found(project):
                 return False
             if project is None and not settings.flag("window/begun"):
-                settings.put("window/begun", True)
+                settings.store("window/begun", True)
                 self.opening.make_sample(sample_place(), asked=False)
         if project is None or not self.opening.open(project, start.demonstration):
             return False
@@ -171,7 +168,7 @@ class Window(DockedWindow):
         A training goes on behind it, and so does a measurement; what they bring comes when they
         are done.
         """
-        behind = UNHURRIED | ENDLESS | {MEASURING}
+        behind = BACKGROUND_JOBS | ENDLESS | {MEASURING}
         quiet = behind.issuperset(self.jobs.busy)
         return quiet and self.label.settled and self.tradeoff.settled
 
@@ -222,15 +219,15 @@ class Window(DockedWindow):
 
     def dragEnterEvent(self, event: QDragEnterEvent) -> None:
         """Take files, and folders of projects."""
-        take_copies(event)
+        accept_as_copy(event)
 
     def dragMoveEvent(self, event: QDragMoveEvent) -> None:
         """Go on taking them."""
-        take_copies(event)
+        accept_as_copy(event)
 
     def dropEvent(self, event: QDropEvent) -> None:
         """Open a project that was dropped, or import recordings."""
-        paths = take_copies(event)
+        paths = accept_as_copy(event)
         if not paths:
             return
         folders = [path for path in paths if path.is_dir() and not is_bag_folder(path)]
@@ -300,13 +297,18 @@ class Window(DockedWindow):
         choices: tuple[theme.Choice, ...] = ("light", "dark", "system")
         for choice in choices:
             handlers[f"theme_{choice}"] = partial(self._set_theme, choice)
-        label = verbs.handlers(document, self.label.tracks, self.label.player, self)
+        label = commands.handlers(document, self.label.tracks, self.label.player, self)
         shown = self.demonstrations.model.ids
-        dialogs = asking.handlers(document, self.jobs, self, lambda: self.commands, shown)
+        dialog_handlers = dialogs.handlers(document, self.jobs, self, lambda: self.commands, shown)
         # What was begun last is taken back where it can be seen.
         cancel = {"cancel": lambda: self.capture.cancel() or label["cancel"]()}
         return (
-            handlers | label | cancel | dialogs | self.review.handlers() | self.capture.handlers()
+            handlers
+            | label
+            | cancel
+            | dialog_handlers
+            | self.review.handlers()
+            | self.capture.handlers()
         )
 
     def _workspace_changed(self, index: int) -> None:
@@ -354,7 +356,7 @@ class Window(DockedWindow):
         began = time.monotonic()
         self.document.refresh()
         took = 1000 * (time.monotonic() - began)
-        self._look.setInterval(max(LOOK_MS, round(took / LOOK_SHARE)))
+        self._look.setInterval(max(LOOK_MS, round(took / VIEW_SHARE)))
 
     def _title(self) -> None:
         """Name what is open in the window's title."""
@@ -381,18 +383,18 @@ class Window(DockedWindow):
         """Put on another theme and remember it."""
         application = QApplication.instance()
         assert isinstance(application, QApplication)
-        theme.apply(application, choice)
-        settings.put("window/theme", choice)
+        theme.use_theme(application, choice)
+        settings.store("window/theme", choice)
         self.commands[f"theme_{choice}"].setChecked(True)
 
     def _dress(self) -> None:
         """Look like the theme."""
-        theme.dress(self)
+        theme.apply_to_application(self)
 
     def _remember_layout(self) -> None:
         """Keep the layout for the next time."""
-        settings.put("window/geometry", bytes(self.saveGeometry().data()))
-        settings.put("window/layout", bytes(self.saveState(LAYOUT).data()))
+        settings.store("window/geometry", bytes(self.saveGeometry().data()))
+        settings.store("window/layout", bytes(self.saveState(LAYOUT).data()))
         self.label.take_back()  # its layout is the one in which nothing is lent
         self.label.remember_layout()
         self.review.remember_layout()

@@ -16,7 +16,7 @@ from PySide6.QtGui import QPaintEvent
 
 from forcelab.gui import window as program
 from forcelab.gui.app import run
-from forcelab.gui.start import Start
+from forcelab.gui.launch_options import LaunchOptions
 
 __all__: list[str] = []
 
@@ -45,4 +45,4 @@ class _Told(program.Window):
 
 if __name__ == "__main__":
     program.Window = _Told  # type: ignore[misc]
-    sys.exit(run(Start(project=Path(sys.argv[1]) if len(sys.argv) > 1 else None)))
+    sys.exit(run(LaunchOptions(project=Path(sys.argv[1]) if len(sys.argv) > 1 else None)))

@@ -23,7 +23,7 @@ from PySide6.QtCore import QTimer
 from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
 from forcelab.gui.jobs import Job
-from forcelab.gui.review.training_jobs import BACKGROUND
+from forcelab.gui.review.training_backend import BACKGROUND
 from forcelab.gui.window import Window
 from forcelab.jobs import Progress
 from forcelab.labels import Segment, Track

@@ -34,16 +34,15 @@ from forcelab.capture.emulator import VirtualOptoForce, rows
 from forcelab.demonstration import Channel, Demonstration, VideoReference
 from forcelab.errors import InputError
 from forcelab.gui import theme
-from forcelab.gui.capture.phase import Phase
-from forcelab.gui.capture.recognising import Choice
+from forcelab.gui.capture.controller import CaptureState
+from forcelab.gui.capture.live_model import RecogniserSelection
 from forcelab.gui.capture.workspace import CaptureWorkspace
 from forcelab.gui.label.overview import Overview
-from forcelab.gui.label.scalogram import ScalogramPanel
-from forcelab.gui.label.scalogram_asking import PATIENCE
-from forcelab.gui.memory import tidy_between_demonstrations
-from forcelab.gui.panel import TimePanel
-from forcelab.gui.picture import without_chatter
-from forcelab.gui.platform import require_qt
+from forcelab.gui.label.scalogram import LOADING_DELAY_MS, ScalogramPanel
+from forcelab.gui.memory import collect_between_demonstrations
+from forcelab.gui.qt_check import require_qt
+from forcelab.gui.screenshot import quiet_qt
+from forcelab.gui.time_panel import TimePanel
 from forcelab.gui.window import Window
 from forcelab.jobs import Progress
 from forcelab.labels import Segment, Segments, Track
@@ -81,8 +80,8 @@ def stage() -> Iterator[Path]:
     require_qt()
     running = QApplication.instance()
     application = running if isinstance(running, QApplication) else QApplication(["forcelab"])
-    without_chatter()
-    theme.apply(application, "light")
+    quiet_qt()
+    theme.use_theme(application, "light")
     before = os.environ.get("FORCELAB_SETTINGS")
     # A waiting event loop has to wake up to see that something took too long.
     wake = QTimer()
@@ -115,7 +114,7 @@ def shown(project: Path | None = None, size: tuple[int, int] = SIZE) -> Iterator
         Everything in it is there.
     """
     window = Window(AUTHOR, remembering=False)
-    tidy_between_demonstrations(window.document)
+    collect_between_demonstrations(window.document)
     window.resize(*size)
     window.show()
     window.activateWindow()
@@ -650,7 +649,7 @@ FIRST, EXACT = "first scalogram", "exact scalogram"
 #: then made shorter.
 SPANS, NEARER = (4_000, 65_000, 1_000_000), 0.01
 #: Of exact pictures; a span rests for a while before it is computed.
-PROMPT = Bound("p95", PATIENCE / 1000 + 0.150)
+PROMPT = Bound("p95", LOADING_DELAY_MS / 1000 + 0.150)
 WAYS = ("never seen", "seen before", "from its file")
 
 #: Seconds to the first and to the exact picture.
@@ -1167,7 +1166,7 @@ def measuring_capture(
         for daq in daqs:
             page.sources.add(f"optoforce:{daq.port}")
         page.connect_button.click()
-        until(lambda: page.session.phase is Phase.READY)
+        until(lambda: page.session.phase is CaptureState.READY)
         watched = _Frames(page.live)
         for recognised in (False, True):
             for channel in ("", "tangential 1"):
@@ -1188,7 +1187,7 @@ def _choose(page: CaptureWorkspace, channel: str, recogniser: Path | None) -> No
     if (recogniser is None) == (recognising.choice is None):
         return
     recognising.set_latency(LATENCY)
-    recognising.choose(None if recogniser is None else Choice("measured", recogniser))
+    recognising.choose(None if recogniser is None else RecogniserSelection("measured", recogniser))
     until(lambda: recogniser is None or recognising.glimpse is not None)
 
 

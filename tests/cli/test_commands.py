@@ -25,7 +25,7 @@ from forcelab.cli.files import file_names
 from forcelab.cli.parser import build_parser
 from forcelab.formats.recording import ReadOptions
 from forcelab.formats.table.labels import read_labels
-from forcelab.gui.platform import QtPlatform
+from forcelab.gui.qt_check import QtPlatform
 from forcelab.project import Project
 from forcelab.recognition.presets import PRESETS
 from forcelab.recognition.settings import CLASSIFIERS
@@ -272,7 +272,7 @@ def test_the_list_tells_what_is_left_to_label(forcelab, project):
 
 
 def test_doctor_tries_everything_and_finds_this_machine_well(forcelab):
-    from forcelab.gui.faults import log_file
+    from forcelab.gui.exception_hook import log_file
 
     said = forcelab("doctor", "--json")
     findings = {finding["what"]: finding for finding in said.json}
@@ -287,7 +287,7 @@ def test_doctor_names_what_is_missing_and_the_cure(forcelab, monkeypatch):
     monkeypatch.setitem(sys.modules, "cv2", None)
     monkeypatch.setattr("forcelab.cli.examining._version", lambda _: None)
     here = QtPlatform("6.8", "offscreen", fonts=3)
-    monkeypatch.setattr("forcelab.gui.platform.probe", lambda: here)
+    monkeypatch.setattr("forcelab.gui.qt_check.probe", lambda: here)
     said = forcelab("doctor", "--json")
     findings = {finding["what"]: finding for finding in said.json}
     assert said.status == 1

@@ -137,7 +137,7 @@ def test_a_task_that_cannot_be_evaluated_does_not_keep_the_others(forcelab, proj
 
 
 def test_figures_have_the_colours_of_the_window(forcelab, project, tmp_path, monkeypatch):
-    from forcelab.gui.figures.timelines import TimelinePairs
+    from forcelab.gui.figures.pairs import TimelinePairs
     from forcelab.review.run_result import latest, vocabulary_of
 
     drawn = []

@@ -170,9 +170,9 @@ def test_one_task_and_one_coder_can_be_asked_for(forcelab, project):
 
 
 def test_without_a_project_it_is_the_sample_project(forcelab, project, monkeypatch):
-    from forcelab.gui import opening
+    from forcelab.gui import project_actions
 
-    monkeypatch.setattr(opening, "sample_place", lambda: project)
+    monkeypatch.setattr(project_actions, "sample_place", lambda: project)
     said = forcelab("measure", "recognition", "--quick", "--thorough")
     assert "foam, 2 demonstrations" in said.out
 
@@ -181,7 +181,7 @@ def test_a_sample_project_that_is_not_there_is_made_for_as_long_as_needed(
     forcelab, project, monkeypatch, tmp_path
 ):
     from forcelab import sample
-    from forcelab.gui import opening
+    from forcelab.gui import project_actions
 
     places = []
 
@@ -191,7 +191,7 @@ def test_a_sample_project_that_is_not_there_is_made_for_as_long_as_needed(
         make(path, labelled=2, bare=0)
 
     monkeypatch.setattr(sample, "making", making)
-    monkeypatch.setattr(opening, "sample_place", lambda: tmp_path / "sample.forcelab")
+    monkeypatch.setattr(project_actions, "sample_place", lambda: tmp_path / "sample.forcelab")
     assert "foam, 2 demonstrations" in forcelab("measure", "recognition", "--quick").out
     assert not places[0].exists()
     assert not (tmp_path / "sample.forcelab").exists()

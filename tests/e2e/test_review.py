@@ -17,7 +17,7 @@ from waiting import PATIENCE
 
 from forcelab.clock import ClockMap
 from forcelab.demonstration import VideoReference
-from forcelab.gui.review import remembered
+from forcelab.gui.review import training_preferences
 from forcelab.labels import Track
 from forcelab.project import Project
 from forcelab.recognition.presets import preset
@@ -47,7 +47,7 @@ def project(tmp_path):
 def cheap(tmp_path, monkeypatch, project):
     """The settings file remembers how the task was trained last."""
     monkeypatch.setenv("FORCELAB_SETTINGS", str(tmp_path / "settings.ini"))
-    remembered.remember(project, "foam", SETTINGS)
+    training_preferences.remember(project, "foam", SETTINGS)
 
 
 def tracks(path):

@@ -8,10 +8,11 @@ from PySide6.QtCore import QUrl, qVersion
 from PySide6.QtWidgets import QApplication, QLabel
 
 from forcelab import __version__
-from forcelab.gui import about, asking, settings
-from forcelab.gui.about import AboutDialog, ManualDialog
+from forcelab.gui import dialogs, settings
+from forcelab.gui import help as help_module
 from forcelab.gui.document import Document
-from forcelab.gui.faults import log_file
+from forcelab.gui.exception_hook import log_file
+from forcelab.gui.help import AboutDialog, ManualDialog
 from forcelab.resources import versions
 
 
@@ -39,13 +40,13 @@ def test_all_of_it_can_be_copied_for_a_report(dialog):
 
 
 def test_the_manual_is_the_installed_one_without_pictures_that_are_not(app):
-    shown = ManualDialog(about.manual())
+    shown = ManualDialog(help_module.manual())
     text = shown.pages.toPlainText()
     assert text.startswith("forcelab\n")
     assert "Ctrl+" in text
     assert "\N{OBJECT REPLACEMENT CHARACTER}" not in text
-    assert not re.findall(r"\]\((?!#|http).*?\)", about.manual())  # files that are not there
-    assert "](#" in about.manual()
+    assert not re.findall(r"\]\((?!#|http).*?\)", help_module.manual())  # files that are not there
+    assert "](#" in help_module.manual()
     shown.deleteLater()
 
 
@@ -79,8 +80,8 @@ def test_wide_output_is_broken_and_tables_stand_apart(app):
 
 
 def test_where_no_manual_is_installed_it_is_said(app, monkeypatch):
-    monkeypatch.setattr(about, "manual", lambda: "")
+    monkeypatch.setattr(help_module, "manual", lambda: "")
     document, said = Document("Ada"), []
     document.said.connect(lambda sentence, trouble: said.append((sentence, trouble)))
-    asking.show_manual(document, None)
+    dialogs.show_manual(document, None)
     assert said == [("The manual is not installed here.", True)]

@@ -7,7 +7,14 @@ import pytest
 from PySide6.QtCore import QRect, QSize, Qt
 from PySide6.QtWidgets import QLabel, QWidget
 
-from forcelab.gui.arranging import FRAME, copyable, muted, placeholder, resize_on_screen, toned
+from forcelab.gui.layout import (
+    FRAME,
+    copyable,
+    muted_label,
+    placeholder,
+    resize_on_screen,
+    set_tone,
+)
 
 SMALL = QRect(0, 0, 960, 540)
 
@@ -32,7 +39,7 @@ def test_a_window_is_no_larger_than_its_screen_with_its_frame(app, wanted, got):
     window.deleteLater()
 
 
-@pytest.mark.parametrize("make", [copyable, muted, placeholder, partial(toned, "warning")])
+@pytest.mark.parametrize("make", [copyable, muted_label, placeholder, partial(set_tone, "warning")])
 def test_a_name_that_looks_like_markup_is_shown_as_it_is(app, make):
     said = "Nobody labelled <b>this</b> here."
     room = QLabel(said, textFormat=Qt.TextFormat.PlainText).sizeHint().width()

@@ -17,12 +17,17 @@ from PySide6.QtWidgets import QInputDialog, QLabel, QPushButton
 
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.gui import theme
-from forcelab.gui.demonstrations import DemonstrationList
+from forcelab.gui.demonstration_list import DemonstrationList, OrderButton
+from forcelab.gui.demonstration_model import (
+    DemonstrationModel,
+    DemonstrationRow,
+    TaskGroup,
+    grouped,
+    percent,
+    rows_of,
+)
 from forcelab.gui.document import Document
-from forcelab.gui.listing_model import ListingModel
-from forcelab.gui.listing_parts import OrderButton
-from forcelab.gui.listing_rows import Group, Row, grouped, percent, rows_of
-from forcelab.gui.removing import Removal, removal_of
+from forcelab.gui.removal_dialog import Removal, removal_of
 from forcelab.labels import Segment, Track
 from forcelab.project import DemonstrationInfo, Incoming, Project
 from forcelab.project.loading import natural_order
@@ -102,7 +107,7 @@ def shown(listing: DemonstrationList) -> dict[str, list[str]]:
     return {group.task: [row.info.name for row in group.rows] for group in listing.model.groups}
 
 
-def row(listing: DemonstrationList, name: str) -> Row:
+def row(listing: DemonstrationList, name: str) -> DemonstrationRow:
     return next(row for row in listing.model.rows if row.info.name == name)
 
 
@@ -118,7 +123,9 @@ def chosen(listing: DemonstrationList) -> list[str]:
     return [row.info.name for row in listing._chosen()]
 
 
-def entries(listing: DemonstrationList, rows: Sequence[Row | Group]) -> dict[str, QAction]:
+def entries(
+    listing: DemonstrationList, rows: Sequence[DemonstrationRow | TaskGroup]
+) -> dict[str, QAction]:
     """The menu of one row, or of several."""
     menu = listing.menu.made_for(rows[0], rows if len(rows) > 1 else ())
     return {action.text(): action for action in menu.actions() if action.text()}
@@ -154,7 +161,7 @@ def test_the_model_is_as_qt_wants_it(listing, document):
 def test_a_row_tells_ones_own_share_and_who_else_labelled(listing):
     assert (row(listing, "pen-2").share, row(listing, "pen-2").others) == (0.5, (("bert", 0.25),))
     assert row(listing, "block").others == (("net", 0.1),)
-    assert row(listing, "pen-10") == Row(row(listing, "pen-10").info)
+    assert row(listing, "pen-10") == DemonstrationRow(row(listing, "pen-10").info)
     index = listing.model.index_of(row(listing, "pen-2").info.id)
     told = index.data(Qt.ItemDataRole.AccessibleTextRole)
     assert told == "pen-2; Labelled by you: 50 %; Labelled by bert: 25 %; No video"
@@ -400,7 +407,7 @@ def test_what_is_half_labelled_is_never_lost(listing, document, until):
     document.refresh_info()
     assert shown(listing)["stylus"] == ["pen-10"]
     current = listing.model.at(listing.view.currentIndex())
-    assert isinstance(current, Row)
+    assert isinstance(current, DemonstrationRow)
     assert current.info.name == "pen-10"
     document.open_demonstration(id_of(document, "sponge"))
     assert "stylus" not in shown(listing)
@@ -664,7 +671,7 @@ def test_where_there_is_nothing_it_says_what_to_do(listing, document, tmp_path):
 @pytest.mark.parametrize("choice", ["light", "dark"])
 @pytest.mark.parametrize("width", [120, 260, 400])
 def test_every_row_is_painted_within_its_box(app, listing, document, choice, width):
-    theme.apply(app, choice)
+    theme.use_theme(app, choice)
     document.project.assign(id_of(document, "block"), "anna")
     document.open_demonstration(id_of(document, "pen-2"))
     listing.resize(width, 400)
@@ -674,7 +681,7 @@ def test_every_row_is_painted_within_its_box(app, listing, document, choice, wid
     corner = listing.view.viewport().mapTo(listing, QPoint(0, 0))
     stripe = image.pixelColor(corner.x() + 1, corner.y() + box.center().y())
     assert stripe.name() == theme.colours().accent
-    theme.apply(app, "light")
+    theme.use_theme(app, "light")
 
 
 def test_a_tool_tip_of_a_name_that_looks_like_markup_shows_it(listing, document):
@@ -710,8 +717,8 @@ def test_words_are_found_in_name_task_and_id_in_any_order():
     ]
     rows = rows_of(infos, [], "anna")
     assert [group.task for group in grouped(rows, "grüsse", "all")] == ["LEGO", "foam"]
-    assert grouped(rows, " lego TWO ", "all") == (Group("LEGO", (rows[1],)),)
-    assert grouped(rows, f"{2:032x}", "all") == (Group("foam", (rows[2],)),)
+    assert grouped(rows, " lego TWO ", "all") == (TaskGroup("LEGO", (rows[1],)),)
+    assert grouped(rows, f"{2:032x}", "all") == (TaskGroup("foam", (rows[2],)),)
     assert grouped(rows, "", "done") == ()
 
 
@@ -728,7 +735,7 @@ def test_a_number_that_is_searched_finds_names_and_not_by_chance_ids():
 
 
 def test_an_index_that_is_nowhere_is_nothing(app):
-    model = ListingModel()
+    model = DemonstrationModel()
     assert not model.index(0, 0).isValid()
     assert not model.index_of("x").isValid()
     assert model.at(QModelIndex()) is None

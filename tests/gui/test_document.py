@@ -11,7 +11,7 @@ from PySide6.QtCore import QObject
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import ForcelabError
 from forcelab.gui.document import Document
-from forcelab.gui.review.colouring import vocabulary_seen
+from forcelab.gui.review.reviewed_run import reviewed_vocabulary
 from forcelab.labels import Segment, Track
 from forcelab.project import Incoming, Project
 
@@ -290,7 +290,7 @@ def test_what_only_a_model_predicts_looks_as_in_the_review(document):
     # Of the other actions of the run none is predicted here, yet they come first.
     made = outcome_of([tested], ("grab", "twist", "tear", "polish"))
     document.set_outcome(replace(made, tasks=("stylus",)))
-    seen = vocabulary_seen(document)
+    seen = reviewed_vocabulary(document)
     assert "twist" not in document.vocabulary
     assert document.vocabulary["polish"].look == seen["polish"].look
     assert document.vocabulary["grab"].look == seen["grab"].look

@@ -5,9 +5,9 @@ from painted import opened
 from PySide6.QtWidgets import QWidget
 
 from forcelab.gui import settings
-from forcelab.gui.exporting import ExportDialog
+from forcelab.gui.export_dialog import ExportDialog
 from forcelab.gui.jobs import Jobs
-from forcelab.gui.recent import RecentProjects
+from forcelab.gui.menus import RecentProjects
 from forcelab.labels import Segment
 
 GRAB = (Segment(0.0, 0.1, "grab"),)

@@ -10,9 +10,9 @@ from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QApplication, QLabel, QPlainTextEdit, QPushButton, QWidget
 
 from forcelab.errors import InputError
-from forcelab.gui import faults
-from forcelab.gui.fault_dialog import FaultDialog
-from forcelab.gui.review.loss import LossCurves
+from forcelab.gui import exception_hook
+from forcelab.gui.exception_hook import FaultDialog
+from forcelab.gui.review.loss_plot import LossCurves
 
 
 @pytest.fixture
@@ -23,7 +23,7 @@ def said():
 @pytest.fixture
 def watching(app, said):
     window = QWidget()
-    yield faults.Faults(window, said.append)
+    yield exception_hook.ExceptionHook(window, said.append)
     shiboken6.delete(window)
 
 
@@ -42,7 +42,7 @@ def shown(app):
 
 
 def log():
-    return faults.log_file().read_text("utf-8")
+    return exception_hook.log_file().read_text("utf-8")
 
 
 def in_a_slot(function):
@@ -72,7 +72,7 @@ def test_an_error_in_a_slot_is_logged_and_shown_and_the_program_goes_on(watching
     in_a_slot(divide)
     [dialog] = shown()
     assert "Your labels are safe: every stroke was stored when it was made." in text_of(dialog)
-    assert str(faults.log_file()) in text_of(dialog)
+    assert str(exception_hook.log_file()) in text_of(dialog)
     assert "ZeroDivisionError: division by zero" in log()
     assert "in divide" in log()
     went_on = []
@@ -185,7 +185,7 @@ def test_what_qt_says_is_in_the_log_only(watching, shown):
 def test_everything_is_put_back(app):
     before = sys.excepthook, threading.excepthook, list(logging.getLogger("forcelab").handlers)
     window = QWidget()
-    faults.Faults(window, print)
+    exception_hook.ExceptionHook(window, print)
     assert sys.excepthook is not before[0]
     shiboken6.delete(window)
     after = sys.excepthook, threading.excepthook, logging.getLogger("forcelab").handlers
@@ -203,7 +203,7 @@ def test_without_a_folder_for_the_log_the_rest_works(app, tmp_path, monkeypatch,
     (tmp_path / "occupied").write_text("a file, not a folder")
     monkeypatch.setenv("FORCELAB_SETTINGS", str(tmp_path / "occupied" / "settings.ini"))
     window = QWidget()
-    faults.Faults(window, print)
+    exception_hook.ExceptionHook(window, print)
     in_a_slot(divide)
     assert len(shown()) == 1
     assert "ZeroDivisionError" in capsys.readouterr().err
@@ -214,15 +214,15 @@ def test_the_log_is_cut_before_it_grows_large(watching):
     logger = logging.getLogger("forcelab.gui")
     for _ in range(5):
         logger.warning("x" * 400_000)
-    pieces = list(faults.log_file().parent.glob("forcelab.log*"))
+    pieces = list(exception_hook.log_file().parent.glob("forcelab.log*"))
     assert len(pieces) > 1
-    assert all(piece.stat().st_size <= faults.LARGEST for piece in pieces)
+    assert all(piece.stat().st_size <= exception_hook.LARGEST for piece in pieces)
 
 
 def test_the_log_lies_in_the_platforms_folder_for_state(monkeypatch, tmp_path):
     monkeypatch.delenv("FORCELAB_SETTINGS")
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
-    assert faults.log_file() == Path(tmp_path) / "forcelab" / "forcelab.log"
+    assert exception_hook.log_file() == Path(tmp_path) / "forcelab" / "forcelab.log"
 
 
 def test_an_error_in_a_timer_comes_once_however_often_it_fires(watching, shown, until):

@@ -4,8 +4,8 @@ from pictures import pixels
 from PySide6.QtGui import QColor
 
 from forcelab.errors import InputError
+from forcelab.gui.figures.axes import CURVE_COLOURS
 from forcelab.gui.figures.clusters import ClusterFigure, cluster_figure
-from forcelab.gui.figures.curves import CURVES
 
 TIMES = np.arange(0, 8.01, 0.01)
 SIGNAL = np.interp(TIMES, [0, 2, 3, 5, 6, 8], [0, 0, 10, 10, 0, 0])
@@ -22,7 +22,7 @@ def test_bar_and_signal_have_the_colour_of_the_cluster_at_each_time(row, time):
     drawn = figure()
     picture, box = pixels(drawn.image()), drawn.box(row)
     code = CODES[np.searchsorted(TIMES, time)]
-    colour = np.array(QColor(CURVES[code if row == 0 else 3 - code]).getRgb()[:3])
+    colour = np.array(QColor(CURVE_COLOURS[code if row == 0 else 3 - code]).getRgb()[:3])
     x = round(drawn.axis.at(time) * 2)
     assert np.abs(picture[int(box.top() * 2) + 4, x] - colour).max() <= 2
     above = picture[round(box.top() * 2) - 180 : round(box.top() * 2) - 4, x]

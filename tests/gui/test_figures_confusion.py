@@ -4,8 +4,8 @@ from pictures import pixels
 from PySide6.QtGui import QColor
 
 from forcelab.errors import InputError
+from forcelab.gui.figures.colormap import colormap_colour, colormap_colours
 from forcelab.gui.figures.confusion import ConfusionMatrix
-from forcelab.gui.figures.shades import shade, shades
 from forcelab.gui.figures.text import ink_on
 
 COUNTS = [[80, 10, 0, 10], [0, 1, 0, 0], [0, 0, 0, 0]]
@@ -32,7 +32,7 @@ def test_a_cell_has_the_colour_of_its_share_of_the_row():
     expected = [[0.8, 0.1, 0.0, 0.1], [0.0, 1.0, 0.0, 0.0], [0.0] * 4]
     for row in range(3):
         for column in range(4):
-            colour = shade(expected[row][column]).getRgb()[:3]
+            colour = colormap_colour(expected[row][column]).getRgb()[:3]
             assert ground(picture, drawn, row, column) == colour, (row, column)
 
 
@@ -49,7 +49,7 @@ def test_shares_of_a_row_without_samples_are_zero():
 
 
 def test_darker_means_more_in_grey_print_too():
-    grey = luminance(shades(np.linspace(0, 1, 101)).astype(float))
+    grey = luminance(colormap_colours(np.linspace(0, 1, 101)).astype(float))
     assert (np.diff(grey) < 0).all()
     # In equal steps to the eye: CIE lightness is nearly straight.
     lightness = 116 * np.cbrt(grey) - 16
@@ -59,7 +59,7 @@ def test_darker_means_more_in_grey_print_too():
 
 @pytest.mark.parametrize("share", np.linspace(0, 1, 21))
 def test_text_in_a_cell_has_the_contrast_that_reading_needs(share):
-    colour = shade(float(share))
+    colour = colormap_colour(float(share))
     one, other = (
         luminance(np.array(c.getRgb()[:3], dtype=float)) for c in (colour, ink_on(colour))
     )
@@ -82,7 +82,7 @@ def test_texts_stay_inside_their_cells(k, largest):
             int(side * 2) for side in (box.left(), box.right(), box.top(), box.bottom())
         )
         cell = picture[top + 1 : bottom - 1, left + 1 : right - 1]
-        colour = np.array(shade(1 / (k + 1)).getRgb()[:3])
+        colour = np.array(colormap_colour(1 / (k + 1)).getRgb()[:3])
         rim = np.concatenate([cell[:2].reshape(-1, 3), cell[-2:].reshape(-1, 3), cell[:, 0]])
         assert np.abs(rim - colour).max() <= 8
         assert np.abs(cell - colour).max() > 90  # and there is a text

@@ -12,10 +12,15 @@ from PySide6.QtCore import QRectF
 from PySide6.QtGui import QColor
 
 from forcelab.gui.figures.axes import Axis
-from forcelab.gui.figures.fading import LEVELS, THICKEST, opacity, veil_at, veils
-from forcelab.gui.figures.marks import agreed_share
-from forcelab.gui.figures.pairs import Lane
-from forcelab.gui.figures.timelines import Pair, TimelinePairs
+from forcelab.gui.figures.pairs import Pair, PairRow, TimelinePairs
+from forcelab.gui.figures.tracks import (
+    LEVELS,
+    THICKEST,
+    agreed_share,
+    fade_at,
+    fade_overlays,
+    opacity,
+)
 from forcelab.labels import Segment, ordered, to_codes
 from forcelab.recognition.probability_trace import Certainty
 from forcelab.review.differences import compared
@@ -71,7 +76,7 @@ def test_the_thickness_of_a_veil_falls_with_the_probability():
 @given(st.lists(st.sampled_from((0.2, 0.5, 0.7, 1.0)), min_size=5, max_size=5), tracks())
 @settings(max_examples=40, deadline=None)
 def test_a_veil_lies_where_its_action_is_improbable_and_on_no_unlabelled_time(shares, track):
-    found = veils(sure_of(*shares), track, AXIS, BOX)
+    found = fade_overlays(sure_of(*shares), track, AXIS, BOX)
     assert all(a.right <= b.left for a, b in pairwise(found))
     edges = {t for s in track for t in (s.start, s.end)} | {0, 2, 4, 6, 8, 10}
     for time in np.arange(0.05, 10, 0.1):
@@ -80,17 +85,17 @@ def test_a_veil_lies_where_its_action_is_improbable_and_on_no_unlabelled_time(sh
         action = next((s.action for s in track if s.start <= time < s.end), None)
         share = shares[int(time // 2)]
         probability = {"grab": share, "hold": 1 - share, "release": 0.0, None: 1.0}[action]
-        assert veil_at(found, AXIS.at(time)) == pytest.approx(opacity(probability), abs=0.1), time
+        assert fade_at(found, AXIS.at(time)) == pytest.approx(opacity(probability), abs=0.1), time
 
 
 def test_what_the_recogniser_does_not_know_is_not_veiled():
-    assert veils(sure_of(0.1), (Segment(1, 9, "sneeze"),), AXIS, BOX) == ()
+    assert fade_overlays(sure_of(0.1), (Segment(1, 9, "sneeze"),), AXIS, BOX) == ()
 
 
 def rich(**changes):
     human, predicted = (Segment(1, 9, "grab"),), (Segment(1, 5, "grab"), Segment(5, 9, "hold"))
     given = {
-        "lanes": (Lane("raw", (Segment(2, 4, "release"),), True), Lane("Bob & co", human)),
+        "lanes": (PairRow("raw", (Segment(2, 4, "release"),), True), PairRow("Bob & co", human)),
         "certainty": sure_of(0.5),
         "marks": compared("x", human, predicted),
         **changes,

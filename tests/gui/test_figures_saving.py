@@ -14,10 +14,10 @@ from PySide6.QtGui import QColor, QImage, QPainter
 from PySide6.QtSvg import QSvgRenderer
 
 from forcelab.errors import InputError
-from forcelab.gui.figures.canvas import LIGHT, Figure
 from forcelab.gui.figures.clusters import ClusterFigure
 from forcelab.gui.figures.confusion import ConfusionMatrix
-from forcelab.gui.figures.timelines import Pair, TimelinePairs
+from forcelab.gui.figures.figure import LIGHT, Figure
+from forcelab.gui.figures.pairs import Pair, TimelinePairs
 from forcelab.gui.figures.tradeoff import Tradeoff
 from forcelab.gui.figures.wavelets import WaveletFigure
 from forcelab.labels import Segment
@@ -256,8 +256,8 @@ def test_a_window_can_follow_a_figure_and_a_figure_uses_the_windows_application(
 from PySide6.QtWidgets import QApplication, QWidget
 from forcelab.gui.figures import text
 {first}
-application = text.ready()
-assert application is QApplication.instance() is text.ready()
+application = text.ensure_application()
+assert application is QApplication.instance() is text.ensure_application()
 QWidget().show()
 """
     for first in ("", "mine = QApplication([])"):

@@ -9,7 +9,7 @@ from pictures import pixels
 from PySide6.QtGui import QColor
 
 from forcelab.errors import InputError
-from forcelab.gui.figures.timelines import Pair, TimelinePairs
+from forcelab.gui.figures.pairs import Pair, TimelinePairs
 from forcelab.labels import Segment
 from forcelab.vocabulary import Action, Vocabulary
 

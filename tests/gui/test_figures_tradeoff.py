@@ -7,7 +7,7 @@ from pictures import pixels
 from PySide6.QtGui import QColor
 
 from forcelab.errors import InputError
-from forcelab.gui.figures.curves import CURVES
+from forcelab.gui.figures.axes import CURVE_COLOURS
 from forcelab.gui.figures.tradeoff import Tradeoff
 from forcelab.measure.rows import Row, Table, with_front
 
@@ -63,7 +63,7 @@ def test_a_row_is_marked_at_its_seconds_and_error_in_the_colour_of_its_name(name
     # The axes go from the decade below to the decade above: 5 decades each.
     x = box.left() + (1 + i) / 5 * box.width()
     y = box.top() + (1 + i) / 5 * box.height()
-    colour = np.array(QColor(CURVES[i]).getRgb()[:3])
+    colour = np.array(QColor(CURVE_COLOURS[i]).getRgb()[:3])
     assert np.abs(picture[round(4 * y), round(4 * x)] - colour).max() <= 2
 
 
@@ -72,7 +72,7 @@ def test_rows_of_the_front_are_filled_and_joined_and_others_hollow():
     picture = pixels(drawn.image(4.0))
     marks = drawn.marks(0)
     assert [m.row.pareto for m in marks] == [True, True, False, False]
-    colour = np.array(QColor(CURVES[0]).getRgb()[:3])
+    colour = np.array(QColor(CURVE_COLOURS[0]).getRgb()[:3])
     for mark in marks:
         centre = colour_at(picture, mark.spot)
         assert np.abs(centre - (colour if mark.row.pareto else 255)).max() <= 2

@@ -6,7 +6,7 @@ from pictures import pixels
 from PySide6.QtGui import QColor
 
 from forcelab.errors import InputError
-from forcelab.gui.figures.shades import shade
+from forcelab.gui.figures.colormap import colormap_colour
 from forcelab.gui.figures.wavelets import WaveletFigure, wavelet_figure
 from forcelab.signals.example import WaveletView
 
@@ -37,9 +37,9 @@ def test_magnitudes_are_drawn_at_their_time_and_frequency():
         y, x = box.bottom() - up * box.height(), box.left() + share * box.width()
         return tuple(picture[round(2 * y), round(2 * x)])
 
-    assert colour(32, 0.25) == shade(1.0).getRgb()[:3]
-    assert colour(8, 0.25) == shade(0.0).getRgb()[:3]
-    assert colour(32, 0.75) == shade(0.0).getRgb()[:3]
+    assert colour(32, 0.25) == colormap_colour(1.0).getRgb()[:3]
+    assert colour(8, 0.25) == colormap_colour(0.0).getRgb()[:3]
+    assert colour(32, 0.75) == colormap_colour(0.0).getRgb()[:3]
 
 
 def test_real_and_imaginary_part_have_their_colours_at_their_values():
@@ -58,7 +58,7 @@ def test_a_signal_and_magnitudes_of_nothing_are_drawn():
     drawn = WaveletFigure("W", (view(psi=np.zeros(801)),), TIMES, np.zeros(len(TIMES)))
     box = drawn.box(0)
     middle = pixels(drawn.image())[round(box.center().y() * 2), round(box.center().x() * 2)]
-    assert tuple(middle) == shade(0.0).getRgb()[:3]
+    assert tuple(middle) == colormap_colour(0.0).getRgb()[:3]
 
 
 def test_arrays_that_do_not_fit_are_told_by_name():

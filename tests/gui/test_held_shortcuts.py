@@ -5,7 +5,7 @@ from PySide6.QtCore import QEvent, Qt
 from PySide6.QtGui import QAction, QKeyEvent, QKeySequence, QShortcutEvent
 from PySide6.QtWidgets import QApplication, QLineEdit, QWidget
 
-from forcelab.gui.held_shortcuts import HeldShortcuts
+from forcelab.gui.key_events import HeldShortcuts
 
 SPACE = Qt.Key.Key_Space
 

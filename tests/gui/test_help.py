@@ -7,7 +7,7 @@ from PySide6.QtWidgets import QLabel, QLineEdit, QScrollArea
 
 from forcelab.gui import theme
 from forcelab.gui.document import Document
-from forcelab.gui.help import MOUSE, HelpPage
+from forcelab.gui.help import MOUSE_HELP, HelpPage
 from forcelab.gui.shortcuts import COMMANDS, Keys
 from forcelab.vocabulary import Vocabulary
 
@@ -76,7 +76,7 @@ def test_every_key_of_every_command_is_on_the_page(unchanged, keys):
 
 def test_every_gesture_is_on_the_page(unchanged):
     found = texts(unchanged)
-    for gesture, what in MOUSE:
+    for gesture, what in MOUSE_HELP:
         assert gesture in found
         assert what in found
 
@@ -165,12 +165,12 @@ def test_one_scrolls_with_the_keys_while_searching(page):
 
 
 def test_it_follows_the_theme(page, app):
-    theme.apply(app, "dark")
-    theme.dress(page)
+    theme.use_theme(app, "dark")
+    theme.apply_to_application(page)
     picture = page.grab().toImage()
     colours = {picture.pixelColor(20, y).name() for y in range(picture.height())}
     assert {theme.DARK.panel, theme.DARK.frame} <= colours
-    theme.apply(app, "light")
+    theme.use_theme(app, "light")
 
 
 def test_everything_has_a_name_for_screen_readers(unchanged):

@@ -37,14 +37,14 @@ def test_an_icon_follows_the_theme_and_its_state(app):
     drawing = icon("pause")
     try:
         for choice, colours in (("dark", theme.DARK), ("light", theme.LIGHT)):
-            theme.apply(app, choice)
+            theme.use_theme(app, choice)
             assert inked(drawing.pixmap(QSize(32, 32)).toImage())[1] == {colours.text}
             on = drawing.pixmap(QSize(32, 32), QIcon.Mode.Normal, QIcon.State.On).toImage()
             assert inked(on)[1] == {QColor(colours.accent_text).name()}
             off = drawing.pixmap(QSize(32, 32), QIcon.Mode.Disabled).toImage()
             assert inked(off)[1] == set()  # all of it is see-through
     finally:
-        theme.apply(app, "light")
+        theme.use_theme(app, "light")
 
 
 def test_an_icon_is_as_fine_as_the_screen(app):

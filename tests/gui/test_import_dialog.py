@@ -11,11 +11,11 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QComboBox, QMessageBox, QPushButton
 
 from forcelab.formats.optoforce.packets import KINDS
-from forcelab.gui import importing, settings
+from forcelab.gui import import_dialog, settings
 from forcelab.gui.document import Document
-from forcelab.gui.importing import ImportDialog
+from forcelab.gui.import_dialog import ImportDialog
 from forcelab.gui.jobs import Jobs
-from forcelab.gui.typing_guard import guard
+from forcelab.gui.key_events import guard_typing
 from forcelab.project import Project
 from forcelab.resources import asset
 
@@ -69,7 +69,7 @@ def test_counts_become_newtons_with_a_calibration_that_is_chosen(
 ):
     (tmp_path / "raw.bin").write_bytes(stream(KINDS[0], range(100, 400))[0])
     file = asset("calibrations/3-axis-40N.toml")
-    monkeypatch.setattr(importing, "ask_file", lambda *_: file)
+    monkeypatch.setattr(import_dialog, "ask_file", lambda *_: file)
     dialog = open_on(tmp_path / "raw.bin")
     named = {button.accessibleName(): button for button in dialog.findChildren(QPushButton)}
     QTest.mouseClick(named["Choose the calibration file"], Qt.MouseButton.LeftButton)
@@ -108,7 +108,7 @@ def test_without_files_enter_asks_for_them_and_then_imports_them(
     open_on, tmp_path, until, monkeypatch
 ):
     asked = []
-    monkeypatch.setattr(importing, "ask_files", lambda *_: asked.append(1) or [FOAM])
+    monkeypatch.setattr(import_dialog, "ask_files", lambda *_: asked.append(1) or [FOAM])
     dialog = open_on()
     for _ in range(2):
         QTest.keyClick(dialog.focusWidget(), Qt.Key.Key_Return)
@@ -141,7 +141,7 @@ def test_files_that_cannot_be_read_are_left_out_and_selected(document, dialog, t
     lines = dialog._told.text()
     assert "1 new" in lines
     assert all(name in lines for name in wrong)
-    guard()  # as in the program
+    guard_typing()  # as in the program
     QTest.keyClick(dialog._files, Qt.Key.Key_Delete)
     assert dialog._chosen() == []
 

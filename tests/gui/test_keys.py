@@ -10,7 +10,7 @@ from PySide6.QtWidgets import (
     QTreeWidget,
 )
 
-from forcelab.gui.keys import KeysDialog
+from forcelab.gui.keys_dialog import KeysDialog
 from forcelab.gui.shortcuts import COMMANDS
 from forcelab.vocabulary import Vocabulary
 

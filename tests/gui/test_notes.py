@@ -13,8 +13,8 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QInputDialog, QLineEdit, QMenu
 
 from forcelab.gui import theme
-from forcelab.gui.removing import Removal, removal_of
-from forcelab.gui.start import Start
+from forcelab.gui.launch_options import LaunchOptions
+from forcelab.gui.removal_dialog import Removal, removal_of
 from forcelab.gui.window import Window
 from forcelab.project import Project
 
@@ -33,7 +33,7 @@ def window(app, path, until):
     window = Window("Ada", remembering=False)
     window.resize(960, 540)
     window.show()
-    window.begin(Start(project=path))
+    window.begin(LaunchOptions(project=path))
     window.activateWindow()
     assert QTest.qWaitForWindowActive(window)
     until(lambda: window.settled)
@@ -235,7 +235,7 @@ def test_without_a_demonstration_there_is_nothing_to_note_on(window):
 
 @pytest.mark.parametrize("choice", ["light", "dark"])
 def test_the_sign_stands_left_of_the_others_in_its_row(app, window, until, choice):
-    theme.apply(app, choice)
+    theme.use_theme(app, choice)
     view = window.demonstrations.view
 
     def inked() -> list[int]:
@@ -251,4 +251,4 @@ def test_the_sign_stands_left_of_the_others_in_its_row(app, window, until, choic
     note(window, until, "leave out")
     assert not bare
     assert 8 <= len(inked()) <= 20
-    theme.apply(app, "light")
+    theme.use_theme(app, "light")

@@ -8,12 +8,12 @@ from PySide6.QtWidgets import QInputDialog, QMessageBox, QWidget
 
 from forcelab.errors import ForcelabError
 from forcelab.gui import settings
-from forcelab.gui.coders import CoderChoice
+from forcelab.gui.author_choice import AuthorChoice
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
-from forcelab.gui.opening import Opening
-from forcelab.gui.sampling import SampleProgress
-from forcelab.gui.start import Start
+from forcelab.gui.launch_options import LaunchOptions
+from forcelab.gui.project_actions import ProjectActions
+from forcelab.gui.welcome import SampleProgress
 from forcelab.gui.window import Window
 from forcelab.jobs import Progress
 from forcelab.project import Project
@@ -33,7 +33,7 @@ def make(app):
     def made(document, *, remembering=True, author=""):
         windows.append(QWidget())
         jobs = Jobs(windows[-1])
-        return Opening(document, jobs, windows[-1], remembering=remembering, author=author)
+        return ProjectActions(document, jobs, windows[-1], remembering=remembering, author=author)
 
     yield made
     for window in windows:
@@ -53,7 +53,7 @@ def test_the_demonstration_of_last_time_is_opened_but_not_for_a_picture(document
 
 def test_the_start_page_keeps_saying_why_a_project_did_not_open(app, tmp_path):
     window = Window("Ann", remembering=False)
-    window.begin(Start(project=tmp_path / "nwe.forcelab"))
+    window.begin(LaunchOptions(project=tmp_path / "nwe.forcelab"))
     trouble = window._welcome._trouble
     assert not trouble.isHidden()
     assert f"There is no project '{tmp_path / 'nwe.forcelab'}'" in trouble.text()
@@ -90,7 +90,7 @@ def test_a_new_project_does_not_label_as_the_coder_of_another(make, tmp_path, mo
         Project.create(path).close()
     opening = make(document)
     opening.open(sample)
-    choice = CoderChoice(document)
+    choice = AuthorChoice(document)
     monkeypatch.setattr(QInputDialog, "getText", lambda *_: (" Ines ", True))
     choice._chosen(choice._box.count() - 1)
     assert document.author == "Ines"
@@ -105,7 +105,7 @@ def test_a_new_project_does_not_label_as_the_coder_of_another(make, tmp_path, mo
 def test_a_key_offers_the_coders(app, document, make, tmp_path):
     told = []
     document.said.connect(lambda text, _: told.append(text))
-    choice = CoderChoice(document)
+    choice = AuthorChoice(document)
     choice.choose()  # there is no project, and so the choice is not on screen
     assert told == ["Open a project first."]
     make(document).open(tmp_path / "study.forcelab")
@@ -122,7 +122,7 @@ def test_who_is_to_label_blind_is_found_under_the_name_that_was_assigned_to(
 ):
     """A new name, one letter apart, would see all that is to be hidden."""
     path, project, (one, _) = document.project.path, document.project, document.infos
-    choice = CoderChoice(document)
+    choice = AuthorChoice(document)
     project.assign(one.id, "Bert")
     document.refresh_listing()
     assert choice._box.findText("Bert") >= 0
@@ -140,7 +140,7 @@ def test_who_is_to_label_blind_is_found_under_the_name_that_was_assigned_to(
 
 
 def test_a_list_of_coders_that_cannot_be_read_stays_as_it_was(document, monkeypatch):
-    choice, faults = CoderChoice(document), []
+    choice, faults = AuthorChoice(document), []
     there = [choice._box.itemText(at) for at in range(choice._box.count())]
 
     def fail(_):
@@ -157,7 +157,7 @@ def test_a_list_of_coders_that_cannot_be_read_stays_as_it_was(document, monkeypa
 def test_a_long_name_of_a_coder_ends_in_an_ellipsis_and_is_told_whole(document):
     name = "Maximiliane Friederike von Hohenstein-Waldburg"
     document.set_author(name)
-    choice = CoderChoice(document)
+    choice = AuthorChoice(document)
     choice.resize(choice.minimumSizeHint())
     choice.show()
     assert choice._box.shown_text.endswith("…")
@@ -182,7 +182,7 @@ def test_a_new_project_is_suggested_beside_the_others_and_not_in_one(
 ):
     """In a folder that is there already a file dialog would open."""
     suggested = []
-    monkeypatch.setattr("forcelab.gui.opening.last_folder", lambda _: tmp_path)
+    monkeypatch.setattr("forcelab.gui.project_actions.last_folder", lambda _: tmp_path)
     monkeypatch.setattr(
         "PySide6.QtWidgets.QFileDialog.getSaveFileName",
         lambda *asked: (suggested.append(Path(asked[2])) or asked[2], ""),
@@ -248,7 +248,7 @@ def test_making_the_sample_project_can_be_cancelled_wherever_it_is_shown(
     Project.create(study).close()
     window = Window("Ann")
     window.show()
-    window.begin(Start())
+    window.begin(LaunchOptions())
     (here,) = window._welcome.findChildren(SampleProgress)
     until(lambda: here.isVisible() and "LEGO" in here.bar.format())
     here.cancel.click()

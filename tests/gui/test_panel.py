@@ -6,7 +6,7 @@ import pytest
 from forcelab.gui.document import Snap
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.label.workspace import LabelWorkspace
-from forcelab.gui.panel import TimePanel
+from forcelab.gui.time_panel import TimePanel
 from forcelab.labels import Segment
 from tests.painting_bench import opened
 

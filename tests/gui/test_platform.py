@@ -7,7 +7,7 @@ import pytest
 
 from forcelab.cli import main
 from forcelab.errors import InputError
-from forcelab.gui import platform
+from forcelab.gui import qt_check
 
 #: What the copies of Qt's files ask for in place of libraries that are there.
 LACKING = {b"libxkbcommon.so.0": b"libxkbcommun.so.0", b"libxcb-icccm.so.4": b"libxcb-acccm.so.4"}
@@ -28,32 +28,32 @@ def lame_qt(tmp_path, monkeypatch):
         for there, lacking in LACKING.items():
             data = data.replace(there, lacking)
         (lame / "Qt" / "plugins" / "platforms" / name).write_bytes(data)
-    monkeypatch.setattr(platform, "_folder", lambda: lame)
-    monkeypatch.setitem(platform.PACKAGES, "libxkbcommun", "libxkbcommun0")
-    monkeypatch.setitem(platform.PACKAGES, "libxcb-acccm", "libxcb-acccm4")
+    monkeypatch.setattr(qt_check, "_folder", lambda: lame)
+    monkeypatch.setitem(qt_check.PACKAGES, "libxkbcommun", "libxkbcommun0")
+    monkeypatch.setitem(qt_check.PACKAGES, "libxcb-acccm", "libxcb-acccm4")
 
 
 def test_nothing_is_missing_here(monkeypatch):
-    assert platform.missing_libraries() == []
-    platform.require_qt()
+    assert qt_check.missing_libraries() == []
+    qt_check.require_qt()
     monkeypatch.delenv("QT_QPA_PLATFORM")
     monkeypatch.setenv("DISPLAY", ":7")
-    assert platform.missing_libraries() == []
-    platform.require_qt()
+    assert qt_check.missing_libraries() == []
+    qt_check.require_qt()
 
 
 def test_all_libraries_that_a_window_lacks_are_named_at_once(lame_qt, monkeypatch):
     monkeypatch.setenv("QT_QPA_PLATFORM", "xcb")
-    lacking = platform.missing_libraries()
+    lacking = qt_check.missing_libraries()
     assert lacking == ["libxcb-acccm.so.4", "libxkbcommun.so.0"]
     with pytest.raises(InputError) as caught:
-        platform.require_qt()
+        qt_check.require_qt()
     sentence = (
         "the libraries libxcb-acccm.so.4, libxkbcommun.so.0 are missing; "
         "apt-get install libxcb-acccm4 libxkbcommun0"
     )
     assert str(caught.value) == f"Qt cannot start: {sentence}."
-    found = platform.probe()
+    found = qt_check.probe()
     assert f"{found.trouble}; {found.cure}" == sentence
 
 
@@ -78,7 +78,7 @@ def test_a_drawing_module_that_cannot_import_qt_ends_in_one_sentence(capsys, mon
     def refuse():
         raise InputError("Qt cannot start: all of them.")
 
-    monkeypatch.setattr(platform, "require_qt", refuse)
+    monkeypatch.setattr(qt_check, "require_qt", refuse)
     monkeypatch.setattr("forcelab.cli.listing.run", fail)
     assert main(["list", "p"]) == 1
     assert capsys.readouterr().err == "forcelab: Qt cannot start: all of them.\n"
@@ -86,13 +86,13 @@ def test_a_drawing_module_that_cannot_import_qt_ends_in_one_sentence(capsys, mon
 
 def test_qt_is_taken_by_the_first_plugin_that_loads(lame_qt, monkeypatch):
     real = Path(PySide6.__file__).parent / "Qt" / "plugins" / "platforms" / "libqminimal.so"
-    broken = platform._plugins()[0]
-    monkeypatch.setattr(platform, "_plugins", lambda: [broken, real])
-    platform.require_qt()
+    broken = qt_check._plugins()[0]
+    monkeypatch.setattr(qt_check, "_plugins", lambda: [broken, real])
+    qt_check.require_qt()
 
 
 def test_qt_starts_here_with_its_version_and_fonts():
-    found = platform.probe()
+    found = qt_check.probe()
     assert (found.trouble, found.cure) == ("", "")
     assert found.version.startswith("6.")
     assert found.fonts > 0
@@ -101,13 +101,13 @@ def test_qt_starts_here_with_its_version_and_fonts():
 def test_without_pyside_the_cure_is_to_install_it():
     # Isolated and without site-packages, so that the words are those of a real import.
     child = subprocess.run(
-        [sys.executable, "-I", "-S", "-c", platform._CHILD],
+        [sys.executable, "-I", "-S", "-c", qt_check._CHILD],
         capture_output=True,
         text=True,
         check=False,
     )
     assert child.returncode == 1
-    found = platform.failure(child.stderr)
+    found = qt_check.failure(child.stderr)
     assert found.trouble == "PySide6 is not installed"
     assert found.cure == 'pip install "PySide6-Essentials<6.12"'
 
@@ -135,4 +135,4 @@ def test_without_pyside_the_cure_is_to_install_it():
     ],
 )
 def test_qts_last_words_become_a_trouble_and_a_cure(words, trouble, cure):
-    assert platform.failure(words) == platform.QtPlatform(trouble=trouble, cure=cure)
+    assert qt_check.failure(words) == qt_check.QtPlatform(trouble=trouble, cure=cure)

@@ -5,7 +5,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from painted import opened
 
-from forcelab.gui.player import SPEEDS, Player
+from forcelab.gui.label.playback import SPEEDS, Player
 
 
 class Clock:

@@ -4,7 +4,7 @@ import pytest
 from PySide6.QtCore import QEvent, QObject, Qt
 from PySide6.QtGui import QKeyEvent
 
-from forcelab.gui.repeats import Repeats
+from forcelab.gui.key_events import AutoRepeatFilter
 
 NONE = Qt.KeyboardModifier.NoModifier
 
@@ -23,7 +23,7 @@ def owner(app):
 
 
 def test_a_key_that_is_held_is_not_let_go_by_its_repetition(owner, until):
-    repeats, ups = Repeats(owner, apart=True), []
+    repeats, ups = AutoRepeatFilter(owner, apart=True), []
     assert not repeats.repeats(key(QEvent.Type.KeyPress, 1000))
     for at in range(1660, 2000, 40):
         repeats.released(key(QEvent.Type.KeyRelease, at), lambda at=at: ups.append(at))
@@ -34,7 +34,7 @@ def test_a_key_that_is_held_is_not_let_go_by_its_repetition(owner, until):
 
 
 def test_what_was_put_off_is_done_before_the_next_key(owner):
-    repeats, ups = Repeats(owner, apart=True), []
+    repeats, ups = AutoRepeatFilter(owner, apart=True), []
     repeats.released(key(QEvent.Type.KeyRelease, 1500), lambda: ups.append("1"))
     assert not repeats.repeats(key(QEvent.Type.KeyPress, 1500, Qt.Key.Key_2))
     assert ups == ["1"]
@@ -44,7 +44,7 @@ def test_what_was_put_off_is_done_before_the_next_key(owner):
 
 
 def test_where_repetition_is_marked_a_release_counts_at_once(owner):
-    repeats, ups = Repeats(owner, apart=False), []
+    repeats, ups = AutoRepeatFilter(owner, apart=False), []
     repeats.released(key(QEvent.Type.KeyRelease, 1500), lambda: ups.append("1"))
     assert ups == ["1"]
     assert repeats.repeats(key(QEvent.Type.KeyPress, 1500, marked=True))

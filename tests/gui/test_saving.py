@@ -8,7 +8,7 @@ import pytest
 from PySide6.QtWidgets import QFileDialog, QWidget
 
 from forcelab.gui import settings
-from forcelab.gui.saving import ask_picture
+from forcelab.gui.file_dialogs import ask_picture
 
 
 @pytest.fixture

@@ -44,7 +44,7 @@ READERS = {
     ("kind", "value"), [(kind, value) for kind, values in VALUES.items() for value in values]
 )
 def test_what_was_put_is_read_again_by_the_next_run(kind, value, reopened):
-    settings.put("room/thing", value)
+    settings.store("room/thing", value)
     assert READERS[kind]("room/thing") == value
     reopened()
     assert READERS[kind]("room/thing") == value
@@ -52,7 +52,7 @@ def test_what_was_put_is_read_again_by_the_next_run(kind, value, reopened):
 
 def test_nothing_but_plain_text_is_in_the_file(file, reopened):
     for kind, values in VALUES.items():
-        settings.put(f"all/{kind}", values[-1])
+        settings.store(f"all/{kind}", values[-1])
     stored = file.read_text("utf-8")
     assert "@ByteArray" not in stored
     assert "\\x80\\x4" not in stored
@@ -88,14 +88,14 @@ def test_a_file_that_could_hold_a_pickle_is_put_aside_unread(file, caplog):
     assert settings.text("label", "default") == "default"
     assert file.with_name("settings.ini.refused").exists()
     assert "forcelab never writes" in caplog.text
-    settings.put("label", "2")
+    settings.store("label", "2")
     assert settings.text("label") == "2"
 
 
 def test_a_folder_that_cannot_be_written_is_logged_and_survived(tmp_path, monkeypatch, caplog):
     (tmp_path / "occupied").write_text("a file, not a folder")
     monkeypatch.setenv("FORCELAB_SETTINGS", str(tmp_path / "occupied" / "settings.ini"))
-    settings.put("label", "2")
+    settings.store("label", "2")
     assert "cannot be written" in caplog.text
     assert settings.text("label") == "2"
 
@@ -159,12 +159,12 @@ def test_an_account_without_a_name_is_called_coder(monkeypatch, error):
 
 def test_times_of_the_hand_have_defaults_and_limits():
     assert (settings.reaction_ms(), settings.hold_ms()) == (0.0, 250.0)
-    settings.put("labelling/reaction_ms", 180)
-    settings.put("labelling/hold_ms", 1e9)
+    settings.store("labelling/reaction_ms", 180)
+    settings.store("labelling/hold_ms", 1e9)
     assert (settings.reaction_ms(), settings.hold_ms()) == (180.0, 250.0)
 
 
 def test_what_is_forgotten_has_its_default_again():
-    settings.put("labelling/hold_ms", 400)
+    settings.store("labelling/hold_ms", 400)
     settings.forget("labelling/hold_ms")
     assert settings.hold_ms() == 250.0

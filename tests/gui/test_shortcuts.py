@@ -298,8 +298,8 @@ def test_a_default_that_was_given_away_is_not_taken_back_silently(keys):
 
 
 def test_settings_that_collide_are_not_used(caplog):
-    settings.put("keys/play", ["Ctrl+Z"])
-    settings.put("keys/quit", ["Ctrl+W"])
+    settings.store("keys/play", ["Ctrl+Z"])
+    settings.store("keys/quit", ["Ctrl+W"])
     keys = Keys()
     assert (keys["play"], keys["quit"]) == (("Space",), ("Ctrl+Q",))
     assert "already means" in caplog.text

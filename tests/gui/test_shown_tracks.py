@@ -2,7 +2,7 @@
 
 from painting_bench import opened
 
-from forcelab.gui.shown_tracks import ShownTracks
+from forcelab.gui.menus import ShownTracks
 from forcelab.labels import Segment
 
 HERS, HIS = (Segment(1, 2, "grab"),), (Segment(3, 4, "hold"),)

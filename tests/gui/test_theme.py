@@ -17,7 +17,7 @@ from PySide6.QtWidgets import (
 )
 
 from forcelab.gui import theme
-from forcelab.gui.arranging import Dock
+from forcelab.gui.layout import Dock
 from forcelab.vocabulary import COLOURS
 
 #: Machado, Oliveira and Fernandes 2009, severity 1.0, on linear RGB.
@@ -76,7 +76,7 @@ def lab(rgb):
 @pytest.fixture
 def themed(app):
     yield app
-    theme.apply(app, "light")
+    theme.use_theme(app, "light")
 
 
 @THEMES
@@ -157,11 +157,11 @@ def test_the_palettes_texts_can_be_read_and_what_is_disabled_looks_so(colours):
 def test_a_theme_is_put_on_and_told(themed):
     told = []
     theme.themes().changed.connect(lambda: told.append(theme.colours()))
-    theme.apply(themed, "dark")
+    theme.use_theme(themed, "dark")
     label = QLabel()
     assert told == [theme.DARK]
     assert label.palette().color(QPalette.ColorRole.Window).name() == theme.DARK.panel
-    theme.apply(themed, "light")
+    theme.use_theme(themed, "light")
     assert told[1:] == [theme.LIGHT]
     assert themed.palette().color(QPalette.ColorRole.WindowText).name() == theme.LIGHT.text
     theme.themes().changed.disconnect()
@@ -170,9 +170,9 @@ def test_a_theme_is_put_on_and_told(themed):
 
 def test_a_menu_of_very_many_entries_scrolls_in_one_column(themed):
     """Not: covers the screen with columns, the last of which lie beside it."""
-    theme.apply(themed, "light")
+    theme.use_theme(themed, "light")
     menu = QMenu()
-    theme.dress(menu)
+    theme.apply_to_application(menu)
     for i in range(200):
         menu.addAction(f"action {i}")
     menu.show()
@@ -185,23 +185,23 @@ def test_the_system_is_followed_while_that_is_the_choice(themed, monkeypatch):
         monkeypatch.setattr(theme, "_system", lambda: scheme)
         QGuiApplication.styleHints().colorSchemeChanged.emit(scheme)
 
-    theme.apply(themed, "system")
+    theme.use_theme(themed, "system")
     system(Qt.ColorScheme.Dark)
     assert theme.colours() is theme.DARK
     assert themed.palette().color(QPalette.ColorRole.Base).name() == theme.DARK.background
     system(Qt.ColorScheme.Light)
     assert theme.colours() is theme.LIGHT
-    theme.apply(themed, "dark")
+    theme.use_theme(themed, "dark")
     system(Qt.ColorScheme.Unknown)
     assert theme.colours() is theme.DARK
-    theme.apply(themed, "system")
+    theme.use_theme(themed, "system")
     assert theme.colours() is theme.LIGHT
 
 
 @pytest.mark.parametrize("made", [QSpinBox, QComboBox])
 @pytest.mark.parametrize("choice", ["light", "dark"])
 def test_a_box_to_type_or_choose_in_has_a_frame_that_is_seen(themed, choice, made):
-    theme.apply(themed, choice)
+    theme.use_theme(themed, choice)
     box = made()
     box.resize(120, 30)
     picture = box.grab().toImage()
@@ -213,9 +213,9 @@ def test_a_box_to_type_or_choose_in_has_a_frame_that_is_seen(themed, choice, mad
 @pytest.mark.parametrize("state", [Qt.CheckState.Unchecked, Qt.CheckState.Checked])
 @pytest.mark.parametrize("choice", ["light", "dark"])
 def test_what_can_be_ticked_in_a_list_is_seen(themed, choice, state):
-    theme.apply(themed, choice)
+    theme.use_theme(themed, choice)
     rows = QListWidget()
-    theme.dress(rows)
+    theme.apply_to_application(rows)
     rows.resize(120, 40)
     row = QListWidgetItem(rows)
     row.setCheckState(state)
@@ -227,15 +227,15 @@ def test_what_can_be_ticked_in_a_list_is_seen(themed, choice, state):
 @pytest.mark.parametrize("choice", ["light", "dark"])
 @pytest.mark.parametrize("name", ["close", "float"])
 def test_the_buttons_of_the_lists_are_seen_and_follow_the_theme(themed, choice, name):
-    theme.apply(themed, "light" if choice == "dark" else "dark")
+    theme.use_theme(themed, "light" if choice == "dark" else "dark")
     window, dock = QMainWindow(), Dock("Actions")
     window.addDockWidget(Qt.DockWidgetArea.LeftDockWidgetArea, dock)
-    theme.dress(window)
+    theme.apply_to_application(window)
     window.show()
     for floating in (False, True, False):
         dock.setFloating(floating)
-        theme.apply(themed, choice)
-        theme.dress(window)
+        theme.use_theme(themed, choice)
+        theme.apply_to_application(window)
         button = dock.findChild(QAbstractButton, f"qt_dockwidget_{name}button")
         picture = button.grab().toImage()
         places = [(x, y) for x in range(picture.width()) for y in range(picture.height())]

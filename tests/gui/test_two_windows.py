@@ -11,9 +11,9 @@ from forcelab.clock import ClockMap
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError
 from forcelab.gui.document import Document
-from forcelab.gui.label.segment_verbs import erase_range, fill_range
-from forcelab.gui.label.segments import SegmentTable
-from forcelab.gui.label.track_menu import own_menu
+from forcelab.gui.label.segment_commands import erase_range, fill_range
+from forcelab.gui.label.segment_list import SegmentTable
+from forcelab.gui.label.tracks import own_menu
 from forcelab.labels import Segment, Track
 from forcelab.project import Project
 from forcelab.review.differences import Interval

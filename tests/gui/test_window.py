@@ -33,10 +33,10 @@ from PySide6.QtWidgets import (
 )
 
 from forcelab.gui import settings, theme
-from forcelab.gui.arranging import allow
-from forcelab.gui.importing import ImportDialog
-from forcelab.gui.recent import RecentProjects
-from forcelab.gui.start import Start
+from forcelab.gui.import_dialog import ImportDialog
+from forcelab.gui.launch_options import LaunchOptions
+from forcelab.gui.layout import set_enabled_with_reason
+from forcelab.gui.menus import RecentProjects
 from forcelab.gui.theme import colours
 from forcelab.gui.window import WIDEST, Window
 from forcelab.jobs import Progress
@@ -63,7 +63,7 @@ def windows(app, until):
         window.resize(1100, 700)
         window.restore_layout()
         window.show()
-        window.begin(start or Start())
+        window.begin(start or LaunchOptions())
         until(lambda: window.settled)
         return window
 
@@ -74,9 +74,9 @@ def windows(app, until):
 
 def test_it_is_complete_while_a_training_goes_on_behind_it(windows, study, until):
     """Otherwise no picture of it could be made for minutes."""
-    from forcelab.gui.review.learning import TRAINING
+    from forcelab.gui.review.trainer import TRAINING
 
-    window, ended = windows(Start(project=study)), []
+    window, ended = windows(LaunchOptions(project=study)), []
 
     def training():
         while not ended:
@@ -98,7 +98,7 @@ def test_it_is_complete_while_a_training_goes_on_behind_it(windows, study, until
 def test_a_fault_in_one_step_of_closing_leaves_nothing_open(
     windows, study, monkeypatch, until, step
 ):
-    window, faults = windows(Start(project=study)), []
+    window, faults = windows(LaunchOptions(project=study)), []
     monkeypatch.setattr("sys.excepthook", lambda _, error, __: faults.append(str(error)))
     part, verb = step.split(".")
     part = getattr(window, part)
@@ -146,7 +146,7 @@ def drag_border(page, dock, by, until):
 
 
 def test_lists_take_their_widths_back_once_a_small_window_is_enlarged(windows, study, until):
-    window = windows(Start(project=study))
+    window = windows(LaunchOptions(project=study))
     window.resize(1440, 900)
     window.commands["reset_layout"].trigger()
     wide = [WIDEST, *[window.label._widths[window.label._docks["actions"]]] * 2]
@@ -160,7 +160,7 @@ def test_lists_take_their_widths_back_once_a_small_window_is_enlarged(windows, s
 
 
 def test_lists_keep_the_widths_that_they_were_dragged_to(windows, study, until):
-    window = windows(Start(project=study))
+    window = windows(LaunchOptions(project=study))
     window.resize(1440, 900)
     until(lambda: len(list_widths(window)) == 3)
     actions = window.label._docks["actions"]
@@ -180,7 +180,7 @@ def click_on(window, control):
 
 
 def test_a_click_on_what_is_switched_off_says_why(windows, study, until):
-    window = windows(Start(project=study))
+    window = windows(LaunchOptions(project=study))
     window.show_workspace("capture")
     page = window.capture.workspace
     until(page.zero_button.isVisible)
@@ -200,7 +200,7 @@ def test_a_click_on_what_is_switched_off_says_why(windows, study, until):
     until(train.isVisible)
     for obstacle in ("A training goes on.", ""):
         QToolTip.showText(QPoint(0, 0), "")
-        allow(train, obstacle)
+        set_enabled_with_reason(train, obstacle)
         assert train.isEnabled() == (not obstacle)
         spot = QPoint(5, 5)
         QApplication.sendEvent(
@@ -219,7 +219,7 @@ def test_a_last_project_that_was_moved_is_not_replaced_by_another(
         settings.remember_project(path)
     moved.parent.mkdir()
     study.rename(moved)
-    window = windows(Start())
+    window = windows(LaunchOptions())
     assert window.document.project is None
     assert f"'{study.name}' is no longer in '{study.parent}'" in window._welcome._trouble.text()
     assert window._welcome._trouble.isVisible()
@@ -240,7 +240,7 @@ def test_a_last_project_that_was_moved_is_not_replaced_by_another(
 
 def test_a_project_that_is_gone_can_be_left_out_of_the_list(windows, tmp_path, answers):
     settings.remember_project(tmp_path / "gone.forcelab")
-    window = windows(Start())
+    window = windows(LaunchOptions())
     answers("Remove from list")
     window.opening.open_recent(tmp_path / "gone.forcelab")
     assert settings.recent_projects() == ()
@@ -248,12 +248,12 @@ def test_a_project_that_is_gone_can_be_left_out_of_the_list(windows, tmp_path, a
 
 
 def test_a_hidden_scalogram_is_not_computed(windows, study, monkeypatch):
-    first = windows(Start(project=study))
+    first = windows(LaunchOptions(project=study))
     first.label.toggles["scalogram"].setChecked(False)
     first.close()
     asked = []
     monkeypatch.setattr("forcelab.gui.jobs.Jobs.run", lambda *_, key="", **__: asked.append(key))
-    second = windows(Start(project=study))
+    second = windows(LaunchOptions(project=study))
     assert not second.label.scalogram.isVisible()
     second.document.set_span(1, 2)
     assert not [key for key in asked if "scalogram" in key]
@@ -262,11 +262,11 @@ def test_a_hidden_scalogram_is_not_computed(windows, study, monkeypatch):
 
 
 def test_panels_stay_hidden_until_they_are_put_back(windows, study):
-    first = windows(Start(project=study))
+    first = windows(LaunchOptions(project=study))
     for name in ("segments", "force"):
         first.label.toggles[name].setChecked(False)
     first.close()
-    second = windows(Start(project=study))
+    second = windows(LaunchOptions(project=study))
     assert not second.label.segments.isVisible()
     assert not second.label.force.isVisible()
     second.commands["reset_layout"].trigger()
@@ -278,7 +278,7 @@ def test_the_demonstration_of_last_time_is_opened(windows, study):
     with Project.open(study) as project:
         other = demonstration()
         project.add(type(other)("02", "foam", other.times, other.signals + 1, other.channels))
-    first = windows(Start(project=study))
+    first = windows(LaunchOptions(project=study))
     assert first.document.demonstration.name == "01"
     first.commands["next_demonstration"].trigger()
     assert first.document.demonstration.name == "02"
@@ -288,7 +288,7 @@ def test_the_demonstration_of_last_time_is_opened(windows, study):
 
 
 def test_two_coders_at_one_project_do_not_overwrite_each_other(windows, study):
-    ann, cleo = windows(Start(project=study)), windows(Start(project=study), "Cleo")
+    ann, cleo = windows(LaunchOptions(project=study)), windows(LaunchOptions(project=study), "Cleo")
     for number in range(5):
         assert ann.document.paint(number, number + 0.5, "grab")
         assert cleo.document.paint(number + 0.2, number + 0.9, "hold")
@@ -298,7 +298,7 @@ def test_two_coders_at_one_project_do_not_overwrite_each_other(windows, study):
 
 
 def test_the_same_coder_in_two_windows_loses_nothing(windows, study):
-    one, two = windows(Start(project=study)), windows(Start(project=study))
+    one, two = windows(LaunchOptions(project=study)), windows(LaunchOptions(project=study))
     assert one.document.paint(1, 2, "grab")
     assert not two.document.paint(1.5, 3, "hold")
     assert two.statusBar().currentMessage().endswith("repeat it.")
@@ -339,7 +339,7 @@ def test_a_sample_that_cannot_be_made_is_said_and_one_can_go_on(
 def test_a_blind_coder_sees_nobody_elses_labels_anywhere(windows, study, answers):
     with Project.open(study) as project:
         project.assign(project.demonstrations()[0].id, "Ann")
-    window = windows(Start(project=study))
+    window = windows(LaunchOptions(project=study))
     assert window.document.others == {}
     model = window.demonstrations.findChild(QTreeView).model()
     row = model.index(0, 0, model.index(0, 0))
@@ -383,7 +383,7 @@ def dropped(window, paths):
 
 def test_a_drop_is_answered_with_copy(windows, study, monkeypatch, tmp_path):
     """Who is answered with "move" deletes the files."""
-    window = windows(Start(project=study))
+    window = windows(LaunchOptions(project=study))
     monkeypatch.setattr(window.opening, "ask_import", lambda _: None)
     dialog = ImportDialog(window.document, window.jobs, window)
     for target in (window, dialog):
@@ -395,7 +395,7 @@ def test_a_drop_is_answered_with_copy(windows, study, monkeypatch, tmp_path):
 
 def test_files_that_are_dropped_are_imported_and_folders_opened(windows, study, until, monkeypatch):
     """After the drop: a dialog within it crashes the program when files are dropped there, too."""
-    window = windows(Start(project=study))
+    window = windows(LaunchOptions(project=study))
     asked = []
     monkeypatch.setattr(window.opening, "ask_import", asked.append)
     monkeypatch.setattr(window.opening, "open", asked.append)
@@ -418,7 +418,7 @@ def test_files_that_are_dropped_are_imported_and_folders_opened(windows, study, 
 def test_what_was_painted_is_no_longer_said_of_another_demonstration(windows, study):
     with Project.open(study) as project:
         second = project.add(replace(demonstration(), name="02", times=demonstration().times + 1))
-    window = windows(Start(project=study))
+    window = windows(LaunchOptions(project=study))
     document, bar = window.document, window.statusBar()
     document.paint(1.0, 2.0, "grab")
     assert "grab" in bar.currentMessage()
@@ -439,7 +439,7 @@ def test_what_was_painted_is_no_longer_said_of_another_demonstration(windows, st
 def test_ctrl_a_chooses_all_demonstrations_listed_wherever_the_keyboard_is(windows, study):
     with Project.open(study) as project:
         project.add(replace(demonstration(), name="02", times=demonstration().times + 1))
-    window = windows(Start(project=study))
+    window = windows(LaunchOptions(project=study))
     window.activateWindow()
     assert QTest.qWaitForWindowActive(window)
     window.label.tracks.setFocus()
@@ -452,7 +452,7 @@ def test_ctrl_a_chooses_all_demonstrations_listed_wherever_the_keyboard_is(windo
 
 
 def test_what_a_menu_s_entry_does_is_not_said_like_trouble(windows, study, app):
-    window = windows(Start(project=study))
+    window = windows(LaunchOptions(project=study))
     bar = window.statusBar()
     bar.say("It went wrong.", trouble=True)
     app.sendEvent(window, QStatusTipEvent("New project"))
@@ -461,7 +461,7 @@ def test_what_a_menu_s_entry_does_is_not_said_like_trouble(windows, study, app):
 
 
 def test_what_the_status_line_says_follows_a_change_of_theme(windows, study, app):
-    window = windows(Start(project=study))
+    window = windows(LaunchOptions(project=study))
     bar = window.statusBar()
     try:
         for trouble in (False, True):
@@ -473,12 +473,12 @@ def test_what_the_status_line_says_follows_a_change_of_theme(windows, study, app
             assert bar.palette().color(QPalette.ColorRole.WindowText) == QColor(ink)
             assert bar.currentMessage() == "It went as it went."
     finally:
-        theme.apply(app, "light")
+        theme.use_theme(app, "light")
 
 
 def test_what_belongs_to_the_window_is_dressed_as_it_is(windows, study, app):
     """A sheet of the application would cost each part a dressing whenever it is put somewhere."""
-    window = windows(Start(project=study))
+    window = windows(LaunchOptions(project=study))
     try:
         for choice in ("dark", "light"):
             window.commands[f"theme_{choice}"].trigger()
@@ -498,7 +498,7 @@ def test_what_belongs_to_the_window_is_dressed_as_it_is(windows, study, app):
             assert ground == colours().panel
         assert not app.styleSheet()
     finally:
-        theme.apply(app, "light")
+        theme.use_theme(app, "light")
 
 
 class Appearing(QObject):
@@ -516,13 +516,13 @@ class Appearing(QObject):
 
 def test_nothing_flashes_up_as_a_window_of_its_own(windows, study, app):
     """A part that is shown before it has a parent is one, for a moment, on a real screen."""
-    from forcelab.gui.fault_dialog import FaultDialog
-    from forcelab.gui.removing import removal_of
+    from forcelab.gui.exception_hook import FaultDialog
+    from forcelab.gui.removal_dialog import removal_of
 
     appearing = Appearing()
     app.installEventFilter(appearing)
     try:
-        window = windows(Start(project=study))
+        window = windows(LaunchOptions(project=study))
         for name in ("review", "capture", "tradeoff"):
             window.show_workspace(name)
         lists = window.review.workspace.lists
@@ -545,7 +545,7 @@ def test_on_a_small_screen_the_list_keeps_its_width_and_everything_its_place(app
     window = Window("Ann")
     window.resize(960, 540)
     window.show()
-    window.begin(Start(project=study))
+    window.begin(LaunchOptions(project=study))
     until(lambda: window.settled)
     widths = []
     for workspace in ("label", "review", "label"):
@@ -564,13 +564,13 @@ def test_on_a_small_screen_the_list_keeps_its_width_and_everything_its_place(app
 def test_actions_are_listed_where_there_is_a_demonstration(windows, study, tmp_path):
     Project.create(tmp_path / "empty.forcelab").close()
     for path, listed in ((tmp_path / "empty.forcelab", False), (study, True)):
-        view = windows(Start(project=path)).label.vocabulary
+        view = windows(LaunchOptions(project=path)).label.vocabulary
         assert (view.list.isVisible(), view.nothing.isVisible()) == (listed, not listed)
 
 
 def test_back_in_label_the_keyboard_paints(windows, study, app):
     """Not: chooses another coder, whose box was next in the order of Tab."""
-    window = windows(Start(project=study))
+    window = windows(LaunchOptions(project=study))
     window.show_workspace("review")
     app.processEvents()
     window.show_workspace("label")
@@ -579,7 +579,7 @@ def test_back_in_label_the_keyboard_paints(windows, study, app):
 
 
 def test_who_goes_through_a_list_of_the_review_stays_in_it(windows, study, app):
-    window = windows(Start(project=study))
+    window = windows(LaunchOptions(project=study))
     window.show_workspace("review")
     window.activateWindow()
     queue = window.review.workspace.queue.list
@@ -598,7 +598,7 @@ def test_a_click_on_a_list_to_choose_from_leaves_the_keyboard_on_the_track(
     windows, study, app, name
 ):
     """Not: Space opens the list again, and a letter labels as another coder."""
-    window = windows(Start(project=study))
+    window = windows(LaunchOptions(project=study))
     window.label.tracks.setFocus()
     box = next(box for box in window.findChildren(QComboBox) if box.accessibleName() == name)
     QTest.mouseClick(box, Qt.MouseButton.LeftButton)
@@ -612,7 +612,7 @@ def test_when_the_open_demonstration_is_removed_the_keyboard_is_in_the_list(wind
     with Project.open(study) as other:
         one = demonstration()
         other.add(replace(one, name="the other one", signals=one.signals + 1))
-    window = windows(Start(project=study))
+    window = windows(LaunchOptions(project=study))
     document = window.document
     with Project.open(study) as other:
         other.remove_all({document.id: {name: other.head(document.id, name) for name in ("Ben",)}})
@@ -623,7 +623,7 @@ def test_when_the_open_demonstration_is_removed_the_keyboard_is_in_the_list(wind
 
 
 def test_choose_all_means_the_list_that_the_keyboard_is_in(windows, study, app, until):
-    window = windows(Start(project=study))
+    window = windows(LaunchOptions(project=study))
     window.activateWindow()
     assert QTest.qWaitForWindowActive(window)
     chosen = window.demonstrations.view.selectionModel()
@@ -642,7 +642,7 @@ def test_choose_all_means_the_list_that_the_keyboard_is_in(windows, study, app, 
 
 
 def test_a_list_that_was_closed_is_there_to_search_and_to_choose_in(windows, study, app):
-    window = windows(Start(project=study))
+    window = windows(LaunchOptions(project=study))
     for command, place in (("search", "search"), ("choose_all", "view")):
         window.demonstrations.parentWidget().close()
         window.commands[command].trigger()

@@ -11,9 +11,9 @@ from PySide6.QtTest import QTest
 from forcelab.clock import ClockMap
 from forcelab.demonstration import VideoReference
 from forcelab.gui.help import HelpPage
-from forcelab.gui.keys import KeysDialog
+from forcelab.gui.keys_dialog import KeysDialog
+from forcelab.gui.launch_options import LaunchOptions
 from forcelab.gui.shortcuts import COMMANDS, keys
-from forcelab.gui.start import Start
 from forcelab.gui.window import Window
 
 
@@ -27,7 +27,7 @@ def kept(app, tmp_path_factory):
     window.resize(1100, 700)
     window.show()
     study(folder / "study.forcelab", ())
-    window.begin(Start(project=folder / "study.forcelab"))
+    window.begin(LaunchOptions(project=folder / "study.forcelab"))
     yield window
     window.close()
 

@@ -1,4 +1,4 @@
-"""Marks made live: the keys of actions, heard going down and up."""
+"""Marks made live with the keys of actions, and the legend of these keys."""
 
 from __future__ import annotations
 
@@ -8,20 +8,58 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from PySide6.QtCore import QEvent, QObject, Qt
-from PySide6.QtGui import QKeyEvent
-from PySide6.QtWidgets import QApplication, QWidget
+from PySide6.QtGui import QKeyEvent, QResizeEvent
+from PySide6.QtWidgets import QApplication, QLabel, QWidget
 
 from forcelab.capture.assemble import BRIDGE
 from forcelab.gui import settings
-from forcelab.gui.key_follower import KeyFollower
-from forcelab.gui.repeats import Repeats
-from forcelab.gui.typing_guard import typing
+from forcelab.gui.capture.controller import CaptureController
+from forcelab.gui.figures.text import NAMES
+from forcelab.gui.key_events import AutoRepeatFilter, KeyEventFilter, is_typing
+from forcelab.gui.shortcuts import keys
 from forcelab.vocabulary import Vocabulary
 
-__all__ = ["EventTimes", "HeldKeys"]
+
+class MarkLegend(QLabel):
+    """A sentence and the keys; hidden where the task has no actions with keys.
+
+    Parameters
+    ----------
+    session : Session
+    parent : QWidget, optional
+    """
+
+    def __init__(self, session: CaptureController, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._session = session
+        self.setTextFormat(Qt.TextFormat.PlainText)
+        self.setWordWrap(True)
+        session.changed.connect(self._tell)
+        keys().changed.connect(self._tell)
+        self._tell()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Long names have other room."""
+        super().resizeEvent(event)
+        self._tell()
+
+    def _tell(self) -> None:
+        """Write the keys of the actions that there are now."""
+        # A key stays with its action where the line is broken.
+        space, room = "\N{NO-BREAK SPACE}", self.contentsRect().width()
+        marking = [f"{a.key.upper()}{space}{a.name}" for a in self._session.vocabulary if a.key]
+        self.setToolTip("\n".join(marking))
+        shown = [self.fontMetrics().elidedText(f"{one}{space}·", NAMES, room) for one in marking]
+        how = ["hold a key, or tap to begin and tap to end"]
+        if forgets := keys().shown("cancel"):
+            how.append(f"{forgets} forgets it")
+        told = "Mark: {}. {}".format("; ".join(how), " ".join(shown).rstrip(f"{space}·"))
+        self.setText(told if marking else "")
+        self.setVisible(bool(marking))
+
 
 #: Seconds by which an event is heard late at most; beyond that another clock stamps them.
-LATE = 1.0
+LATE_SECONDS = 1.0
 
 
 class EventTimes:
@@ -43,7 +81,7 @@ class EventTimes:
         if not stamp:
             return now
         offset = now - stamp / 1000
-        if not self._offset <= offset <= self._offset + LATE:
+        if not self._offset <= offset <= self._offset + LATE_SECONDS:
             self._offset = offset
         return stamp / 1000 + self._offset
 
@@ -57,7 +95,7 @@ class _Press:
     marks: bool = True
 
 
-class HeldKeys(KeyFollower):
+class HeldKeys(KeyEventFilter):
     """Hears the keys of actions go down and up, but not where keys are text.
 
     An action lasts as long as its key is held. A key that is only tapped (shorter than
@@ -94,7 +132,7 @@ class HeldKeys(KeyFollower):
         #: The key that began it, how it was pressed, and when it went up.
         self._tapped: tuple[str, _Press, float] | None = None
         self._times = EventTimes()
-        self._repeats = Repeats(self)
+        self._repeats = AutoRepeatFilter(self)
         self.follow_keys()
 
     def release_all(self) -> None:
@@ -123,7 +161,7 @@ class HeldKeys(KeyFollower):
         if kind == QEvent.Type.KeyPress and isinstance(event, QKeyEvent):
             return self._pressed(event)
         if kind == QEvent.Type.KeyRelease and isinstance(event, QKeyEvent):
-            key, at = _name(event), self._times.at(event.timestamp(), time.monotonic())
+            key, at = _key_name(event), self._times.at(event.timestamp(), time.monotonic())
             if event.isAutoRepeat() or key not in self._down:
                 return key in self._down
             self._repeats.released(event, lambda: self._let_up(key, at))
@@ -142,13 +180,13 @@ class HeldKeys(KeyFollower):
 
     def _pressed(self, event: QKeyEvent) -> bool:
         """A key went down; gives whether it marks."""
-        key, at = _name(event), self._times.at(event.timestamp(), time.monotonic())
+        key, at = _key_name(event), self._times.at(event.timestamp(), time.monotonic())
         plain = event.modifiers() & ~Qt.KeyboardModifier.KeypadModifier
         if plain != Qt.KeyboardModifier.NoModifier or not self._page.isVisible():
             return False
         if not self._in_window:
             return False
-        if typing(QApplication.focusWidget()):
+        if is_typing(QApplication.focusWidget()):
             return False
         if self._repeats.repeats(event) or key in self._down:
             return key in self._down
@@ -183,7 +221,7 @@ class HeldKeys(KeyFollower):
         return self._heard is not None and self._heard.window() is self._page.window()
 
 
-def _name(event: QKeyEvent) -> str:
+def _key_name(event: QKeyEvent) -> str:
     """The key as actions name it: not the text, which a release does not carry everywhere."""
     code = event.key()
     return chr(code).lower() if 0x20 < code < 0x7F else ""

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QMessageBox, QWidget
 
-from forcelab.gui.arranging import column
-from forcelab.gui.capture.elsewhere import DOT, RecordingLine, asks_to_leave
-from forcelab.gui.capture.phase import Phase
+from forcelab.gui.capture.controller import CaptureState
+from forcelab.gui.capture.recording_indicator import RECORD_DOT, RecordingIndicator, confirm_leaving
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
+from forcelab.gui.layout import page_layout
 from forcelab.text import amount
 
 if TYPE_CHECKING:
@@ -42,7 +42,7 @@ class CaptureTab(QWidget):
 
     Attributes
     ----------
-    line : RecordingLine
+    line : RecordingIndicator
         For the status bar: what is recorded while another workspace is in front.
     recording : str
         What is being recorded, or is not kept yet; empty for nothing.
@@ -58,10 +58,10 @@ class CaptureTab(QWidget):
         self.document = document
         self._jobs = jobs
         self._built: CaptureWorkspace | None = None
-        self.line = RecordingLine()
+        self.line = RecordingIndicator()
         self.recording, self.stuck = "", False
         self._asked = False
-        self._column = column(self)
+        self._column = page_layout(self)
         document.project_changed.connect(self._tell_unfinished)
 
     @property
@@ -85,7 +85,7 @@ class CaptureTab(QWidget):
 
     def title(self, text: str) -> str:
         """The text of the tab, or of the window's title, with a dot while something is recorded."""
-        return f"{DOT} {text}" if self.recording else text
+        return f"{RECORD_DOT} {text}" if self.recording else text
 
     def may_close(self, window: QWidget) -> bool:
         """Whether the window may be closed; asks while something is recorded."""
@@ -93,7 +93,7 @@ class CaptureTab(QWidget):
             return True
         session = self._built.session
         refused = 0 if session.state is None else session.state.in_memory
-        self._asked = asks_to_leave(
+        self._asked = confirm_leaving(
             self.recording,
             window,
             stuck=self.stuck,
@@ -127,7 +127,7 @@ class CaptureTab(QWidget):
         session = self._built.session
         name = session.recorded
         state = session.state
-        stuck = session.phase is Phase.STUCK
+        stuck = session.phase is CaptureState.STUCK
         self.line.tell(name, 0.0 if state is None else state.seconds, stuck=stuck)
         if (name, stuck) != (self.recording, self.stuck):
             self.recording, self.stuck = name, stuck

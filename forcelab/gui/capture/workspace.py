@@ -1,41 +1,250 @@
-"""The Capture workspace: devices and what to record at the left, what comes at the right."""
+"""The Capture workspace: devices and the next recording at the left, live views at the right."""
 
 from __future__ import annotations
 
-from PySide6.QtCore import Qt
-from PySide6.QtGui import QHideEvent, QShowEvent
+from PySide6.QtCore import QRectF, QSize, Qt
+from PySide6.QtGui import QColor, QHideEvent, QImage, QPainter, QPaintEvent, QShowEvent
 from PySide6.QtWidgets import (
     QApplication,
+    QComboBox,
+    QFormLayout,
     QHBoxLayout,
+    QLineEdit,
     QPushButton,
+    QSizePolicy,
     QSplitter,
     QVBoxLayout,
     QWidget,
 )
 
-from forcelab.gui.arranging import allow, column, rule, scrolled, stress
-from forcelab.gui.capture.legend import MarkLegend
-from forcelab.gui.capture.live import LiveView
-from forcelab.gui.capture.marks import HeldKeys
-from forcelab.gui.capture.next_recording import NextRecording
-from forcelab.gui.capture.phase import WORKING, Phase
-from forcelab.gui.capture.picture import CameraPicture
-from forcelab.gui.capture.recogniser_choice import RecogniserChoice
-from forcelab.gui.capture.recognition import RecognitionPanel
-from forcelab.gui.capture.recorded_time import RecordedTime
-from forcelab.gui.capture.scalogram import LiveScalogramView
-from forcelab.gui.capture.scalogram_choice import ScalogramChoice
-from forcelab.gui.capture.session import Session
-from forcelab.gui.capture.sources import Sources
-from forcelab.gui.capture.standing import Standing
+from forcelab.gui.capture.controller import BUSY_STATES, CaptureController, CaptureState
+from forcelab.gui.capture.device_list import DeviceList
+from forcelab.gui.capture.live_plot import LiveView
+from forcelab.gui.capture.live_scalogram import LiveScalogramView, ScalogramChoice
+from forcelab.gui.capture.marks import HeldKeys, MarkLegend
+from forcelab.gui.capture.recognition_panel import RecogniserChoice, RecognitionPanel
+from forcelab.gui.capture.recording_indicator import ElapsedTime
+from forcelab.gui.capture.status_panel import StatusPanel
 from forcelab.gui.document import Document
 from forcelab.gui.figures.text import NAMES
 from forcelab.gui.jobs import Jobs
+from forcelab.gui.key_events import ignore_wheel, is_typing
+from forcelab.gui.layout import (
+    emphasise,
+    page_layout,
+    scroll_area,
+    separator,
+    set_enabled_with_reason,
+)
 from forcelab.gui.shortcuts import keys
-from forcelab.gui.typing_guard import typing
-from forcelab.gui.wheel_guard import guard_from_wheel
+from forcelab.gui.text import settle_name
+from forcelab.gui.theme import colours
+from forcelab.text import tidy_name
 
-__all__ = ["CaptureWorkspace"]
+
+class CameraView(QWidget):
+    """Shows what the first camera sees; hidden while there is none.
+
+    Parameters
+    ----------
+    session : Session
+    """
+
+    def __init__(self, session: CaptureController) -> None:
+        super().__init__()
+        self._session = session
+        self._image: QImage | None = None
+        self._arrived = 0.0
+        self._gone = False  # the camera gives no picture now
+        self.setAccessibleName("Camera")
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
+        self.hide()
+        session.ticked.connect(self._look)
+        session.changed.connect(self._look)
+
+    def sizeHint(self) -> QSize:
+        """A small picture."""
+        return QSize(240, 180)
+
+    def minimumSizeHint(self) -> QSize:
+        """One in which something can be seen."""
+        return QSize(120, 90)
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Draw the frame as large as there is room."""
+        with QPainter(self) as painter:
+            painter.fillRect(self.rect(), QColor(colours().panel))
+            if self._image is not None:
+                painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
+                size = self._image.size().scaled(self.size(), Qt.AspectRatioMode.KeepAspectRatio)
+                left = (self.width() - size.width()) / 2
+                top = (self.height() - size.height()) / 2
+                painter.drawImage(QRectF(left, top, size.width(), size.height()), self._image)
+            if self._gone:
+                self._paint_gone(painter)
+
+    def _paint_gone(self, painter: QPainter) -> None:
+        """What is seen is not how it is now."""
+        veil = QColor(colours().panel)
+        veil.setAlphaF(0.75)
+        painter.fillRect(self.rect(), veil)
+        painter.setPen(QColor(colours().trouble))
+        wrapped = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap
+        painter.drawText(self.rect().adjusted(6, 6, -6, -6), wrapped, "No picture comes")
+
+    def _look(self) -> None:
+        """Take the latest frame, if it is another one."""
+        parent = self.parentWidget()
+        if parent is None or not parent.isVisible():
+            return
+        frame, state = self._session.frame(), self._session.state
+        self.setVisible(frame is not None)
+        gone = state is not None and any("no picture" in one.alarms for one in state.cameras[:1])
+        if gone != self._gone:
+            self._gone = gone
+            self.update()
+        if frame is None:
+            self._image = None
+        elif frame[0] != self._arrived:
+            self._arrived, picture = frame
+            height, width = picture.shape[:2]
+            form = QImage.Format.Format_BGR888
+            self._image = QImage(picture.data, width, height, picture.strides[0], form).copy()
+            self.update()
+
+
+#: Seconds of countdown that can be chosen.
+COUNTDOWNS = (0, 3, 5)
+
+
+class NextRecording(QWidget):
+    """A form; further rows may be added to it.
+
+    Parameters
+    ----------
+    session : Session
+
+    Attributes
+    ----------
+    form : QFormLayout
+    task, countdown : QComboBox
+    name : QLineEdit
+    """
+
+    def __init__(self, session: CaptureController) -> None:
+        super().__init__()
+        self._session, self._document = session, session.document
+        self._asking = False  # whether a task is nearly the same as one there is
+        self._make_fields()
+        self.form = QFormLayout(self)
+        self.form.setContentsMargins(0, 0, 0, 0)
+        self.form.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
+        self.form.addRow("Task", self.task)
+        self.form.addRow("Name", self.name)
+        self.form.addRow("Countdown", self.countdown)
+        session.changed.connect(self.refresh)
+        session.kept.connect(self.list_tasks)
+        self._document.project_changed.connect(self._project_changed)
+        self._document.listing_changed.connect(self.show_name)
+        self._document.demonstration_changed.connect(self._offer_task)
+        self.list_tasks()
+        self.refresh()
+
+    def _make_fields(self) -> None:
+        """Task, name and countdown."""
+        self.task = QComboBox()
+        self.task.setEditable(True)
+        self.task.setInsertPolicy(QComboBox.InsertPolicy.NoInsert)
+        self.task.setAccessibleName("Task of the recordings")
+        self.task.setSizeAdjustPolicy(
+            QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon
+        )
+        edit = self.task.lineEdit()
+        assert edit is not None
+        edit.setPlaceholderText("such as LEGO")
+        edit.editingFinished.connect(self.take_task)
+        self.task.activated.connect(self.take_task)
+        self.name = QLineEdit()
+        self.name.setAccessibleName("Name of the next recording; empty for the next number")
+        self.name.textEdited.connect(self._name_edited)
+        self.countdown = QComboBox()
+        self.countdown.setAccessibleName("Countdown before recording")
+        for seconds in COUNTDOWNS:
+            text = f"{seconds} s" if seconds else "none"
+            self.countdown.addItem(text, seconds)
+        self.countdown.currentIndexChanged.connect(self._countdown_chosen)
+
+    def take_task(self) -> None:
+        """The next recordings are of the task that is written here."""
+        task = tidy_name(self.task.currentText())
+        if task == self._session.task or self._asking:
+            self._write_task(self.task.currentText())
+            return
+        self._asking = True  # the question takes the keyboard from the field
+        task = settle_name(self, task, self._tasks())
+        self._asking = False
+        self._write_task(task)
+        self._session.set_task(task)
+
+    def _write_task(self, task: str) -> None:
+        """Show a task, of a long name its beginning."""
+        self.task.setCurrentText(task)
+        self.task.setToolTip(task)
+        edit = self.task.lineEdit()
+        assert edit is not None
+        edit.setCursorPosition(0)
+
+    def _tasks(self) -> tuple[str, ...]:
+        """The tasks of the project, recorded and planned."""
+        project = self._document.project
+        if project is None:
+            return ()
+        return tuple(dict.fromkeys((*project.tasks(), *project.vocabularies())))
+
+    def list_tasks(self) -> None:
+        """Offer the tasks of the project; the one that was chosen stays."""
+        chosen = self.task.currentText()
+        if not chosen and self._document.demonstration is not None:
+            chosen = self._document.demonstration.task
+        self.task.blockSignals(True)
+        self.task.clear()
+        self.task.addItems(self._tasks())
+        self._write_task(chosen)
+        self.task.blockSignals(False)
+        self._session.set_task(chosen)
+
+    def refresh(self) -> None:
+        """Show what can be changed now."""
+        phase = self._session.phase
+        for field in (self.task, self.name, self.countdown):
+            field.setEnabled(
+                phase in (CaptureState.APART, CaptureState.READY, CaptureState.CONNECTING)
+            )
+        if phase is CaptureState.READY and self.name.text() and not self._session.name:
+            self.name.clear()
+        self.show_name()
+
+    def show_name(self) -> None:
+        """Show what the next recording will be called."""
+        if self._session.phase in (CaptureState.APART, CaptureState.READY) and self.isVisible():
+            self.name.setPlaceholderText(self._session.next_name())
+
+    def _project_changed(self) -> None:
+        """Another project has other tasks."""
+        self.task.setCurrentText("")
+        self.list_tasks()
+
+    def _offer_task(self) -> None:
+        """As long as no task was chosen, that of the demonstration that is open."""
+        if not self.task.currentText() and self._session.phase is CaptureState.APART:
+            self.list_tasks()
+
+    def _name_edited(self, text: str) -> None:
+        self._session.name = text.strip()
+
+    def _countdown_chosen(self) -> None:
+        self._session.countdown = int(self.countdown.currentData())
+
 
 #: Width of the left side at least, in pixels.
 SIDE = 250
@@ -66,15 +275,15 @@ class CaptureWorkspace(QWidget):
     def __init__(self, document: Document, jobs: Jobs) -> None:
         super().__init__()
         self.document = document
-        self.session = Session(document, jobs, self)
-        self.sources = Sources(self.session, jobs)
+        self.session = CaptureController(document, jobs, self)
+        self.sources = DeviceList(self.session, jobs)
         self.live = LiveView(self.session)
-        self.picture = CameraPicture(self.session)
+        self.picture = CameraView(self.session)
         self.scalogram = LiveScalogramView(self.session, jobs, self.live)
         self.scalogram_channel = ScalogramChoice(self.session, self.scalogram)
         self.recognition = RecognitionPanel(self.session)
         self.recogniser = RecogniserChoice(self.session, self)
-        self.standing = Standing(self.session)
+        self.standing = StatusPanel(self.session)
         self.fields = NextRecording(self.session)
         self.held = HeldKeys(self, lambda: self.session.vocabulary, self.session.mark)
         self._looked = False
@@ -123,12 +332,12 @@ class CaptureWorkspace(QWidget):
         self.record_button = QPushButton()
         self.record_button.clicked.connect(self.record)
         self.record_button.setMinimumHeight(2 * self.fontMetrics().height())
-        stress(self.record_button)
+        emphasise(self.record_button)
         self.discard_button = QPushButton()
         self.discard_button.clicked.connect(self.session.discard)
         self.recover_button = QPushButton()
         self.recover_button.clicked.connect(self.session.recover)
-        self.clock = RecordedTime(self.session)
+        self.clock = ElapsedTime(self.session)
         self.legend = MarkLegend(self.session, self)
 
     def _lay_out(self) -> None:
@@ -151,7 +360,7 @@ class CaptureWorkspace(QWidget):
         form.addRow(self.recogniser.nothing)
         form.addRow("Latency", self.recogniser.latency)
         form.addRow("Scalogram", self.scalogram_channel)
-        guard_from_wheel(
+        ignore_wheel(
             self.fields.task,
             self.fields.countdown,
             self.recogniser.which,
@@ -169,7 +378,7 @@ class CaptureWorkspace(QWidget):
         upper.addLayout(devices)
         upper.addWidget(self.picture, 3)
         upper.addStretch()
-        upper.addWidget(rule())
+        upper.addWidget(separator())
         upper.addWidget(self.fields)
         # What is pressed while hands are full is always there; what was set up before may scroll.
         recording = QVBoxLayout()
@@ -178,20 +387,20 @@ class CaptureWorkspace(QWidget):
             recording.addWidget(widget)
         side = QWidget()
         side.setMinimumWidth(SIDE)
-        above = scrolled(setting_up)
-        column(side, above, growing=above, spacing=6).addLayout(recording)
+        above = scroll_area(setting_up)
+        page_layout(side, above, growing=above, spacing=6).addLayout(recording)
         return side
 
     def _right_side(self) -> QWidget:
         """What comes, and how it does."""
         views = QSplitter(Qt.Orientation.Vertical)
-        views.addWidget(scrolled(self.live))
+        views.addWidget(scroll_area(self.live))
         views.addWidget(self.scalogram)
         views.setStretchFactor(0, 3)
         views.setStretchFactor(1, 2)
         views.setChildrenCollapsible(False)
         main = QWidget()
-        column(main, views, self.recognition, self.standing, growing=views)
+        page_layout(main, views, self.recognition, self.standing, growing=views)
         return main
 
     # What is pressed
@@ -199,7 +408,7 @@ class CaptureWorkspace(QWidget):
     def record(self) -> None:
         """Record, or stop; the keys of actions mark from now on."""
         self.fields.take_task()
-        if self.session.phase in (Phase.READY, Phase.RECORDING):
+        if self.session.phase in (CaptureState.READY, CaptureState.RECORDING):
             self.held.release_all()
             # Letters mark actions from now on and are no text.
             self.live.setFocus()
@@ -210,9 +419,9 @@ class CaptureWorkspace(QWidget):
 
         A recording is not ended by it, and what is written in a field is left first.
         """
-        if typing(QApplication.focusWidget()):
+        if is_typing(QApplication.focusWidget()):
             return False
-        if self.session.phase is Phase.COUNTING:
+        if self.session.phase is CaptureState.COUNTING:
             self.session.record_or_stop()
             return True
         forgotten = self.session.forget_mark()
@@ -225,7 +434,7 @@ class CaptureWorkspace(QWidget):
         self.fields.take_task()
         # The button is disabled meanwhile: the next field would get the keyboard, and keys as text.
         self.live.setFocus()
-        if self.session.phase is Phase.APART:
+        if self.session.phase is CaptureState.APART:
             self.sources.remember()
             self.session.connect_to(self.sources.devices, self.sources.cameras)
         else:
@@ -242,73 +451,83 @@ class CaptureWorkspace(QWidget):
     def _changed(self) -> None:
         """Show what can be pressed now, and what it is called."""
         session, phase = self.session, self.session.phase
-        apart = phase is Phase.APART
-        if phase is not Phase.RECORDING:
+        apart = phase is CaptureState.APART
+        if phase is not CaptureState.RECORDING:
             self.held.forget_begun()
         text = "Connect" if apart else "Disconnect"
         under_way = {
-            Phase.CONNECTING: "Connecting…",
-            Phase.LEAVING: "Disconnecting…",
+            CaptureState.CONNECTING: "Connecting…",
+            CaptureState.LEAVING: "Disconnecting…",
         }
-        _say_on(self.connect_button, under_way.get(phase, text))
-        allow(self.connect_button, self._obstacle_to_connect(phase))
+        _connect_announcements(self.connect_button, under_way.get(phase, text))
+        set_enabled_with_reason(self.connect_button, self._obstacle_to_connect(phase))
         self.sources.set_open(apart)
-        zeroing = phase in (Phase.READY, Phase.COUNTING)
-        allow(self.zero_button, "" if zeroing else "Connect devices before zeroing them.")
+        zeroing = phase in (CaptureState.READY, CaptureState.COUNTING)
+        set_enabled_with_reason(
+            self.zero_button, "" if zeroing else "Connect devices before zeroing them."
+        )
         words = {
-            Phase.COUNTING: "Do not record",
-            Phase.STARTING: "Starting…",
-            Phase.RECORDING: "Stop and keep",
-            Phase.KEEPING: "Keeping…",
-            Phase.DISCARDING: "Discarding…",
-            Phase.RECOVERING: "Recovering…",
-            Phase.STUCK: "Try to keep it again",
+            CaptureState.COUNTING: "Do not record",
+            CaptureState.STARTING: "Starting…",
+            CaptureState.RECORDING: "Stop and keep",
+            CaptureState.KEEPING: "Keeping…",
+            CaptureState.DISCARDING: "Discarding…",
+            CaptureState.RECOVERING: "Recovering…",
+            CaptureState.STUCK: "Try to keep it again",
         }
-        _say_on(self.record_button, words.get(phase, "Record"), keys().shown("record"))
+        _connect_announcements(
+            self.record_button, words.get(phase, "Record"), keys().shown("record")
+        )
         self._show_whether_recording_can_begin()
         self._show_discard()
         left = session.left_behind
-        _say_on(self.recover_button, f"Recover unfinished recordings: {left}")
+        _connect_announcements(self.recover_button, f"Recover unfinished recordings: {left}")
         self.recover_button.setToolTip(
             "Make demonstrations of recordings that a crash or a power cut ended"
         )
         self.recover_button.setVisible(left > 0)
-        self.recover_button.setEnabled(phase in (Phase.APART, Phase.READY))
+        self.recover_button.setEnabled(phase in (CaptureState.APART, CaptureState.READY))
 
-    def _obstacle_to_connect(self, phase: Phase) -> str:
+    def _obstacle_to_connect(self, phase: CaptureState) -> str:
         """Why devices cannot be connected or disconnected now; empty where they can."""
         if self.document.project is None:
             return "Open or make a project first; recordings go into it."
-        if phase is Phase.STUCK:
+        if phase is CaptureState.STUCK:
             return "Keep or discard the last recording first."
-        return "Wait until this is done." if phase in WORKING else ""
+        return "Wait until this is done." if phase in BUSY_STATES else ""
 
     def _show_whether_recording_can_begin(self) -> None:
         """Devices may be unplugged and plugged in again at any moment."""
         session, obstacle = self.session, self.session.obstacle
-        can = session.phase not in WORKING and session.phase is not Phase.APART and not obstacle
+        can = (
+            session.phase not in BUSY_STATES
+            and session.phase is not CaptureState.APART
+            and not obstacle
+        )
         if self.record_button.isEnabled() != can or self.record_button.toolTip() != obstacle:
             reason = obstacle or "Connect devices before recording."
-            if session.phase in WORKING:
+            if session.phase in BUSY_STATES:
                 reason = "Wait until this is done."
-            allow(self.record_button, "" if can else reason)
+            set_enabled_with_reason(self.record_button, "" if can else reason)
             self.record_button.setToolTip(obstacle)
 
     def _show_discard(self) -> None:
         """What would be discarded: what is recorded, or what was kept last."""
         session, text = self.session, "Discard"
-        can = session.phase in (Phase.COUNTING, Phase.RECORDING, Phase.STUCK)
+        can = session.phase in (CaptureState.COUNTING, CaptureState.RECORDING, CaptureState.STUCK)
         kept = session.last.kept
-        if kept is not None and session.phase in (Phase.READY, Phase.APART):
+        if kept is not None and session.phase in (CaptureState.READY, CaptureState.APART):
             can = True
             name = self.fontMetrics().elidedText(kept.added.name, NAMES, SIDE // 3)
             words = "Discard '{0}'", "Really discard '{0}'"
             text = words[session.last.asked].format(name)
-        _say_on(self.discard_button, text, keys().shown("discard_recording"))
-        allow(self.discard_button, "" if can else "There is no recording to discard.")
+        _connect_announcements(self.discard_button, text, keys().shown("discard_recording"))
+        set_enabled_with_reason(
+            self.discard_button, "" if can else "There is no recording to discard."
+        )
 
 
-def _say_on(button: QPushButton, text: str, key: str = "") -> None:
+def _connect_announcements(button: QPushButton, text: str, key: str = "") -> None:
     """Write on a button what it does and which key does it."""
     shown = f"{text}  ({key})" if key else text
     if button.text() != shown:

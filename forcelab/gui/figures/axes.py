@@ -1,18 +1,19 @@
-"""Axes: which numbers stand at them, and how they are drawn."""
+"""Axes, curves, and names placed beside points and across nothing else."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
-from PySide6.QtCore import QLineF
-from PySide6.QtGui import QColor, QPainter, QPen
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QLineF, QPointF, QRectF, Qt
+from PySide6.QtGui import QColor, QFont, QPainter, QPen, QPolygonF
 
 from forcelab.gui.figures import text
-from forcelab.gui.figures.canvas import Theme
-
-__all__ = ["Axis", "LogAxis", "draw_bottom", "draw_left", "labels", "ticks"]
+from forcelab.gui.figures.figure import Theme
 
 #: Length of a tick mark, and the distance from its end to its number, in pixels.
 MARK = 4.0
@@ -148,12 +149,12 @@ def draw_bottom(
     face = text.font(size)
     centre = y + way * (MARK + GAP + size / 2)
     for value, label in marks:
-        text.put(
+        text.draw_text(
             painter, axis.at(value), centre, label, face=face, ink=QColor(theme.text), align=0.5
         )
     middle = (axis.begin + axis.finish) / 2
     below = centre + way * (size + GAP + 2)
-    text.put(painter, middle, below, title, face=face, ink=QColor(theme.muted), align=0.5)
+    text.draw_text(painter, middle, below, title, face=face, ink=QColor(theme.muted), align=0.5)
 
 
 def draw_left(
@@ -176,7 +177,103 @@ def draw_left(
     face = text.font(size)
     for value, label in marks:
         ink = QColor(theme.text)
-        text.put(painter, x - MARK - GAP, axis.at(value), label, face=face, ink=ink, align=1.0)
+        text.draw_text(
+            painter, x - MARK - GAP, axis.at(value), label, face=face, ink=ink, align=1.0
+        )
     side = x - MARK - GAP - text.widest((label for _, label in marks), face) - GAP - size / 2
     middle = (axis.begin + axis.finish) / 2
-    text.put_upwards(painter, side, middle, title, face=face, ink=QColor(theme.muted), align=0.5)
+    text.draw_text_upwards(
+        painter, side, middle, title, face=face, ink=QColor(theme.muted), align=0.5
+    )
+
+
+#: Colours of curves and clusters: Okabe and Ito's that stand out on white as thin lines.
+CURVE_COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7")
+
+
+def curve_pen(colour: QColor, thickness: float) -> QPen:
+    """A pen for curves, round so that steep corners do not stick out."""
+    pen = QPen(colour, thickness)
+    pen.setCapStyle(Qt.PenCapStyle.RoundCap)
+    pen.setJoinStyle(Qt.PenJoinStyle.RoundJoin)
+    return pen
+
+
+def paint_curve(
+    painter: QPainter,
+    across: Axis,
+    up: Axis,
+    x: NDArray[np.float64],
+    y: NDArray[np.float64],
+    *,
+    pen: QPen,
+) -> None:
+    """Draw a polyline through the points ``(x, y)``, both of shape (n,)."""
+    painter.setPen(pen)
+    painter.setBrush(Qt.BrushStyle.NoBrush)
+    points = [QPointF(across.at(a), up.at(b)) for a, b in zip(x.tolist(), y.tolist(), strict=True)]
+    painter.drawPolyline(QPolygonF(points))
+
+
+def paint_names(
+    painter: QPainter, x: float, y: float, names: Sequence[tuple[str, QPen]], theme: Theme
+) -> None:
+    """Draw a short stretch of each curve with its name, from left to right."""
+    face = text.font(10)
+    for name, pen in names:
+        painter.setPen(pen)
+        painter.drawLine(QLineF(x, y, x + 20, y))
+        text.draw_text(painter, x + 27, y, name, face=face, ink=QColor(theme.text))
+        x += 27 + text.width(name, face) + 20
+
+
+#: What is left free between a mark and its text, and boxes along a line, in pixels.
+LABEL_GAP, STEP = 3.0, 4.0
+
+
+def place_labels(
+    spot: QPointF, label: str, face: QFont, box: QRectF, mark: float
+) -> Iterator[QRectF]:
+    """Boxes around a mark where its label may stand, moved into the plot: the best ones first.
+
+    Parameters
+    ----------
+    spot : QPointF
+        The middle of the mark.
+    label : str
+    face : QFont
+    box : QRectF
+        The plot.
+    mark : float
+        Half the mark's width, in pixels.
+    """
+    wide, high = text.width(label, face), face.pixelSize() + 2.0
+    out, near = mark + LABEL_GAP, mark
+    for left, top in (
+        (out, -high / 2),
+        (-out - wide, -high / 2),
+        (-wide / 2, -out - high),
+        (-wide / 2, out),
+        (near, -near - high),
+        (near, near),
+        (-near - wide, -near - high),
+        (-near - wide, near),
+    ):
+        x = min(max(spot.x() + left, box.left() + 2), box.right() - 2 - wide)
+        y = min(max(spot.y() + top, box.top() + 2), box.bottom() - 2 - high)
+        yield QRectF(x, y, wide, high)
+
+
+def place_along(line: Sequence[QPointF]) -> Iterator[QRectF]:
+    """Small boxes that cover a polyline, so that no label is written across it."""
+    for start, end in pairwise(line):
+        length = QLineF(start, end).length()
+        for i in range(math.ceil(length / STEP)):
+            spot = QLineF(start, end).pointAt(i * STEP / length)
+            yield QRectF(spot.x() - STEP / 2, spot.y() - STEP / 2, STEP, STEP)
+
+
+def covered_area(place: QRectF, taken: Sequence[QRectF]) -> float:
+    """Area of what a label would cover."""
+    common = [place.intersected(other) for other in taken]
+    return sum(box.width() * box.height() for box in common)

@@ -12,10 +12,16 @@ from PySide6.QtGui import QColor, QPainter, QPen
 
 from forcelab.errors import InputError
 from forcelab.gui.figures import text
-from forcelab.gui.figures.axes import Axis, draw_bottom, draw_left
-from forcelab.gui.figures.canvas import LIGHT, MARGIN, Figure, Theme
-from forcelab.gui.figures.curves import CURVES, curve_pen, paint_curve
-from forcelab.gui.figures.tracks import Look, paint_track
+from forcelab.gui.figures.axes import (
+    CURVE_COLOURS,
+    Axis,
+    curve_pen,
+    draw_bottom,
+    draw_left,
+    paint_curve,
+)
+from forcelab.gui.figures.figure import LIGHT, MARGIN, Figure, Theme
+from forcelab.gui.figures.tracks import LabelStyle, paint_track
 from forcelab.labels import from_codes
 
 __all__ = ["ClusterFigure", "cluster_figure"]
@@ -72,8 +78,8 @@ class ClusterFigure(Figure):
                 f"{n} times and {len(self.rows)} rows of {sorted(lengths)} values."
             )
         for name, codes in self.rows:
-            if codes.min() < 0 or codes.max() >= len(CURVES):
-                raise InputError(f"'{name}' has clusters other than 0 .. {len(CURVES) - 1}.")
+            if codes.min() < 0 or codes.max() >= len(CURVE_COLOURS):
+                raise InputError(f"'{name}' has clusters other than 0 .. {len(CURVE_COLOURS) - 1}.")
 
     @property
     def size(self) -> QSizeF:
@@ -106,7 +112,7 @@ class ClusterFigure(Figure):
         bottom = bar.top() - 6
         middle = bottom - PLOT_HEIGHT - NAME_LINE / 2 - 2
         shown = text.elided_name(name, text.font(bold=True), PLOT_WIDTH)
-        text.put(
+        text.draw_text(
             painter, LEFT, middle, shown, face=text.font(bold=True), ink=QColor(self.theme.text)
         )
         low, high = float(self.signal.min()), float(self.signal.max())
@@ -121,10 +127,10 @@ class ClusterFigure(Figure):
         for first, last in pairwise(edges):
             # Up to the first sample of the next piece, so that the line has no gaps.
             piece = slice(first, last + 1)
-            pen = curve_pen(QColor(CURVES[codes[first]]), 3.0)
+            pen = curve_pen(QColor(CURVE_COLOURS[codes[first]]), 3.0)
             paint_curve(painter, self.axis, up, self.times[piece], self.signal[piece], pen=pen)
-        numbers = [str(i) for i in range(1, len(CURVES) + 1)]
-        looks = {n: Look(n, QColor(CURVES[int(n) - 1])) for n in numbers}
+        numbers = [str(i) for i in range(1, len(CURVE_COLOURS) + 1)]
+        looks = {n: LabelStyle(n, QColor(CURVE_COLOURS[int(n) - 1])) for n in numbers}
         segments = from_codes(codes, self.times, numbers)
         paint_track(painter, bar, self.axis, segments, looks=looks, theme=self.theme)
 

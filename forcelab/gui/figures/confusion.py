@@ -1,7 +1,8 @@
-"""Confusion matrix: which action the recogniser saw where the coder saw another."""
+"""The confusion matrix: what the recogniser predicted where the coder labelled another action."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal
@@ -9,15 +10,62 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QPointF, QRectF, QSizeF
-from PySide6.QtGui import QColor, QLinearGradient, QPainter
+from PySide6.QtGui import QColor, QFont, QLinearGradient, QPainter
 
 from forcelab.errors import InputError
 from forcelab.gui.figures import text
-from forcelab.gui.figures.canvas import LIGHT, MARGIN, Figure, Theme
-from forcelab.gui.figures.cell_texts import counts_alone, shares_first
-from forcelab.gui.figures.shades import STOPS, shades
+from forcelab.gui.figures.colormap import COLORMAP_STOPS, colormap_colours
+from forcelab.gui.figures.figure import LIGHT, MARGIN, Figure, Theme
 
-__all__ = ["ConfusionMatrix", "Words"]
+#: Left free inside a cell on either side of its text.
+PADDING = 2.0
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class CellLabels:
+    """Texts of all cells, row after row.
+
+    Parameters
+    ----------
+    face, below_face : QFont
+        Of the first and of the second line.
+    labels : list of str
+        The first line.
+    below : list of str, optional
+        The second line; None where it has no room.
+    """
+
+    face: QFont
+    labels: list[str]
+    below_face: QFont
+    below: list[str] | None = None
+
+
+def count_labels(counts: Sequence[str], cell: float) -> CellLabels:
+    """Counts in the largest face that lets all of them into cells of a side; cut if none does."""
+    room = cell - 2 * PADDING
+    faces = (text.font(11), text.font(9), text.font(8))
+    face = next((face for face in faces if text.widest(counts, face) <= room), faces[-1])
+    return CellLabels(face, [text.elided(count, face, cell) for count in counts], face)
+
+
+def share_labels(counts: Sequence[str], shares: NDArray[np.float64], cell: float) -> CellLabels:
+    """Per cents, and the counts below them in cells that are large enough.
+
+    A share of NaN, which is one of nothing, is a dash.
+    """
+    room = cell - 2 * PADDING
+    large, medium, small = text.font(11), text.font(9), text.font(8)
+    decimals = text.width("100.0 %", large) <= room
+    fitting = (face for face in (large, medium) if text.width("100", face) <= room)
+    face = next(fitting, small)
+    labels = [
+        "–" if np.isnan(share) else f"{100 * share:.1f} %" if decimals else f"{100 * share:.0f}"
+        for share in shares.flat
+    ]
+    below = list(counts) if decimals and text.widest(counts, medium) <= room else None
+    return CellLabels(face, labels, medium, below)
+
 
 #: The matrix is about this wide where its cells may have the size that takes.
 MATRIX = 640.0
@@ -41,7 +89,7 @@ UNITS = {"samples": "samples", "s": "time in seconds", "segments": "segments"}
 
 
 @dataclass(frozen=True, slots=True)
-class Words:
+class MatrixLabels:
     """What is written around a matrix; `last` is the name of its last column."""
 
     human: str = "human"
@@ -92,7 +140,7 @@ class ConfusionMatrix(Figure):
     share: Literal["row", "column", "counts"] = "row"
     room: float = MATRIX
     headed: bool = True
-    words: Words = Words()
+    words: MatrixLabels = MatrixLabels()
 
     def __post_init__(self) -> None:
         counts = np.array(self.counts, dtype=np.float64 if self.unit == "s" else np.int64)
@@ -157,12 +205,12 @@ class ConfusionMatrix(Figure):
         muted, small, words = QColor(self.theme.muted), text.font(10), self.words
         if self.headed:
             self.paint_title(painter)
-            text.put(painter, MARGIN, MARGIN + 26, self._key, face=small, ink=muted)
+            text.draw_text(painter, MARGIN, MARGIN + 26, self._key, face=small, ink=muted)
         middle, margin = self._matrix.center(), self._margin
         x, y = middle.x(), self._predicted_at
-        text.put(painter, x, y, words.predicted, face=small, ink=muted, align=0.5)
+        text.draw_text(painter, x, y, words.predicted, face=small, ink=muted, align=0.5)
         x, y = margin + 6, middle.y()
-        text.put_upwards(painter, x, y, words.human, face=small, ink=muted, align=0.5)
+        text.draw_text_upwards(painter, x, y, words.human, face=small, ink=muted, align=0.5)
         self._paint_names(painter)
         self._paint_cells(painter)
         if self.headed:
@@ -223,7 +271,7 @@ class ConfusionMatrix(Figure):
     def _shades(self, shares: NDArray[np.float64]) -> NDArray[np.uint8]:
         """The colours of shares, shape (..., 3), from the ground's lightness away from it."""
         dark = QColor(self.theme.background).lightnessF() < 0.5
-        return shades(1.0 - shares if dark else shares)
+        return colormap_colours(1.0 - shares if dark else shares)
 
     @property
     def _totals_right(self) -> float:
@@ -244,11 +292,11 @@ class ConfusionMatrix(Figure):
             ink = QColor(self.theme.muted if column == last else self.theme.text)
             x = self.box(0, column).center().x()
             if self._upwards:
-                text.put_upwards(painter, x, matrix.top() - 8, name, face=face, ink=ink)
+                text.draw_text_upwards(painter, x, matrix.top() - 8, name, face=face, ink=ink)
             else:
-                text.put(painter, x, matrix.top() - 13, name, face=face, ink=ink, align=0.5)
+                text.draw_text(painter, x, matrix.top() - 13, name, face=face, ink=ink, align=0.5)
         muted = QColor(self.theme.muted)
-        text.put(
+        text.draw_text(
             painter,
             self._totals_right,
             matrix.top() - 13,
@@ -259,7 +307,7 @@ class ConfusionMatrix(Figure):
         )
         for row, (name, total) in enumerate(zip(self._names[:-1], self._totals, strict=True)):
             y = self.box(row, 0).center().y()
-            text.put(
+            text.draw_text(
                 painter,
                 matrix.left() - 10,
                 y,
@@ -268,17 +316,17 @@ class ConfusionMatrix(Figure):
                 ink=QColor(self.theme.text),
                 align=1.0,
             )
-            text.put(painter, self._totals_right, y, total, face=small, ink=muted, align=1.0)
+            text.draw_text(painter, self._totals_right, y, total, face=small, ink=muted, align=1.0)
 
     def _paint_cells(self, painter: QPainter) -> None:
         """Draw the cells: colour, per cent and count, as much of it as has room."""
         counts = [self._counted(count) for count in self.counts.ravel().tolist()]
         shares = self.shares
         if self.share == "counts":
-            texts = counts_alone(counts, self._cell)
+            texts = count_labels(counts, self._cell)
         else:
             known = np.where(self._wholes > 0, shares, np.nan)
-            texts = shares_first(counts, known, self._cell)
+            texts = share_labels(counts, known, self._cell)
         up = 0.0 if texts.below is None else 8.0
         grounds = self._shades(shares).reshape(-1, 3).tolist()
         for number, label in enumerate(texts.labels):
@@ -289,10 +337,10 @@ class ConfusionMatrix(Figure):
                 continue  # many small zeros on screen only stand in the way
             ink = text.ink_on(colour) if self.counts[row, column] else QColor(self.theme.frame)
             x, y = box.center().x(), box.center().y()
-            text.put(painter, x, y - up, label, face=texts.face, ink=ink, align=0.5)
+            text.draw_text(painter, x, y - up, label, face=texts.face, ink=ink, align=0.5)
             if texts.below is not None:
                 below = texts.below[number]
-                text.put(painter, x, y + 9, below, face=texts.below_face, ink=ink, align=0.5)
+                text.draw_text(painter, x, y + 9, below, face=texts.below_face, ink=ink, align=0.5)
 
     def _paint_bar(self, painter: QPainter) -> None:
         """Draw the scale of colours."""
@@ -300,7 +348,7 @@ class ConfusionMatrix(Figure):
         high = min(BAR_HEIGHT, matrix.height())
         box = QRectF(self._bar_left, matrix.top(), BAR_WIDTH, high)
         gradient = QLinearGradient(box.bottomLeft(), box.topLeft())
-        stops = np.linspace(0.0, 1.0, len(STOPS))
+        stops = np.linspace(0.0, 1.0, len(COLORMAP_STOPS))
         for share, ground in zip(stops.tolist(), self._shades(stops).tolist(), strict=True):
             gradient.setColorAt(share, QColor(*ground))
         painter.fillRect(box, gradient)
@@ -310,4 +358,6 @@ class ConfusionMatrix(Figure):
             label, face = f"{100 * share:.0f} %", text.font(10)
             if self.share == "counts":
                 label = f"{share * largest:,.3g}"
-            text.put(painter, box.right() + 6, y, label, face=face, ink=QColor(self.theme.text))
+            text.draw_text(
+                painter, box.right() + 6, y, label, face=face, ink=QColor(self.theme.text)
+            )

@@ -1,36 +1,43 @@
-"""One timeline pair, drawn alike in figures and in the window."""
+"""Timeline pairs: what the coder labelled above what the recogniser predicted."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import cached_property
+from itertools import accumulate
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import QRectF
-from PySide6.QtGui import QColor, QPainter
+from PySide6.QtCore import QLineF, QRectF, QSizeF
+from PySide6.QtGui import QColor, QPainter, QPen
 
 from forcelab.errors import InputError
 from forcelab.gui.figures import text
-from forcelab.gui.figures.axes import Axis
-from forcelab.gui.figures.canvas import Theme
-from forcelab.gui.figures.fading import veils
-from forcelab.gui.figures.marks import paint_marks
-from forcelab.gui.figures.tracks import Look, paint_track
+from forcelab.gui.figures.axes import Axis, draw_bottom
+from forcelab.gui.figures.figure import LIGHT, MARGIN, Figure, Theme
+from forcelab.gui.figures.tracks import (
+    LabelStyle,
+    Legend,
+    fade_overlays,
+    paint_differences,
+    paint_track,
+    styles_in_order,
+)
 from forcelab.labels import Segments
+from forcelab.vocabulary import Vocabulary
 
 if TYPE_CHECKING:
     from forcelab.recognition.probability_trace import Certainty
     from forcelab.review.differences import Difference
 
-__all__ = ["CAPTION", "Lane", "Measures", "Pair", "PairBoxes", "captions", "paint_pair"]
 
 #: Height of the captions of bars, in pixels.
 CAPTION = 9.0
 
 
 @dataclass(frozen=True)
-class Lane:
+class PairRow:
     """A further track below a pair.
 
     Parameters
@@ -82,7 +89,7 @@ class Pair:
     start: float
     end: float
     note: str = ""
-    lanes: tuple[Lane, ...] = ()
+    lanes: tuple[PairRow, ...] = ()
     certainty: Certainty | None = None
     marks: tuple[Difference, ...] | None = None
 
@@ -111,7 +118,7 @@ class PairBoxes:
 
 
 @dataclass(frozen=True, slots=True)
-class Measures:
+class PairGeometry:
     """Heights in pixels: of bars, the gap and the band of marks between them, and of lanes."""
 
     bar: float = 13.0
@@ -152,7 +159,7 @@ def paint_pair(
     axis: Axis,
     pair: Pair,
     *,
-    looks: Mapping[str, Look],
+    looks: Mapping[str, LabelStyle],
     theme: Theme,
     mark: QColor,
 ) -> None:
@@ -175,7 +182,7 @@ def paint_pair(
     """
     if pair.human is not None:
         paint_track(painter, boxes.human, axis, pair.human, looks=looks, theme=theme)
-        paint_marks(painter, boxes.band, axis, pair.marks or (), mark)
+        paint_differences(painter, boxes.band, axis, pair.marks or (), mark)
     tracks = [(boxes.predicted, pair.predicted, True)]
     tracks += [
         (box, lane.segments, lane.certain)
@@ -183,7 +190,7 @@ def paint_pair(
     ]
     for box, segments, certain in tracks:
         fading = (
-            veils(pair.certainty, segments, axis, box)
+            fade_overlays(pair.certainty, segments, axis, box)
             if certain and pair.certainty is not None
             else ()
         )
@@ -197,7 +204,218 @@ def captions(
     if not pair.lanes:
         return
     if pair.human is not None:
-        yield boxes.human.center().y(), text.shown(human)
-    yield boxes.predicted.center().y(), text.shown(predicted)
+        yield boxes.human.center().y(), text.printable(human)
+    yield boxes.predicted.center().y(), text.printable(predicted)
     for box, lane in zip(boxes.lanes, pair.lanes, strict=True):
-        yield box.center().y(), text.shown(lane.caption)
+        yield box.center().y(), text.printable(lane.caption)
+
+
+MEASURES = PairGeometry()
+#: Between one pair and the next.
+ROW_GAP = 9.0
+#: Names and notes longer than this are elided.
+NAME_ROOM = 170.0
+NOTE_ROOM = 150.0
+CAPTION_ROOM = 90.0
+#: From the last row to the bottom: marks, numbers and title of the time axis.
+AXIS_ROOM = 36.0
+#: Figures higher than this have a time axis at the top as well.
+TALL = 900.0
+KEY_LINE = 15.0
+KEY = "Upper bar: human. Lower bar: predicted. White: unlabelled."
+STRETCHED_NOTE = "Each over the whole width."
+LIGHTER = "Lighter: less probable."
+BETWEEN = "Between: bar where they differ, line where nothing was predicted."
+#: Of the marks where human and model differ.
+MARK = "#b3261e"
+
+
+@dataclass(frozen=True)
+class TimelinePairs(Figure):
+    """Human and predicted timelines in pairs, on one time axis.
+
+    Parameters
+    ----------
+    title : str
+        At the top.
+    pairs : tuple of Pair
+        At least one; drawn from top to bottom.
+    vocabulary : Vocabulary
+        Has every action that is drawn.
+    actions : tuple of str
+        The legend's first actions; the others follow in the order of their occurrence, human
+        tracks first.
+    theme : Theme
+        Colours apart from the actions'.
+    width : float
+        In pixels; the height follows from the number of pairs.
+    note_key : str
+        What the notes say, such as ``"At the right: frame accuracy."``; drawn below the title
+        where any pair has a note.
+    stretched : bool
+        Whether each pair takes the whole width, whatever it lasts; there is no time axis then.
+
+    Raises
+    ------
+    InputError
+        If there is no pair or the vocabulary lacks an action.
+    """
+
+    title: str
+    pairs: tuple[Pair, ...]
+    vocabulary: Vocabulary
+    actions: tuple[str, ...] = ()
+    theme: Theme = LIGHT
+    width: float = 960.0
+    note_key: str = ""
+    stretched: bool = False
+
+    def __post_init__(self) -> None:
+        if not self.pairs:
+            raise InputError("There is no demonstration to draw; choose at least one.")
+        tracks = [pair.human or () for pair in self.pairs]
+        tracks += [track for pair in self.pairs for track in pair.tracks[1:]]
+        found = (segment.action for track in tracks for segment in track)
+        actions = tuple(dict.fromkeys((*self.actions, *found)))
+        object.__setattr__(self, "actions", actions)
+        for action in actions:
+            if action not in self.vocabulary:
+                raise InputError(f"The vocabulary lacks the action '{action}'; add it.")
+
+    @property
+    def size(self) -> QSizeF:
+        """Width and height in pixels."""
+        return QSizeF(self.width, self._rows_end + AXIS_ROOM + MARGIN)
+
+    @cached_property
+    def axis(self) -> Axis:
+        """The time axis, from seconds to pixels."""
+        start = min(pair.start for pair in self.pairs)
+        end = max(pair.end for pair in self.pairs)
+        names = [text.printable(pair.name) for pair in self.pairs]
+        left = MARGIN + min(text.widest(names, text.font()), NAME_ROOM) + 10 + self._caption_room
+        notes = [text.printable(pair.note) for pair in self.pairs]
+        note_room = min(text.widest(notes, text.font(10)), NOTE_ROOM)
+        right = self.width - MARGIN - (note_room + 10 if note_room else 0.0)
+        return Axis(start, end, left, right)
+
+    def boxes(self, row: int) -> PairBoxes:
+        """Where everything of a pair lies, in pixels."""
+        return MEASURES.boxes(self.pairs[row], self.axis_of(row), self._tops[row])
+
+    def axis_of(self, row: int) -> Axis:
+        """A pair's time axis: that of all, unless each is stretched."""
+        if not self.stretched:
+            return self.axis
+        return Axis(self.pairs[row].start, self.pairs[row].end, self.axis.begin, self.axis.finish)
+
+    def paint(self, painter: QPainter) -> None:
+        """Draw title, legend, pairs and time axis."""
+        ink, muted = QColor(self.theme.text), QColor(self.theme.muted)
+        room = self.width - 2 * MARGIN
+        self.paint_title(painter)
+        for line, words in enumerate(self._key):
+            key = text.elided(words, text.font(10), room)
+            height = MARGIN + 26 + line * KEY_LINE
+            text.draw_text(painter, MARGIN, height, key, face=text.font(10), ink=muted)
+        self._legend.paint(painter, MARGIN, self._head, self.theme)
+        axis = self.axis
+        if not self.stretched:
+            self._paint_grid(painter, axis)
+        for row, pair in enumerate(self.pairs):
+            boxes = self.boxes(row)
+            paint_pair(
+                painter,
+                boxes,
+                self.axis_of(row),
+                pair,
+                looks=self._looks,
+                theme=self.theme,
+                mark=QColor(MARK),
+            )
+            middle = (boxes.human.top() + boxes.predicted.bottom()) / 2
+            edge = axis.begin - 10 - self._caption_room
+            name = text.elided_name(pair.name, text.font(), edge - MARGIN)
+            text.draw_text(painter, edge, middle, name, face=text.font(), ink=ink, align=1.0)
+            small = text.font(CAPTION)
+            for height, caption in captions(boxes, pair):
+                short = text.elided(caption, small, CAPTION_ROOM)
+                text.draw_text(
+                    painter, axis.begin - 6, height, short, face=small, ink=muted, align=1.0
+                )
+            note = text.elided(pair.note, text.font(10), NOTE_ROOM)
+            text.draw_text(
+                painter, self.width - MARGIN, middle, note, face=text.font(10), ink=muted, align=1.0
+            )
+        if self.stretched:
+            return
+        draw_bottom(painter, axis, self._rows_end, "time (s)", self.theme)
+        if self._tall:
+            draw_bottom(painter, axis, self._rows_top - 8, "time (s)", self.theme, above=True)
+
+    @cached_property
+    def _key(self) -> list[str]:
+        """What is said of how to read the figure, in one line or two."""
+        first = [KEY, STRETCHED_NOTE] if self.stretched else [KEY]
+        if any(pair.note for pair in self.pairs):
+            first.append(self.note_key)
+        second = [LIGHTER] if any(pair.certainty is not None for pair in self.pairs) else []
+        if any(pair.marks is not None for pair in self.pairs):
+            second.append(BETWEEN)
+        return [" ".join(line) for line in (first, second) if line]
+
+    @property
+    def _head(self) -> float:
+        """Where the legend begins, in pixels."""
+        return MARGIN + 40 + (len(self._key) - 1) * KEY_LINE
+
+    @cached_property
+    def _looks(self) -> dict[str, LabelStyle]:
+        """Each action's number, colour and texture."""
+        return styles_in_order(self.actions, self.vocabulary)
+
+    @cached_property
+    def _legend(self) -> Legend:
+        """The legend below the title."""
+        return Legend(self._looks, self.width - 2 * MARGIN)
+
+    @cached_property
+    def _caption_room(self) -> float:
+        """Width of the column of captions between names and bars."""
+        found = [
+            caption
+            for pair in self.pairs
+            for _, caption in captions(MEASURES.boxes(pair, Axis(0, 1, 0, 1), 0), pair)
+        ]
+        if not found:
+            return 0.0
+        return min(text.widest(found, text.font(CAPTION)), CAPTION_ROOM) + 14
+
+    @cached_property
+    def _tops(self) -> list[float]:
+        """Upper edge of each pair, and of one that came after the last, in pixels."""
+        heights = (MEASURES.height(pair) + ROW_GAP for pair in self.pairs)
+        return list(accumulate(heights, initial=self._rows_top))
+
+    @cached_property
+    def _tall(self) -> bool:
+        """Whether the figure needs a second time axis at the top."""
+        return sum(MEASURES.height(pair) + ROW_GAP for pair in self.pairs) > TALL
+
+    @cached_property
+    def _rows_top(self) -> float:
+        """Upper edge of the first row, in pixels."""
+        above = AXIS_ROOM + 8 if self._tall and not self.stretched else 0
+        return self._head + self._legend.height + 12 + above
+
+    @property
+    def _rows_end(self) -> float:
+        """Where the time axis lies, in pixels."""
+        return self._tops[-1] - ROW_GAP + 8
+
+    def _paint_grid(self, painter: QPainter, axis: Axis) -> None:
+        """Draw a light line at every number of the time axis."""
+        painter.setPen(QPen(QColor(self.theme.grid), 1.0))
+        top, bottom = self._rows_top - 8, self._rows_end
+        marks = axis.marks(10.0, upright=False)
+        painter.drawLines([QLineF(axis.at(v), top, axis.at(v), bottom) for v, _ in marks])

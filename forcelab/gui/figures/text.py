@@ -22,19 +22,19 @@ from PySide6.QtGui import (
 )
 
 from forcelab.errors import InputError
-from forcelab.gui.platform import require_qt
+from forcelab.gui.qt_check import require_qt
 
 __all__ = [
     "NAMES",
     "contrast",
+    "draw_text",
+    "draw_text_upwards",
     "elided",
     "elided_name",
+    "ensure_application",
     "font",
     "ink_on",
-    "put",
-    "put_upwards",
-    "ready",
-    "shown",
+    "printable",
     "signed",
     "widest",
     "width",
@@ -50,7 +50,7 @@ NAMES = Qt.TextElideMode.ElideMiddle
 MEASURED = 8192
 
 
-def ready() -> QGuiApplication:
+def ensure_application() -> QGuiApplication:
     """Make sure that Qt can draw text, without a display if there is none.
 
     Returns
@@ -99,7 +99,7 @@ def font(size: float = 11.0, *, bold: bool = False) -> QFont:
     InputError
         If the system has no font at all.
     """
-    ready()
+    ensure_application()
     face = QFont(list(FAMILIES))
     face.setPixelSize(round(size))
     face.setBold(bold)
@@ -107,7 +107,7 @@ def font(size: float = 11.0, *, bold: bool = False) -> QFont:
     return face
 
 
-def shown(text: str) -> str:
+def printable(text: str) -> str:
     """The text on one line, without characters that cannot be printed or stored in XML."""
     return " ".join("".join(c if c.isprintable() else " " for c in text).split())
 
@@ -138,7 +138,7 @@ def _rise(face: QFont) -> float:
 
 def elided(text: str, face: QFont, room: float) -> str:
     """A sentence cut to `room` pixels, with a sign where something was left out."""
-    return QFontMetricsF(face).elidedText(shown(text), Qt.TextElideMode.ElideRight, room)
+    return QFontMetricsF(face).elidedText(printable(text), Qt.TextElideMode.ElideRight, room)
 
 
 def elided_name(name: str, face: QFont, room: float, among: tuple[str, ...] = ()) -> str:
@@ -147,10 +147,10 @@ def elided_name(name: str, face: QFont, room: float, among: tuple[str, ...] = ()
     Where one of the names `among` which it stands would then look the same, as ``insert left peg``
     beside ``insert right peg`` may, it is cut at its end or its beginning if that helps.
     """
-    metrics, whole = QFontMetricsF(face), shown(name)
+    metrics, whole = QFontMetricsF(face), printable(name)
     if metrics.horizontalAdvance(whole) <= room:
         return whole
-    others = [shown(other) for other in among if other != name]
+    others = [printable(other) for other in among if other != name]
     if not any((one[:1], one[-1:]) == (whole[:1], whole[-1:]) for one in others):
         return metrics.elidedText(whole, NAMES, room)  # as good as always, and takes no time
     for where in (NAMES, Qt.TextElideMode.ElideRight, Qt.TextElideMode.ElideLeft):
@@ -160,7 +160,7 @@ def elided_name(name: str, face: QFont, room: float, among: tuple[str, ...] = ()
     return metrics.elidedText(whole, NAMES, room)
 
 
-def put(
+def draw_text(
     painter: QPainter,
     x: float,
     y: float,
@@ -193,7 +193,7 @@ def put(
     painter.drawText(QPointF(left, y + _rise(face)), line)
 
 
-def put_upwards(
+def draw_text_upwards(
     painter: QPainter,
     x: float,
     y: float,
@@ -203,11 +203,11 @@ def put_upwards(
     ink: QColor,
     align: float = 0.0,
 ) -> None:
-    """Draw one line of text that reads upwards, centred on `x`; it starts at `y` (see `put`)."""
+    """Draw one line of text upwards from `y`, centred on `x` (see `draw_text`)."""
     painter.save()
     painter.translate(x, y)
     painter.rotate(-90)
-    put(painter, 0.0, 0.0, line, face=face, ink=ink, align=align)
+    draw_text(painter, 0.0, 0.0, line, face=face, ink=ink, align=align)
     painter.restore()
 
 

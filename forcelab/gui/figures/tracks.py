@@ -1,23 +1,143 @@
-"""One track as a bar: coloured segments with textures and signs, white where unlabelled."""
+"""One track as a bar, its fading by probability, differences between two bars, and the legend."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from bisect import bisect_right
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, lru_cache
+from operator import attrgetter
+from typing import TYPE_CHECKING
 
+import numpy as np
+from numpy.typing import NDArray
 from PySide6.QtCore import QLineF, QRectF, Qt
 from PySide6.QtGui import QColor, QPainter, QPen
 
 from forcelab.gui.figures import text
 from forcelab.gui.figures.axes import Axis
-from forcelab.gui.figures.canvas import Theme
-from forcelab.gui.figures.fading import Veil, paint_veils, veil_at
-from forcelab.gui.figures.shades import mixed
-from forcelab.labels import Segment
+from forcelab.gui.figures.colormap import mixed, translucent
+from forcelab.gui.figures.figure import Theme
+from forcelab.labels import Segment, Segments, to_codes
+from forcelab.vocabulary import Vocabulary
 
-__all__ = ["Look", "paint_look", "paint_texture", "paint_track", "plate"]
+if TYPE_CHECKING:
+    from forcelab.recognition.probability_trace import Certainty
+    from forcelab.review.differences import Difference, Interval
+
+
+#: From this probability on a prediction has its full colour; from that one down the lightest.
+SURE, UNSURE = 0.95, 0.35
+#: How much of the colour the thickest veil takes, and how many thicknesses there are: so few that
+#: a bar is a few rectangles in an SVG, so many that no step is seen as an edge of a segment.
+THICKEST, LEVELS = 0.72, 16
+#: Width of what has one thickness, in pixels: narrower flicker cannot be read.
+COLUMN = 5.0
+
+_left = attrgetter("left")
+
+
+@dataclass(frozen=True, slots=True)
+class FadeOverlay:
+    """From `left` to `right` in pixels a bar is lighter; `opacity` from 0, not, to 1, gone."""
+
+    left: float
+    right: float
+    opacity: float
+
+
+def opacity(probability: float) -> float:
+    """How thick the veil over a prediction is."""
+    return float(_levels(np.array([probability]))[0] * THICKEST / LEVELS)
+
+
+def fade_overlays(
+    certainty: Certainty, segments: Segments, axis: Axis, box: QRectF
+) -> tuple[FadeOverlay, ...]:
+    """The veils over a bar, from left to right; none where a prediction is sure.
+
+    Parameters
+    ----------
+    certainty : Certainty
+        How probable each action is.
+    segments : tuple of Segment
+        What is predicted; an action that `certainty` does not know is not veiled.
+    axis : Axis
+        From seconds to pixels.
+    box : QRectF
+        The bar.
+    """
+    if not segments or not len(certainty.values) or box.width() <= 0:
+        return ()
+    actions = tuple(dict.fromkeys((*certainty.actions, *(s.action for s in segments))))
+    edges = _edges(segments, axis, box)
+    middles = _times((edges[1:] + edges[:-1]) / 2, axis)
+    labelled = to_codes(segments, middles, actions) >= 0
+    own = _segment_steps(certainty, to_codes(segments, certainty.times, actions))
+    ticks = certainty.start + np.arange(len(own) + 1) / certainty.rate
+    sums = np.interp(_times(edges, axis), ticks, np.concatenate([[0.0], np.cumsum(own)]))
+    shares = np.diff(sums) / np.maximum(np.diff(_times(edges, axis)) * certainty.rate, 1e-12)
+    levels = np.where(labelled, _levels(shares), 0)
+    cuts = np.concatenate([[0], np.flatnonzero(np.diff(levels)) + 1, [len(levels)]])
+    return tuple(
+        FadeOverlay(float(edges[first]), float(edges[last]), int(levels[first]) * THICKEST / LEVELS)
+        for first, last in zip(cuts[:-1].tolist(), cuts[1:].tolist(), strict=True)
+        if levels[first]
+    )
+
+
+def paint_fade(
+    painter: QPainter, box: QRectF, found: tuple[FadeOverlay, ...], unlabelled: QColor
+) -> None:
+    """Make a bar lighter."""
+    alike: dict[float, list[QRectF]] = {}
+    for veil in found:
+        stretch = QRectF(veil.left, box.top(), veil.right - veil.left, box.height())
+        alike.setdefault(veil.opacity, []).append(stretch)
+    painter.setPen(Qt.PenStyle.NoPen)
+    for share, stretches in alike.items():
+        colour = translucent(unlabelled, share)
+        painter.setBrush(colour)
+        painter.drawRects(stretches)
+
+
+def fade_at(found: tuple[FadeOverlay, ...], x: float) -> float:
+    """How thick the veil at a pixel is; 0 where there is none."""
+    i = bisect_right(found, x, key=_left) - 1
+    return found[i].opacity if i >= 0 and x < found[i].right else 0.0
+
+
+def _levels(probabilities: NDArray[np.float64]) -> NDArray[np.int64]:
+    """Thickness of the veils, in steps."""
+    shares = np.clip((SURE - probabilities) / (SURE - UNSURE), 0.0, 1.0)
+    return np.rint(shares * LEVELS).astype(np.int64)
+
+
+def _edges(segments: Segments, axis: Axis, box: QRectF) -> NDArray[np.float64]:
+    """Pixels at which the thickness may change: a grid, and the edges of segments."""
+    grid = np.append(np.arange(box.left(), box.right(), COLUMN), box.right())
+    bounds = np.array([(s.start, s.end) for s in segments]).ravel()
+    scale = (axis.finish - axis.begin) / (axis.end - axis.start)
+    spots = axis.begin + (bounds - axis.start) * scale
+    return np.unique(np.clip(np.concatenate([grid, spots]), box.left(), box.right()))
+
+
+def _times(pixels: NDArray[np.float64], axis: Axis) -> NDArray[np.float64]:
+    """Seconds of pixels."""
+    share = (pixels - axis.begin) / (axis.finish - axis.begin)
+    return np.asarray(axis.start + share * (axis.end - axis.start))
+
+
+def _segment_steps(certainty: Certainty, codes: NDArray[np.int64]) -> NDArray[np.float64]:
+    """The probability in each bin of what is predicted there; 1 where nothing is known of it."""
+    known = (codes >= 0) & (codes < len(certainty.actions))
+    own = np.ones(len(codes))
+    own[known] = (
+        certainty.values[np.flatnonzero(known), codes[known]] / np.iinfo(certainty.values.dtype).max
+    )
+    return own
+
 
 #: Segments narrower than this many pixels are drawn so wide, above their neighbours.
 NARROWEST = 1.0
@@ -29,7 +149,7 @@ PADDING = 3.0
 
 
 @dataclass(frozen=True, slots=True)
-class Look:
+class LabelStyle:
     """How an action is drawn: what stands in its bars, its colour and its texture.
 
     The sign is the key that paints the action, or a number where nothing is painted; empty where
@@ -42,16 +162,16 @@ class Look:
 
 
 #: What writes into a bar: see :func:`paint_track`.
-Inscription = Callable[[QPainter, QRectF, str, Look], None]
+Inscription = Callable[[QPainter, QRectF, str, LabelStyle], None]
 
 
-def paint_look(painter: QPainter, box: QRectF, look: Look) -> None:
+def paint_style(painter: QPainter, box: QRectF, look: LabelStyle) -> None:
     """Fill a box with an action's colour and texture, and its sign where there is room."""
     paint_texture(painter, box, look)
     _sign(painter, box, "", look)
 
 
-def paint_texture(painter: QPainter, box: QRectF, look: Look) -> None:
+def paint_texture(painter: QPainter, box: QRectF, look: LabelStyle) -> None:
     """Fill a box with an action's colour and texture."""
     painter.fillRect(box, look.colour)
     _hatch(painter, [box], look)
@@ -63,10 +183,10 @@ def paint_track(
     axis: Axis,
     segments: Sequence[Segment],
     *,
-    looks: Mapping[str, Look],
+    looks: Mapping[str, LabelStyle],
     theme: Theme,
     inscribe: Inscription | None = None,
-    veils: tuple[Veil, ...] = (),
+    veils: tuple[FadeOverlay, ...] = (),
 ) -> None:
     """Draw one author's segments.
 
@@ -88,7 +208,7 @@ def paint_track(
         Writes into each bar of a pixel or more, given painter, bar, action and look; by default
         the action's sign.
     veils : tuple of Veil, optional
-        Where the bars are lighter, as of :func:`forcelab.gui.figures.fading.veils`.
+        Where the bars are lighter, as of :func:`forcelab.gui.figures.tracks.fade_overlays`.
     """
     inscribe = inscribe or _sign
     painter.fillRect(box, QColor(theme.unlabelled))
@@ -114,7 +234,7 @@ def paint_track(
     for action, bars in wide.items():
         _fill(painter, bars, looks[action].colour)
         _hatch(painter, bars, looks[action])
-    paint_veils(painter, box, veils, QColor(theme.unlabelled))
+    paint_fade(painter, box, veils, QColor(theme.unlabelled))
     painter.setPen(_line(QColor(theme.text), 0.8))
     painter.drawLines(cuts)
     # The rarest last: where narrow segments crowd, it is the one that must not be lost.
@@ -122,21 +242,23 @@ def paint_track(
         _fill(painter, bars, looks[action].colour)
     for action, bars in wide.items():
         for bar in bars:
-            inscribe(painter, bar, action, _veiled(looks[action], bar, veils, theme))
+            inscribe(painter, bar, action, _faded(looks[action], bar, veils, theme))
     painter.setBrush(Qt.BrushStyle.NoBrush)
     painter.setPen(_line(QColor(theme.frame), 0.6))
     painter.drawRect(box)
 
 
-def _veiled(look: Look, bar: QRectF, veils: tuple[Veil, ...], theme: Theme) -> Look:
+def _faded(
+    look: LabelStyle, bar: QRectF, veils: tuple[FadeOverlay, ...], theme: Theme
+) -> LabelStyle:
     """How an action looks in the middle of a bar: what is written there is to be read."""
-    share = veil_at(veils, bar.center().x()) if veils and bar.width() >= SIGN else 0.0
+    share = fade_at(veils, bar.center().x()) if veils and bar.width() >= SIGN else 0.0
     if not share:
         return look
     return replace(look, colour=mixed(look.colour, theme.unlabelled, share))
 
 
-def plate(painter: QPainter, bar: QRectF, width: float, look: Look) -> None:
+def plate(painter: QPainter, bar: QRectF, width: float, look: LabelStyle) -> None:
     """Clear a stretch of texture in the middle of a bar, for what is written there."""
     if look.texture:
         ground = QRectF(0, 0, width, bar.height())
@@ -159,7 +281,7 @@ def _fill(painter: QPainter, bars: Sequence[QRectF], colour: QColor) -> None:
     painter.drawRects(bars)
 
 
-def _hatch(painter: QPainter, bars: Sequence[QRectF], look: Look) -> None:
+def _hatch(painter: QPainter, bars: Sequence[QRectF], look: LabelStyle) -> None:
     """Draw an action's texture as lines, which look the same in every format."""
     lines = [line for bar in bars for line in _hatching(bar, look.texture)]
     if not lines:
@@ -203,7 +325,7 @@ def _multiples(step: float, low: float, high: float) -> Iterator[float]:
         yield i * step
 
 
-def _sign(painter: QPainter, bar: QRectF, _action: str, look: Look) -> None:
+def _sign(painter: QPainter, bar: QRectF, _action: str, look: LabelStyle) -> None:
     """Draw an action's sign in the middle of a bar that is wide enough for it."""
     label = look.sign.upper()  # as on the caps of keys
     needed = _room(label)
@@ -211,7 +333,7 @@ def _sign(painter: QPainter, bar: QRectF, _action: str, look: Look) -> None:
         return
     face, centre = text.font(SIGN), bar.center()
     plate(painter, bar, needed - PADDING, look)
-    text.put(
+    text.draw_text(
         painter, centre.x(), centre.y(), label, face=face, ink=_ink(look.colour.rgb()), align=0.5
     )
 
@@ -226,3 +348,108 @@ def _room(label: str) -> float:
 def _ink(ground: int) -> QColor:
     """What is read on a colour, given as of :meth:`QColor.rgb`."""
     return text.ink_on(QColor.fromRgb(ground))
+
+
+#: A mark is at least so wide, in pixels; one as wide as two posts has a post at each end.
+NARROWEST_MARK = 2.0
+POST = 2.0
+#: Thickness of the bar of another action and of the line of none, in pixels.
+WRONG, MISSED = 4.0, 2.0
+
+
+def agreed_share(human: Segments, marks: Sequence[Interval]) -> float | None:
+    """Share of the time the human labelled that is predicted right; None if that is none."""
+    labelled = sum(segment.duration for segment in human)
+    wrong = sum(mark.duration for mark in marks)
+    return 1.0 - wrong / labelled if labelled > 0 else None
+
+
+def difference_box(band: QRectF, axis: Axis, mark: Interval) -> QRectF:
+    """Where a mark lies in the band between two bars, in pixels; none is too narrow to be seen."""
+    left, right = max(axis.at(mark.start), band.left()), min(axis.at(mark.end), band.right())
+    if right - left < NARROWEST_MARK:
+        left = min(
+            max((left + right - NARROWEST_MARK) / 2, band.left()), band.right() - NARROWEST_MARK
+        )
+        right = left + NARROWEST_MARK
+    return QRectF(left, band.top(), right - left, band.height())
+
+
+def paint_differences(
+    painter: QPainter, band: QRectF, axis: Axis, marks: Sequence[Difference], colour: QColor
+) -> None:
+    """Draw the marks of differing stretches.
+
+    A wrong action is a thick bar between two posts, a displaced edge a bar without them, what was
+    not predicted a thin line: they are told apart without colour.
+    """
+    middle = band.center().y()
+    inside = [mark for mark in marks if mark.end > axis.start and mark.start < axis.end]
+    rects = []
+    # What is missed first: a narrow wrong action must not be lost beside it.
+    for mark in sorted(inside, key=lambda mark: mark.predicted is not None):
+        box = difference_box(band, axis, mark)
+        if mark.predicted is None:
+            rects.append(QRectF(box.left(), middle - MISSED / 2, box.width(), MISSED))
+            continue
+        rects.append(QRectF(box.left(), middle - WRONG / 2, box.width(), WRONG))
+        if mark.kind == "boundary":
+            continue
+        width = min(POST, box.width() / 2)
+        rects.append(QRectF(box.left(), band.top(), width, band.height()))
+        rects.append(QRectF(box.right() - width, band.top(), width, band.height()))
+    painter.setPen(Qt.PenStyle.NoPen)
+    painter.setBrush(colour)
+    painter.drawRects(rects)
+
+
+#: Names longer than this are elided; height of a line; size of a swatch; all in pixels.
+LEGEND_MARGIN = 190.0
+LEGEND_LINE = 20.0
+SWATCH, SWATCH_HEIGHT = 22.0, 13.0
+
+
+def styles_in_order(actions: Iterable[str], vocabulary: Vocabulary) -> dict[str, LabelStyle]:
+    """How each action is drawn, with the key that paints it: no other number is to be learnt."""
+    found = ((name, vocabulary[name]) for name in actions)
+    return {name: LabelStyle(it.key, QColor(it.colour), it.texture) for name, it in found}
+
+
+@dataclass(frozen=True)
+class Legend:
+    """A legend laid out in a width.
+
+    Parameters
+    ----------
+    looks : mapping of str to Look
+        The actions in order.
+    room : float
+        Width in pixels.
+    """
+
+    looks: Mapping[str, LabelStyle]
+    room: float
+
+    @property
+    def columns(self) -> tuple[int, float]:
+        """Number of columns, and the width of one."""
+        names = [text.printable(name) for name in self.looks]
+        column = SWATCH + 7 + min(text.widest(names, text.font()), LEGEND_MARGIN) + 20
+        return max(1, int((self.room + 20) // column)), column
+
+    @property
+    def height(self) -> float:
+        """Height in pixels."""
+        return math.ceil(len(self.looks) / self.columns[0]) * LEGEND_LINE
+
+    def paint(self, painter: QPainter, left: float, top: float, theme: Theme) -> None:
+        """Draw swatches and names."""
+        columns, column = self.columns
+        for i, (name, look) in enumerate(self.looks.items()):
+            x = left + i % columns * column
+            y = top + i // columns * LEGEND_LINE
+            swatch = QRectF(x, y + (LEGEND_LINE - SWATCH_HEIGHT) / 2, SWATCH, SWATCH_HEIGHT)
+            paint_style(painter, swatch, look)
+            label = text.elided_name(name, text.font(), LEGEND_MARGIN, tuple(self.looks))
+            middle, ink = y + LEGEND_LINE / 2, QColor(theme.text)
+            text.draw_text(painter, x + SWATCH + 7, middle, label, face=text.font(), ink=ink)

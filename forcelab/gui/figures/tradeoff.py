@@ -12,10 +12,17 @@ from PySide6.QtGui import QColor, QFont, QPainter, QPen, QPolygonF
 
 from forcelab.errors import InputError
 from forcelab.gui.figures import text
-from forcelab.gui.figures.axes import LogAxis, draw_bottom, draw_left
-from forcelab.gui.figures.canvas import LIGHT, MARGIN, Figure, Theme
-from forcelab.gui.figures.curves import CURVES, curve_pen
-from forcelab.gui.figures.label_places import along, covered, places
+from forcelab.gui.figures.axes import (
+    CURVE_COLOURS,
+    LogAxis,
+    covered_area,
+    curve_pen,
+    draw_bottom,
+    draw_left,
+    place_along,
+    place_labels,
+)
+from forcelab.gui.figures.figure import LIGHT, MARGIN, Figure, Theme
 from forcelab.measure.rows import Row, Table
 
 __all__ = ["Tradeoff"]
@@ -30,7 +37,7 @@ NAME_ROOM, AXIS_ROOM, NOTE_ROOM = 40.0, 38.0, 22.0
 PANEL = NAME_ROOM + PLOT_HEIGHT + AXIS_ROOM + NOTE_ROOM + 14.0
 #: Half a mark's width, in pixels.
 MARK = 4.5
-COLOURS = (*CURVES, "#1c1f24")
+COLOURS = (*CURVE_COLOURS, "#1c1f24")
 #: Corners of the marks, in units of their half width; none is a circle.
 SHAPES: tuple[tuple[tuple[float, float], ...], ...] = (
     (),
@@ -113,7 +120,7 @@ class Tradeoff(Figure):
         self.paint_title(painter)
         small, muted = text.font(10), QColor(self.theme.muted)
         key = text.elided(KEY, small, self.size.width() - 2 * MARGIN)
-        text.put(painter, MARGIN, MARGIN + 26, key, face=small, ink=muted)
+        text.draw_text(painter, MARGIN, MARGIN + 26, key, face=small, ink=muted)
         for panel in range(len(self.table.sizes)):
             self._paint_frame(painter, panel)
             marks = self.marks(panel)
@@ -123,7 +130,7 @@ class Tradeoff(Figure):
             painter.drawPolyline(QPolygonF(line))
             for mark in marks:
                 self._paint_mark(painter, mark)
-            self._paint_labels(painter, self.box(panel), marks, list(along(line)))
+            self._paint_labels(painter, self.box(panel), marks, list(place_along(line)))
 
     def marks(self, panel: int) -> tuple[Mark, ...]:
         """The marks of a panel, in the order of the rows; an error of 0 is at the lower edge."""
@@ -153,9 +160,9 @@ class Tradeoff(Figure):
         ink, muted = QColor(self.theme.text), QColor(self.theme.muted)
         bold, small = text.font(bold=True), text.font(10)
         name = text.elided(size, bold, box.width())
-        text.put(painter, box.left(), box.top() - 30, name, face=bold, ink=ink)
+        text.draw_text(painter, box.left(), box.top() - 30, name, face=bold, ink=ink)
         reference = text.elided(f"Against {rows[0].reference}.", small, box.width())
-        text.put(painter, box.left(), box.top() - 13, reference, face=small, ink=muted)
+        text.draw_text(painter, box.left(), box.top() - 13, reference, face=small, ink=muted)
         painter.setPen(QPen(QColor(self.theme.grid), 1.0))
         for value, _ in across.marks(10.0, upright=False):
             painter.drawLine(QLineF(across.at(value), box.top(), across.at(value), box.bottom()))
@@ -166,7 +173,7 @@ class Tradeoff(Figure):
         draw_left(painter, up, box.left(), self.table.error, self.theme, numbers=first)
         note = text.elided(_note(rows), small, box.width())
         below = box.bottom() + AXIS_ROOM + NOTE_ROOM / 2
-        text.put(painter, box.left(), below, note, face=small, ink=muted)
+        text.draw_text(painter, box.left(), below, note, face=small, ink=muted)
 
     def _paint_mark(self, painter: QPainter, mark: Mark) -> None:
         """Draw a mark: filled on the front, hollow elsewhere."""
@@ -189,16 +196,18 @@ class Tradeoff(Figure):
         for name, its in named.items():
             bold = text.font(10, bold=True)
             label = text.elided_name(name, bold, box.width() / 3)
-            near = [place for mark in its for place in places(mark.spot, label, bold, box, MARK)]
+            near = [
+                place for mark in its for place in place_labels(mark.spot, label, bold, box, MARK)
+            ]
             # A name is written in any case: where it covers least.
-            best = min(near, key=lambda place: covered(place, taken))
+            best = min(near, key=lambda place: covered_area(place, taken))
             taken.append(best)
             _write(painter, best, label, bold, its[0].colour)
         small, muted = text.font(9), QColor(self.theme.muted)
         for mark in sorted(marks, key=lambda mark: not mark.row.pareto):
             label = text.elided_name(mark.row.setting, small, box.width() / 3)
-            near = list(places(mark.spot, label, small, box, MARK))
-            free = [place for place in near if not covered(place, taken)]
+            near = list(place_labels(mark.spot, label, small, box, MARK))
+            free = [place for place in near if not covered_area(place, taken)]
             if free:
                 taken.append(free[0])
                 _write(painter, free[0], label, small, muted)
@@ -221,4 +230,4 @@ def _note(rows: Sequence[Row]) -> str:
 
 def _write(painter: QPainter, place: QRectF, label: str, face: QFont, ink: QColor) -> None:
     """Write a label into its box."""
-    text.put(painter, place.left(), place.center().y(), label, face=face, ink=ink)
+    text.draw_text(painter, place.left(), place.center().y(), label, face=face, ink=ink)

@@ -12,10 +12,18 @@ from PySide6.QtGui import QColor, QImage, QPainter, QPen
 
 from forcelab.errors import InputError
 from forcelab.gui.figures import text
-from forcelab.gui.figures.axes import Axis, LogAxis, draw_bottom, draw_left
-from forcelab.gui.figures.canvas import LIGHT, MARGIN, Figure, Theme
-from forcelab.gui.figures.curves import CURVES, curve_pen, paint_curve, paint_names
-from forcelab.gui.figures.shades import shades
+from forcelab.gui.figures.axes import (
+    CURVE_COLOURS,
+    Axis,
+    LogAxis,
+    curve_pen,
+    draw_bottom,
+    draw_left,
+    paint_curve,
+    paint_names,
+)
+from forcelab.gui.figures.colormap import colormap_colours
+from forcelab.gui.figures.figure import LIGHT, MARGIN, Figure, Theme
 from forcelab.signals.example import WaveletView, two_tones, view_wavelets
 
 __all__ = ["WaveletFigure", "wavelet_figure"]
@@ -95,7 +103,7 @@ class WaveletFigure(Figure):
         names = (("real part", real), ("imaginary part", imaginary), ("envelope", envelope))
         paint_names(painter, MARGIN, MARGIN + 28, names, self.theme)
         muted = QColor(self.theme.muted)
-        text.put(painter, MARGIN, MARGIN + 47, KEY, face=text.font(10), ink=muted)
+        text.draw_text(painter, MARGIN, MARGIN + 47, KEY, face=text.font(10), ink=muted)
         for column in range(len(self.views)):
             self._paint_wavelet(painter, column)
             self._paint_signal(painter, column)
@@ -105,7 +113,11 @@ class WaveletFigure(Figure):
     def _pens(self) -> tuple[QPen, QPen, QPen]:
         """Of real part, imaginary part and envelope."""
         envelope = curve_pen(QColor(self.theme.muted), 1.0)
-        return curve_pen(QColor(CURVES[0]), 1.6), curve_pen(QColor(CURVES[1]), 1.6), envelope
+        return (
+            curve_pen(QColor(CURVE_COLOURS[0]), 1.6),
+            curve_pen(QColor(CURVE_COLOURS[1]), 1.6),
+            envelope,
+        )
 
     @property
     def _tone_names(self) -> tuple[str, ...]:
@@ -120,7 +132,7 @@ class WaveletFigure(Figure):
         face = text.font(bold=True)
         name = text.elided(view.title, face, COLUMN)
         ink = QColor(self.theme.text)
-        text.put(
+        text.draw_text(
             painter, box.center().x(), top - NAME_LINE / 2 - 2, name, face=face, ink=ink, align=0.5
         )
         across = Axis(float(view.t[0]), float(view.t[-1]), box.left(), box.right())
@@ -148,7 +160,7 @@ class WaveletFigure(Figure):
         paint_curve(painter, self._time_axis(column), up, self.times, self.signal, pen=pen)
         if column == 0:
             muted, face = QColor(self.theme.muted), text.font(10)
-            text.put(
+            text.draw_text(
                 painter,
                 LEFT - 8,
                 bottom - SIGNAL_HEIGHT / 2,
@@ -171,7 +183,7 @@ class WaveletFigure(Figure):
         if column == len(self.views) - 1:
             for y, name in zip(levels, self._tone_names, strict=True):
                 ink = QColor(self.theme.muted)
-                text.put(painter, box.right() + 8, y, name, face=text.font(10), ink=ink)
+                text.draw_text(painter, box.right() + 8, y, name, face=text.font(10), ink=ink)
         draw_bottom(painter, self._time_axis(column), box.bottom(), "time (s)", self.theme)
         draw_left(painter, up, box.left(), "frequency (Hz)", self.theme, numbers=column == 0)
 
@@ -205,6 +217,6 @@ def _picture(view: WaveletView, times: NDArray[np.float64], box: QRectF) -> QIma
     columns = np.linspace(times[0], times[-1], wide)
     across = np.stack([np.interp(columns, times, row) for row in view.magnitudes])
     grid = np.stack([np.interp(rows, logs, column) for column in across.T], axis=1)
-    colours = np.ascontiguousarray(shades(grid / (grid.max() or 1.0)))
+    colours = np.ascontiguousarray(colormap_colours(grid / (grid.max() or 1.0)))
     # A copy, because QImage does not keep the array's memory alive.
     return QImage(colours.data, wide, high, 3 * wide, QImage.Format.Format_RGB888).copy()

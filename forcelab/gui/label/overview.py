@@ -1,20 +1,242 @@
-"""The overview: the visible span of the whole demonstration as a window to take hold of."""
+"""The overview: the whole demonstration, and the visible span as a window to drag."""
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Literal
 
 import numpy as np
-from PySide6.QtCore import QPointF, Qt
-from PySide6.QtGui import QMouseEvent, QWheelEvent
-from PySide6.QtWidgets import QApplication
+from PySide6.QtCore import QEvent, QLineF, QPointF, QRectF, QSize, Qt, QTimer
+from PySide6.QtGui import (
+    QColor,
+    QMouseEvent,
+    QPainter,
+    QPaintEvent,
+    QPen,
+    QPixmap,
+    QResizeEvent,
+    QWheelEvent,
+)
+from PySide6.QtWidgets import QApplication, QSizePolicy, QWidget
 
 from forcelab.gui.document import Document
-from forcelab.gui.label.force import ForcePanel
-from forcelab.gui.label.overview_picture import OverviewPicture
-from forcelab.gui.panel import ZOOM_STEP
+from forcelab.gui.figures import text
+from forcelab.gui.figures.axes import Axis
+from forcelab.gui.figures.colormap import translucent
+from forcelab.gui.label.lanes import (
+    Curve,
+    CurveCanvas,
+    Lane,
+    axis_of,
+    curve_colour,
+    paint_glitches,
+    span_of,
+    spanning,
+)
+from forcelab.gui.label.ruler import LONGEST_IN_SECONDS, clock_time
+from forcelab.gui.label.traces import ForcePanel
+from forcelab.gui.label.track_rows import paint_row
+from forcelab.gui.theme import colours, themes
+from forcelab.gui.time_panel import ZOOM_STEP, PixmapCache, TimePanel
 
-__all__ = ["Overview"]
+#: Height of the overview, and of the strip with the coder's track, in pixels.
+HEIGHT = 58
+TRACK_HEIGHT = 10.0
+#: Milliseconds from an edit to the strip that shows it: the track itself is painted first.
+PAUSE = 40
+#: A window narrower than this is drawn so wide.
+NARROWEST_WINDOW = 3.0
+
+
+class OverviewPanel(QWidget):
+    """The whole demonstration in small, to look at.
+
+    Parameters
+    ----------
+    document : Document
+        What is shown.
+    force : ForcePanel
+        Whose channels are drawn, those that are shown there.
+    """
+
+    def __init__(self, document: Document, force: ForcePanel) -> None:
+        super().__init__()
+        self.document = document
+        self._source = force.source
+        #: What is drawn without the coder's track, and with it.
+        self._curves, self._whole = PixmapCache(), PixmapCache()
+        #: The span that is being chosen.
+        self._band: tuple[float, float] | None = None
+        self.setAccessibleName("Overview of the whole demonstration")
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+        self.setFixedHeight(HEIGHT)
+        # Every pixel is painted here; what lies below need not be.
+        self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
+        for stale in (
+            document.demonstration_changed,
+            self._source.choices_changed,
+            self._source.grown,
+            themes().changed,
+        ):
+            stale.connect(self.invalidate)
+        self._repainting = QTimer(self, singleShot=True, interval=PAUSE)
+        self._repainting.timeout.connect(self._tracks_changed)
+        for painted in (document.tracks_changed, document.vocabulary_changed):
+            painted.connect(self._repainting.start)
+        document.span_changed.connect(self._moved_on)
+        document.cursor_moved.connect(self._moved_on)
+
+    # Where things are
+
+    @property
+    def plot(self) -> QRectF:
+        """The area of the whole demonstration, below the panels' time axis, in pixels."""
+        width = max(self.width() - TimePanel.GUTTER - TimePanel.RIGHT, 1)
+        return QRectF(TimePanel.GUTTER, 0.0, width, self.height())
+
+    @property
+    def axis(self) -> Axis:
+        """From seconds to pixels."""
+        return Axis(*self.document.bounds, self.plot.left(), self.plot.right())
+
+    @property
+    def window_box(self) -> QRectF:
+        """The visible span, in pixels; narrow ones are drawn wider."""
+        left, right = self.axis.at(self.document.start), self.axis.at(self.document.end)
+        spare = max(NARROWEST_WINDOW - (right - left), 0.0) / 2
+        return QRectF(left - spare, 0.0, right - left + 2 * spare, self.height())
+
+    def sizeHint(self) -> QSize:
+        """As wide as the panels, of fixed height."""
+        return QSize(900, HEIGHT)
+
+    # Drawing
+
+    def invalidate(self, *_: object) -> None:
+        """Say that the picture is stale."""
+        self._curves.forget()
+        self._tracks_changed()
+
+    def _tracks_changed(self) -> None:
+        """Say that the coder's track is another one."""
+        self._whole.forget()
+        self.update()
+
+    def changeEvent(self, event: QEvent) -> None:
+        """Draw anew when fonts or the palette change."""
+        if event.type() in (QEvent.Type.FontChange, QEvent.Type.PaletteChange):
+            self.invalidate()
+        super().changeEvent(event)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Draw anew."""
+        self.invalidate()
+        super().resizeEvent(event)
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Draw the kept picture, the window and the cursor."""
+        size, ratio = self.size(), self.devicePixelRatioF()
+        curves = self._curves.picture(size, ratio, None, self._draw)
+        whole = self._whole.picture(size, ratio, None, partial(self._draw_with_track, curves))
+        with QPainter(self) as painter:
+            painter.drawPixmap(0, 0, whole)
+            if self.document.demonstration is not None:
+                painter.setClipRect(self.plot.adjusted(-1, 0, 1, 0))
+                self._paint_window(painter)
+
+    def _draw(self, painter: QPainter) -> None:
+        """Draw everything but the track."""
+        now, plot = colours(), self.plot
+        painter.fillRect(self.rect(), QColor(now.panel))
+        painter.fillRect(plot, QColor(now.background))
+        if self.document.demonstration is not None:
+            self._paint_curves(
+                painter, QRectF(plot.left(), 0, plot.width(), HEIGHT - TRACK_HEIGHT - 2)
+            )
+            low, high = self.document.bounds
+            face = text.font(10)
+            length = f"{high - low:.1f}"
+            short = high - low <= LONGEST_IN_SECONDS
+            length = f"{length} s" if short else clock_time(high - low)
+            lines = ("whole", length)
+            for y, line in zip((HEIGHT / 2 - 11, HEIGHT / 2 + 3), lines, strict=True):
+                text.draw_text(painter, 6.0, y, line, face=face, ink=QColor(now.muted))
+        painter.setPen(QPen(QColor(now.panel_edge), 1))
+        painter.drawLine(QLineF(0, 0.5, self.width(), 0.5))
+
+    def _draw_with_track(self, curves: QPixmap, painter: QPainter) -> None:
+        """Draw the same with the coder's track, which is all that a stroke changes."""
+        painter.drawPixmap(0, 0, curves)
+        document, plot = self.document, self.plot
+        if document.demonstration is not None:
+            strip = QRectF(plot.left(), HEIGHT - TRACK_HEIGHT - 1, plot.width(), TRACK_HEIGHT)
+            paint_row(
+                painter,
+                strip,
+                self.axis,
+                document.segments,
+                vocabulary=document.vocabulary,
+                theme=colours(),
+                size=8.0,
+            )
+
+    def _paint_curves(self, painter: QPainter, box: QRectF) -> None:
+        """Draw the envelopes over each other, those of one unit on one scale."""
+        source = self._source
+        canvas = CurveCanvas(box, painter.device().devicePixelRatioF())
+        low, high = self.document.bounds
+        share = (canvas.edges() - box.left()) / box.width()
+        columns = source.columns(low + share * (high - low))
+        wanted = [i for i, name in enumerate(source.names) if name in source.shown]
+        lane = Lane(tuple(wanted), "", "", box.top(), box.bottom())
+        for unit in {source.channels[i].unit for i in wanted}:
+            alike = [i for i in wanted if source.channels[i].unit == unit]
+            found = [source.envelope(source.names[i]).drawn(columns) for i in alike]
+            axis = axis_of(lane, spanning(map(span_of, found)))
+            edges, now = (box.top(), box.bottom()), colours()
+            canvas.draw(
+                [
+                    Curve(one, axis, curve_colour(i, now), edges)
+                    for i, one in zip(alike, found, strict=True)
+                ]
+            )
+        painter.setOpacity(0.75)
+        canvas.paint(painter)
+        painter.setOpacity(1.0)
+        for i in wanted:
+            times, upwards = source.glitches(source.names[i], low, high)
+            x = box.left() + (times - low) / (high - low) * box.width()
+            paint_glitches(painter, x, upwards, (box.top(), box.bottom()), colours())
+
+    def _paint_window(self, painter: QPainter) -> None:
+        """Draw what is visible, what is being chosen, and the cursor."""
+        now, plot, box = colours(), self.plot, self.window_box
+        veil = translucent(now.panel, 0.6)
+        painter.fillRect(QRectF(plot.left(), 1, box.left() - plot.left(), HEIGHT), veil)
+        painter.fillRect(QRectF(box.right(), 1, plot.right() - box.right(), HEIGHT), veil)
+        accent = QColor(now.accent)
+        frame = QRectF(QPointF(round(box.left()), 0), QPointF(round(box.right()), HEIGHT))
+        painter.setPen(QPen(accent, 2))
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+        painter.drawRect(frame.adjusted(1, 1, -1, -1))
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(accent)
+        apart = max(8.0 - frame.width() / 2, 0.0)  # handles of a narrow window stand beside it
+        for x in (frame.left() + 1 - apart, frame.right() - 1 + apart):
+            painter.drawRoundedRect(QRectF(x - 3, HEIGHT / 2 - 9, 6, 18), 2, 2)
+        if self._band is not None:
+            wash = translucent(now.range, 0.25)
+            left, right = (self.axis.at(time) for time in self._band)
+            painter.fillRect(QRectF(left, 0, right - left, HEIGHT), wash)
+        painter.setPen(QPen(QColor(now.cursor), 1))
+        x = round(self.axis.at(self.document.cursor)) + 0.5
+        painter.drawLine(QLineF(x, 0, x, HEIGHT))
+
+    def _moved_on(self, *_: object) -> None:
+        """Draw window and cursor where they are now."""
+        if self.isVisible():
+            self.update()
+
 
 #: How far from an edge of the window it can still be taken hold of, in pixels.
 REACH = 6.0
@@ -22,7 +244,7 @@ REACH = 6.0
 Handle = Literal["start", "end", "body", "new"]
 
 
-class Overview(OverviewPicture):
+class Overview(OverviewPanel):
     """The whole demonstration in small, and what can be done with it by mouse.
 
     Dragging the window pans, dragging its edges zooms, dragging elsewhere shows another span; a

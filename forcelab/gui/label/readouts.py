@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QLabel, QLineEdit, QSizePolicy, QWidget
 
 from forcelab.gui.document import Document
 
-__all__ = ["Counter", "Readout", "TimeEdit"]
+__all__ = ["FrameCounter", "Readout", "TimeEdit"]
 
 
 class TimeEdit(QLineEdit):
@@ -54,7 +54,7 @@ class TimeEdit(QLineEdit):
         self.show_cursor()
 
 
-class Counter(QWidget):
+class FrameCounter(QWidget):
     """A line that changes with every frame: it is drawn anew, and nothing around it.
 
     A label asks for another layout of its window each time, which takes longer than all panels.

@@ -11,8 +11,8 @@ from PySide6.QtWidgets import QSizePolicy
 from forcelab.gui.document import Document
 from forcelab.gui.figures import text
 from forcelab.gui.figures.axes import Axis, ticks
-from forcelab.gui.panel import TimePanel
 from forcelab.gui.theme import colours
+from forcelab.gui.time_panel import TimePanel
 
 __all__ = ["Ruler", "clock_marks", "clock_time"]
 
@@ -92,7 +92,7 @@ class Ruler(TimePanel):
         self._places = [self._place(value, label) for value, label in marks]
         for (_, label), place in zip(marks, self._places, strict=True):
             middle = place.center()
-            text.put(painter, middle.x(), middle.y(), label, face=face, ink=ink, align=0.5)
+            text.draw_text(painter, middle.x(), middle.y(), label, face=face, ink=ink, align=0.5)
 
     def gutter_shows(self) -> object:
         """The unit."""
@@ -105,7 +105,7 @@ class Ruler(TimePanel):
         unit = "min:s" if self._clock else "s"
         face = text.font(NUMBER)
         spot = box.right() - 8
-        text.put(painter, spot, 10.0, unit, face=face, ink=QColor(now.muted), align=1.0)
+        text.draw_text(painter, spot, 10.0, unit, face=face, ink=QColor(now.muted), align=1.0)
         painter.setPen(QPen(QColor(now.panel_edge), 1))
         painter.drawLine(QLineF(box.left(), box.bottom() - 0.5, box.right(), box.bottom() - 0.5))
 
@@ -134,7 +134,7 @@ class Ruler(TimePanel):
             painter.setBrush(ground)
             painter.drawRoundedRect(tag, 3, 3)
             ink = text.ink_on(ground)
-            text.put(painter, left + wide / 2, 10.0, label, face=face, ink=ink, align=0.5)
+            text.draw_text(painter, left + wide / 2, 10.0, label, face=face, ink=ink, align=0.5)
 
     def cursor_text(self) -> str:
         """The cursor's time, to the millisecond or finer where a pixel is finer."""

@@ -5,22 +5,22 @@ from __future__ import annotations
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QFont, QIcon, QPainter, QPen, QPixmap
 
-from forcelab.gui.figures.tracks import Look, paint_texture
+from forcelab.gui.figures.tracks import LabelStyle, paint_texture
 from forcelab.gui.theme import colours
 from forcelab.vocabulary import Vocabulary
 
-__all__ = ["look_of", "paint_key", "paint_swatch", "swatch_icon"]
+__all__ = ["paint_key", "paint_swatch", "style_of", "swatch_icon"]
 
 
-def look_of(vocabulary: Vocabulary, name: str) -> Look:
+def style_of(vocabulary: Vocabulary, name: str) -> LabelStyle:
     """How an action of the vocabulary is drawn; one that is not in it is grey."""
     for action in vocabulary:
         if action.name == name:
-            return Look(action.key, QColor(action.colour), action.texture)
-    return Look("", QColor(colours().frame))
+            return LabelStyle(action.key, QColor(action.colour), action.texture)
+    return LabelStyle("", QColor(colours().frame))
 
 
-def paint_swatch(painter: QPainter, box: QRectF, look: Look) -> None:
+def paint_swatch(painter: QPainter, box: QRectF, look: LabelStyle) -> None:
     """Fill a box with an action's colour and texture, framed so that black shows on dark."""
     painter.save()
     painter.setRenderHint(QPainter.RenderHint.Antialiasing, look.texture > 0)
@@ -39,7 +39,7 @@ def swatch_icon(colour: str, texture: int = 0) -> QIcon:
     picture.setDevicePixelRatio(2.0)
     picture.fill(Qt.GlobalColor.transparent)
     with QPainter(picture) as painter:
-        paint_swatch(painter, QRectF(1, 1, 14, 14), Look("", QColor(colour), texture))
+        paint_swatch(painter, QRectF(1, 1, 14, 14), LabelStyle("", QColor(colour), texture))
     return QIcon(picture)
 
 

@@ -1,4 +1,7 @@
-"""Drags on the coder's track: what they would make of the segments, and how that is stored.
+"""Mouse gestures on tracks: hit tests, snapping, and the drags that paint, move and split.
+
+A time jumps to what a coder can see near the pointer: a contact event, an edge of a segment, a
+video frame, a sample. No Qt here.
 
 A drag previews its result with the very functions that the store's verbs use, so that what is seen
 while dragging is what is there after the release.
@@ -7,18 +10,290 @@ while dragging is what is there after the release.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
-from typing import Literal
+from bisect import bisect_left, bisect_right
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass, field
+from operator import attrgetter
+from typing import TYPE_CHECKING, Literal
 
+import numpy as np
+from numpy.typing import NDArray
 from PySide6.QtCore import QPointF
 
 from forcelab.gui.document import Document, Snap
-from forcelab.gui.label.snapping import Targets, rounded, snap
-from forcelab.gui.label.track_hits import Hit
 from forcelab.labels import Segments
 from forcelab.segment_edits import SLIVER, move_edge, move_segment, paint
 
-__all__ = ["Brushing", "Drag", "Gesture", "Marking", "MovingEdge", "MovingSegment", "begun"]
+if TYPE_CHECKING:
+    from forcelab.gui.document import Document
+
+
+#: Times closer than this are the same, in seconds.
+SAME_TIME = 1e-9
+#: How near the pointer must come to a target, in pixels.
+REACH = 8.0
+#: Samples closer than this many pixels are not told apart by hand: none of them is offered.
+SAMPLES_APART = 4.0
+
+_start = attrgetter("start")
+_end = attrgetter("end")
+
+
+@dataclass(frozen=True)
+class SnapTargets:
+    """What times can jump to, all in seconds and increasing.
+
+    Parameters
+    ----------
+    samples : ndarray, shape (n,)
+        The force samples.
+    frames : ndarray, shape (f,)
+        The video frames.
+    contacts : ndarray, shape (e,)
+        Contact events.
+    tracks : sequence of tuple of Segment
+        Tracks whose edges count.
+    marks : sequence of float
+        Few further edges: the demonstration's start and end, the marked range.
+    period : float
+        Median distance of samples.
+    """
+
+    samples: NDArray[np.float64]
+    frames: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
+    contacts: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
+    tracks: Sequence[Segments] = ()
+    marks: Sequence[float] = ()
+    period: float = 0.0
+
+
+def snap_targets(document: Document) -> SnapTargets:
+    """What times can jump to in a document now; costs nothing, as no track is copied."""
+    demonstration, frames = document.demonstration, document.frame_times
+    return SnapTargets(
+        samples=np.empty(0) if demonstration is None else demonstration.times,
+        frames=np.empty(0) if frames is None else frames,
+        contacts=document.contacts,
+        tracks=(document.segments, *document.others.values()),
+        marks=(*document.bounds, *(document.range or ())),
+        period=0.0 if demonstration is None else demonstration.period,
+    )
+
+
+def snap(
+    time: float,
+    pixels_per_second: float,
+    targets: SnapTargets,
+    *,
+    exclude: Collection[float] = (),
+) -> Snap | None:
+    """Find the target that a time near it jumps to.
+
+    The nearest contact event or edge within :data:`REACH` pixels wins, whatever frames and samples
+    there are: these lie everywhere, events do not. Otherwise it is the nearest frame within reach,
+    and otherwise the nearest sample, if samples are drawn at least :data:`SAMPLES_APART` pixels
+    apart.
+
+    Nothing is offered where nothing is near; :func:`rounded` says which time is taken then.
+
+    Parameters
+    ----------
+    time : float
+        Where the pointer is, in seconds.
+    pixels_per_second : float
+        How far one is zoomed in.
+    targets : Targets
+        What there is to jump to.
+    exclude : collection of float
+        Times that are no targets: where the dragged edge itself is now.
+
+    Returns
+    -------
+    Snap or None
+        The target; None where none is in reach. Takes O(log n) in the number of targets.
+    """
+    reach = REACH / pixels_per_second
+    contact = _nearest(targets.contacts, time, exclude)
+    best = None
+    if contact is not None and abs(contact - time) <= reach:
+        best = Snap(contact, "contact")
+    edge = _nearest_edge(time, targets, exclude)
+    nearer = reach if best is None else abs(best.time - time)
+    if edge is not None and abs(edge - time) <= nearer and (best is None or edge != best.time):
+        # A contact event that is as near as an edge says more about the signal.
+        best = best if best is not None and abs(edge - time) == nearer else Snap(edge, "edge")
+    if best is not None:
+        return best
+    frame = _nearest(targets.frames, time, exclude)
+    if frame is not None and abs(frame - time) <= reach:
+        return Snap(frame, "frame")
+    if targets.period * pixels_per_second >= SAMPLES_APART:
+        sample = _nearest(targets.samples, time, exclude)
+        if sample is not None and abs(sample - time) <= reach:
+            return Snap(sample, "sample")
+    return None
+
+
+def rounded(time: float, targets: SnapTargets) -> float:
+    """Round a time that jumps to no target to the nearest sample, unseen.
+
+    Times between two samples label the same samples, so that they are all one to a recogniser;
+    the sample's own is the one that coders can agree on, and the one that reads ``1.250 s``. In a
+    gap of the recording, more than a sample period from any sample, the time stays as it is:
+    what the video shows there can be labelled, and must not jump to the gap's edge.
+    """
+    sample = _nearest(targets.samples, time, ())
+    if sample is None:
+        return time
+    candidates = [sample, *(m for m in targets.marks if m > targets.samples[-1])]
+    nearest = min(candidates, key=lambda candidate: abs(candidate - time))
+    return nearest if abs(nearest - time) <= targets.period else time
+
+
+def snapped(time: float, pixels_per_second: float, targets: SnapTargets) -> float:
+    """The time that is taken for one: that of the target in reach, or else it is rounded."""
+    found = snap(time, pixels_per_second, targets)
+    return rounded(time, targets) if found is None else found.time
+
+
+def is_on_target(time: float, targets: SnapTargets) -> bool:
+    """Whether a time is exactly that of an edge, a contact event, a frame or a sample."""
+    near = [
+        _nearest(kind, time, ()) for kind in (targets.contacts, targets.frames, targets.samples)
+    ]
+    near.append(_nearest_edge(time, targets, ()))
+    return any(at is not None and abs(at - time) <= SAME_TIME for at in near)
+
+
+def _nearest_edge(time: float, targets: SnapTargets, exclude: Collection[float]) -> float | None:
+    """The nearest start or end of a segment, or mark."""
+    candidates = [mark for mark in targets.marks if mark not in exclude]
+    for track in targets.tracks:
+        for edge in (_start, _end):
+            middle = bisect_left(track, time, key=edge)
+            # An excluded time occurs once among starts and once among ends.
+            reach = len(exclude) + 1
+            near = track[max(middle - reach, 0) : middle + reach]
+            candidates += [at for at in map(edge, near) if at not in exclude]
+    return min(candidates, key=lambda at: abs(at - time), default=None)
+
+
+def _nearest(times: NDArray[np.float64], time: float, exclude: Collection[float]) -> float | None:
+    """The nearest of increasing times that is not excluded."""
+    middle = int(np.searchsorted(times, time))
+    reach = len(exclude) + 1
+    near: Iterator[float] = iter(times[max(middle - reach, 0) : middle + reach].tolist())
+    return min((t for t in near if t not in exclude), key=lambda t: abs(t - time), default=None)
+
+
+#: How near to an edge it is grabbed, in pixels.
+EDGE_REACH = 5.0
+#: Segments narrower than this many pixels can be hit from a pixel beside them.
+TINY = 2.0
+
+Edge = Literal["start", "end"]
+
+
+@dataclass(frozen=True, slots=True)
+class Hit:
+    """What lies under the pointer.
+
+    Parameters
+    ----------
+    index : int or None
+        Which segment; None on unlabelled time.
+    edge : "start", "end" or None
+        Which of its edges, where one can be grabbed.
+    inside : bool
+        Whether the pointer is on the segment itself, and not beside its edge.
+    """
+
+    index: int | None = None
+    edge: Edge | None = None
+    inside: bool = False
+
+
+def index_at(segments: Segments, time: float) -> int | None:
+    """The segment that covers a time in seconds, if one does."""
+    index = bisect_right(segments, time, key=_end)
+    return index if index < len(segments) and segments[index].start <= time else None
+
+
+def gap_at(segments: Segments, time: float) -> tuple[float, float] | None:
+    """The unlabelled stretch between two segments around a time, in seconds, if there is one."""
+    index = bisect_right(segments, time, key=_end)
+    if 0 < index < len(segments) and time < segments[index].start:
+        return segments[index - 1].end, segments[index].start
+    return None
+
+
+def edge_beside(segments: Segments, time: float, reach: float) -> float | None:
+    """The nearest edge of the unlabelled stretch around a time; None beyond `reach` seconds."""
+    index = bisect_right(segments, time, key=_end)
+    if index < len(segments) and segments[index].start <= time:
+        return None
+    edges = [segment.end for segment in segments[max(index - 1, 0) : index]]
+    edges += [segment.start for segment in segments[index : index + 1]]
+    nearest = min(edges, key=lambda edge: abs(edge - time), default=None)
+    return nearest if nearest is not None and abs(nearest - time) <= reach else None
+
+
+def hit(segments: Segments, time: float, pixel: float) -> Hit:
+    """Find what is under the pointer.
+
+    An edge is grabbed from :data:`EDGE_REACH` pixels on either side, but never from more than a
+    third of the segment or of the unlabelled stretch there, so that both stay within reach
+    however narrow. A segment narrower than :data:`TINY` pixels is hit from one pixel beside it.
+
+    Parameters
+    ----------
+    segments : tuple of Segment
+        In order, never overlapping.
+    time : float
+        Where the pointer is, in seconds.
+    pixel : float
+        Seconds in one pixel.
+
+    Returns
+    -------
+    Hit
+        Found in O(log n).
+    """
+    index = bisect_right(segments, time, key=_end)
+    tiny = _tiny(segments, time, pixel)
+    if tiny is not None:
+        return Hit(tiny, None, inside=True)
+    if index < len(segments) and segments[index].start <= time:
+        here = segments[index]
+        zone = min(EDGE_REACH * pixel, here.duration / 3)
+        if time - here.start <= zone:
+            return Hit(index, "start", inside=True)
+        return Hit(index, "end" if here.end - time <= zone else None, inside=True)
+    before = segments[index - 1].end if index else float("-inf")
+    after = segments[index].start if index < len(segments) else float("inf")
+    zone = min(EDGE_REACH * pixel, (after - before) / 3)
+    if time - before <= zone:
+        return Hit(index - 1, "end")
+    return Hit(index, "start") if after - time <= zone else Hit()
+
+
+def _tiny(segments: Segments, time: float, pixel: float) -> int | None:
+    """The tiny segment whose middle is nearest to a time, within a pixel."""
+    first = bisect_left(segments, time - 2 * pixel, key=_end)
+    last = bisect_right(segments, time + 2 * pixel, key=_start)
+    # Where hundreds crowd in a pixel nobody can point at one: those around the time will do.
+    middle = bisect_left(segments, time, key=_start)
+    near = range(max(first, middle - 2), min(last, middle + 2))
+    tiny = [
+        i
+        for i in near
+        if segments[i].duration < TINY * pixel
+        and abs((segments[i].start + segments[i].end) / 2 - time) <= pixel
+    ]
+    return min(
+        tiny, key=lambda i: abs((segments[i].start + segments[i].end) / 2 - time), default=None
+    )
+
 
 #: A segment's edge stops this far from its other edge where the sample period is not known, in s.
 SHORTEST = 1e-3
@@ -57,7 +332,9 @@ class Gesture(ABC):
     #: Whether what is there now attracts nothing: it is what is being moved.
     moves = True
 
-    def follow(self, time: float, pixels_per_second: float, targets: Targets | None) -> Snap | None:
+    def follow(
+        self, time: float, pixels_per_second: float, targets: SnapTargets | None
+    ) -> Snap | None:
         """Move with the pointer; gives the target that it jumped to.
 
         `targets` None means that nothing attracts, and times stay as they are pointed at.
@@ -96,7 +373,7 @@ class Gesture(ABC):
         """Carry it out; gives whether it changed the track."""
 
 
-class Brushing(Gesture):
+class BrushGesture(Gesture):
     """Painting an action over the stretch between press and release."""
 
     moves = False
@@ -126,7 +403,7 @@ class Brushing(Gesture):
         return end - start > SLIVER and document.paint(start, end, self.action)
 
 
-class Marking(Brushing):
+class MarkGesture(BrushGesture):
     """Marking a range, to be filled with an action afterwards."""
 
     def __init__(self, pressed: float, begun: float, bounds: tuple[float, float]) -> None:
@@ -142,7 +419,7 @@ class Marking(Brushing):
         return False
 
 
-class MovingEdge(Gesture):
+class EdgeGesture(Gesture):
     """Moving one edge of a segment, and of a neighbour that touches it there."""
 
     def __init__(
@@ -183,7 +460,7 @@ class MovingEdge(Gesture):
         return document.move_edge(self.index, self.edge, self.at)
 
 
-class MovingSegment(Gesture):
+class MoveGesture(Gesture):
     """Moving a whole segment, which paints over what lies where it goes."""
 
     def __init__(
@@ -218,7 +495,7 @@ class Drag:
 
     gesture: Gesture
     pressed: QPointF
-    targets: Targets
+    targets: SnapTargets
     #: Demonstration, author and segments.
     track: tuple[str, str, Segments]
     #: What was marked.
@@ -228,7 +505,9 @@ class Drag:
     live: bool = False
 
 
-def begun(document: Document, time: float, there: Hit, meant: float, *, moving: bool) -> Gesture:
+def begin_gesture(
+    document: Document, time: float, there: Hit, meant: float, *, moving: bool
+) -> Gesture:
     """The drag that a press on the coder's track begins, should the pointer move.
 
     With a brush, unlabelled time is painted right up to the segment beside it, whose edge is taken
@@ -249,13 +528,13 @@ def begun(document: Document, time: float, there: Hit, meant: float, *, moving: 
     """
     segments, bounds = document.segments, document.bounds
     if document.action is not None and not there.inside:
-        return Brushing(time, meant, document.action, bounds)
+        return BrushGesture(time, meant, document.action, bounds)
     if there.index is not None and there.edge is not None:
         demonstration = document.demonstration
         shortest = 0.0 if demonstration is None else demonstration.period
-        return MovingEdge(time, segments, there.index, there.edge, bounds, shortest)
+        return EdgeGesture(time, segments, there.index, there.edge, bounds, shortest)
     if there.index is not None and moving:
-        return MovingSegment(time, segments, there.index, bounds)
+        return MoveGesture(time, segments, there.index, bounds)
     if document.action is not None:
-        return Brushing(time, meant, document.action, bounds)
-    return Marking(time, meant, bounds)
+        return BrushGesture(time, meant, document.action, bounds)
+    return MarkGesture(time, meant, bounds)

@@ -1,24 +1,467 @@
-"""The rows of the tracks: the coder's own at the top, and below it those of the others."""
+"""The rows of the track panel: whose tracks, their visible spans and names, and their painting.
+
+A stroke changes a few of ten thousand segments. To read all of them into arrays again, for each
+view that draws or counts them, would take longer than everything else that a stroke does.
+
+A track of ten thousand segments costs little more than its pixels: segments too narrow for a line
+between them or for a texture are brought onto columns of pixels first, all at once.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from bisect import bisect_left, bisect_right
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from operator import attrgetter
 
+import numpy as np
+from numpy.typing import NDArray
 from PySide6.QtCore import QEvent, QPointF, QRectF, QSize, Qt
-from PySide6.QtGui import QColor, QFont, QHelpEvent, QPainter, QPixmap
+from PySide6.QtGui import QColor, QFont, QHelpEvent, QImage, QPainter, QPen, QPixmap, QPolygonF
 from PySide6.QtWidgets import QSizePolicy, QToolTip
 
 from forcelab.gui.document import Document
 from forcelab.gui.figures import text
-from forcelab.gui.figures.shades import translucent
-from forcelab.gui.label.proposed import origin_words
-from forcelab.gui.label.track_hits import hit
-from forcelab.gui.label.track_painting import outline, paint_row, put_plate, visible
-from forcelab.gui.panel import TimePanel
-from forcelab.gui.theme import colours
+from forcelab.gui.figures.axes import Axis
+from forcelab.gui.figures.colormap import translucent
+from forcelab.gui.figures.figure import Theme
+from forcelab.gui.figures.tracks import LabelStyle, paint_track, plate
+from forcelab.gui.label.track_gestures import hit
+from forcelab.gui.theme import Colours, colours
+from forcelab.gui.time_panel import TimePanel
 from forcelab.labels import MODEL_PREFIX, Segment, Segments, is_model
+from forcelab.project import Origin
+from forcelab.segment_edits import splice
+from forcelab.vocabulary import Vocabulary
 
-__all__ = ["Row", "TrackRows"]
+#: How many tracks are kept: the coder's, whole and as far as it is seen, and some others'.
+CACHED_TRACKS = 8
+#: A track whose length differs by more than this is another track.
+SAME_SECONDS = 1000
+
+_start, _end, _action = attrgetter("start"), attrgetter("end"), attrgetter("action")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TrackSpans:
+    """Segments as arrays.
+
+    Parameters
+    ----------
+    starts, ends : ndarray of float64, shape (n,)
+        In seconds.
+    codes : ndarray of int64, shape (n,)
+        The action of each, as an index into `names`.
+    names : tuple of str
+        All actions of the segments, and maybe others.
+    """
+
+    starts: NDArray[np.float64]
+    ends: NDArray[np.float64]
+    codes: NDArray[np.int64]
+    names: tuple[str, ...]
+
+    @property
+    def seconds(self) -> float:
+        """How long all segments last together."""
+        return float((self.ends - self.starts).sum())
+
+    def totals(self) -> dict[str, tuple[int, float]]:
+        """How many segments each action has, and how many seconds they last together."""
+        counts = np.bincount(self.codes, minlength=len(self.names)).tolist()
+        lasting = np.bincount(self.codes, self.ends - self.starts, len(self.names)).tolist()
+        return {
+            name: (count, seconds)
+            for name, count, seconds in zip(self.names, counts, lasting, strict=True)
+            if count
+        }
+
+
+_cache: list[tuple[Segments, TrackSpans]] = []
+
+
+def track_spans(segments: Segments) -> TrackSpans:
+    """A track's arrays; what it shares with a track that was asked for lately is not read again."""
+    for place, (known, spans) in enumerate(_cache):
+        if known is segments:
+            _cache.insert(0, _cache.pop(place))
+            return spans
+    before = next((kept for kept in _cache if _related(kept[0], segments)), None)
+    spans = _read(segments, ()) if before is None else _tracked_documents(*before, segments)
+    _cache.insert(0, (segments, spans))
+    del _cache[CACHED_TRACKS:]
+    return spans
+
+
+def _related(known: Segments, segments: Segments) -> bool:
+    """Whether two tracks look like one before and after a stroke: they share an end."""
+    if not known or not segments or abs(len(known) - len(segments)) > SAME_SECONDS:
+        return False
+    return known[0] is segments[0] or known[-1] is segments[-1]
+
+
+def _read(segments: Segments, names: tuple[str, ...]) -> TrackSpans:
+    """The arrays of a track, read segment by segment; `names` keep their codes."""
+    count = len(segments)
+    names = tuple(dict.fromkeys((*names, *map(_action, segments))))
+    codes = {name: code for code, name in enumerate(names)}
+    return TrackSpans(
+        np.fromiter(map(_start, segments), np.float64, count),
+        np.fromiter(map(_end, segments), np.float64, count),
+        np.fromiter((codes[segment.action] for segment in segments), np.int64, count),
+        names,
+    )
+
+
+def _tracked_documents(known: Segments, spans: TrackSpans, segments: Segments) -> TrackSpans:
+    """The arrays of a track that came of another one by a stroke."""
+    position, removed, inserted = splice(known, segments)
+    new, tail = _read(inserted, spans.names), position + len(removed)
+    return TrackSpans(
+        np.concatenate([spans.starts[:position], new.starts, spans.starts[tail:]]),
+        np.concatenate([spans.ends[:position], new.ends, spans.ends[tail:]]),
+        np.concatenate([spans.codes[:position], new.codes, spans.codes[tail:]]),
+        new.names,
+    )
+
+
+#: Stands where letters are left out.
+LEFT_OUT = "…"
+#: Letters beside that sign: with fewer, it would take the room of those that tell the name.
+LEAST = 3
+
+
+@lru_cache(maxsize=4096)
+def fitting(name: str, names: tuple[str, ...], size: float, room: int) -> tuple[str, float]:
+    """As much of a name as fits into so many pixels, and its width.
+
+    A beginning that other names have too tells nothing: ``slip transition`` beside ``slip`` is
+    ``slip tra…``, then ``s…tra``, then ``st``; never ``sl``.
+
+    Parameters
+    ----------
+    name : str
+        Of an action.
+    names : tuple of str
+        Of all actions that are shown.
+    size : float
+        Height of the letters in pixels.
+    room : int
+        In pixels.
+    """
+    face, whole = text.font(size), text.printable(name)
+    if (wide := text.width(whole, face)) <= room:
+        return whole, wide
+    others = [text.printable(other) for other in names if other != name]
+    common = max((_common(whole, other) for other in others), default=0)
+    common += len(whole[common:]) - len(whole[common:].lstrip())
+    short = text.elided(whole, face, room)
+    kept = len(short) - len(LEFT_OUT)
+    if kept < LEAST or (common >= LEAST and kept <= common):
+        short = _joined(whole, common, face, room) if common >= LEAST else ""
+    if not short:
+        tokens = signs(tuple(dict.fromkeys((*names, name))))[name]
+        short = next((sign for sign in tokens if text.width(sign, face) <= room), "")
+    return short, text.width(short, face)
+
+
+@lru_cache(maxsize=256)
+def signs(names: tuple[str, ...]) -> dict[str, tuple[str, ...]]:
+    """Two letters and one letter of each name; none where another name has the same.
+
+    Parameters
+    ----------
+    names : tuple of str
+        An earlier name does not change its sign for a later one, unless that begins like it.
+    """
+    shown = {name: text.printable(name) for name in names}
+    pairs: dict[str, str] = {}
+    later = []
+    for name, whole in shown.items():
+        if whole[:2] not in pairs.values():
+            pairs[name] = whole[:2]
+        else:
+            later.append(name)
+    for name in later:
+        whole = shown[name]
+        tail = whole[max(_common(whole, o) for n, o in shown.items() if n != name) :]
+        made = (whole[0] + letter for letter in (*tail, *whole[1:]) if not letter.isspace())
+        pairs[name] = next((pair for pair in made if pair not in pairs.values()), "")
+    firsts = [whole[:1] for whole in shown.values()]
+    return {
+        name: tuple(filter(None, (pairs[name], whole[:1] if firsts.count(whole[:1]) == 1 else "")))
+        for name, whole in shown.items()
+    }
+
+
+def _joined(whole: str, common: int, face: QFont, room: int) -> str:
+    """The first letter, and what follows after what other names begin with, too."""
+    tail = whole[common:]
+    for count in range(len(tail), 0, -1):
+        short = f"{whole[0]}{LEFT_OUT}{tail[:count].rstrip()}"
+        if text.width(short, face) <= room:
+            return short
+    return ""
+
+
+def _common(one: str, other: str) -> int:
+    """How many letters two names begin with alike."""
+    count = 0
+    for a, b in zip(one, other, strict=False):
+        if a != b:
+            break
+        count += 1
+    return count
+
+
+#: Room that the mark takes at the end of a cell.
+MARK = 14
+#: Corners of the mark around its middle.
+_DIAMOND = ((0.0, -3.5), (3.5, 0.0), (0.0, 3.5), (-3.5, 0.0))
+
+
+def origin_text(origin: Origin | None) -> str:
+    """Who proposed a segment, in words; nothing where no model did."""
+    if origin is None:
+        return ""
+    if origin.changed:
+        return f"proposed by {origin.proposer}, changed since"
+    return f"proposed by {origin.proposer}"
+
+
+def paint_proposed(painter: QPainter, box: QRectF, ink: str, changed: bool) -> None:
+    """Mark at the end of a box that a model proposed a segment; hollow if it was changed since."""
+    middle = QPointF(box.right() - MARK / 2, box.center().y())
+    painter.save()
+    painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+    painter.setPen(QPen(QColor(ink), 1.2))
+    painter.setBrush(Qt.GlobalColor.transparent if changed else QColor(ink))
+    painter.drawPolygon(QPolygonF([middle + QPointF(*corner) for corner in _DIAMOND]))
+    painter.restore()
+
+
+#: Room left of and right of a name inside its segment, in pixels.
+PADDING = 4.0
+#: Below this contrast to the ground (WCAG 2.2) a segment gets a line around it.
+VISIBLE_WIDTH = 1.6
+#: From what is dragged, and from the pointer's arrow, to the words about it, in pixels.
+APART, ARROW = 8.0, 20.0
+#: Segments narrower than this many pixels are drawn as columns of pixels.
+NARROW = 3.0
+
+_start_of_track_painting = attrgetter("start")
+_end_of_track_painting = attrgetter("end")
+_action_of_track_painting = attrgetter("action")
+
+
+def styles_of(vocabulary: Vocabulary, used: Iterable[str], theme: Theme) -> dict[str, LabelStyle]:
+    """How each action is drawn; grey where another author's action is not in the vocabulary."""
+    looks = {
+        action.name: LabelStyle(action.key, QColor(action.colour), action.texture)
+        for action in vocabulary
+    }
+    for name in used:
+        if name not in looks:
+            looks[name] = LabelStyle("", QColor(theme.muted))
+    return looks
+
+
+def visible(segments: Segments, start: float, end: float) -> Segments:
+    """The segments that reach into ``[start, end]``, found in O(log n)."""
+    first = bisect_right(segments, start, key=_end_of_track_painting)
+    last = bisect_left(segments, end, key=_start_of_track_painting)
+    return segments[first:last]
+
+
+def crowded_runs(
+    segments: Segments, start: float, pixel: float, count: int, widest: float
+) -> tuple[Segments, NDArray[np.int64], tuple[str, ...]]:
+    """Bring the narrow segments onto columns of pixels.
+
+    A segment gets the columns whose middle it covers, but at least one. Where several crowd in one
+    column, the action that is the rarest among the narrow segments is seen: it must not be lost.
+
+    Parameters
+    ----------
+    segments : tuple of Segment
+        In order, never overlapping.
+    start : float
+        The time at which the first column begins, in seconds.
+    pixel : float
+        Seconds in one column.
+    count : int
+        Number of columns.
+    widest : float
+        Segments shorter than this are narrow, in seconds.
+
+    Returns
+    -------
+    wide : tuple of Segment
+        The other segments.
+    columns : ndarray of int64, shape (count,)
+        What is seen in each column, as an index into the names; -1 where no narrow segment is.
+    names : tuple of str
+        The actions of the narrow segments, and maybe others.
+    """
+    columns = np.full(count, -1, dtype=np.int64)
+    spans = track_spans(segments)
+    is_narrow = spans.ends - spans.starts < widest
+    if not is_narrow.any():
+        return segments, columns, ()
+    wide = tuple(segments[i] for i in np.flatnonzero(~is_narrow).tolist())
+    codes = spans.codes[is_narrow]
+    # Rare ones come last: of several values written to one place the last one stays.
+    order = np.argsort(-np.bincount(codes)[codes], kind="stable")
+    codes = codes[order]
+    left, right = (
+        (times[is_narrow][order] - start) / pixel for times in (spans.starts, spans.ends)
+    )
+    first, last = np.ceil(left - 0.5), np.ceil(right - 0.5)
+    single = last <= first
+    first[single] = np.floor((left[single] + right[single]) / 2)
+    last[single] = first[single] + 1
+    for step in range(int((last - first).max())):
+        place = first + step
+        there = (place < last) & (place >= 0) & (place < count)
+        columns[place[there].astype(np.int64)] = codes[there]
+    return wide, columns, spans.names
+
+
+def paint_row(
+    painter: QPainter,
+    box: QRectF,
+    axis: Axis,
+    segments: Segments,
+    *,
+    vocabulary: Vocabulary,
+    theme: Colours,
+    size: float,
+) -> None:
+    """Draw one author's visible segments with the actions' names in them.
+
+    Parameters
+    ----------
+    painter, box, axis
+        As of :func:`forcelab.gui.figures.tracks.paint_track`.
+    segments : tuple of Segment
+        In order, never overlapping; more than can be told apart cost little.
+    vocabulary : Vocabulary
+        How actions look.
+    theme : Colours
+        The window's colours.
+    size : float
+        Height of the names in pixels.
+    """
+    device = painter.device()
+    ratio = 1.0 if device is None else device.devicePixelRatio()
+    count = max(1, round(box.width() * ratio))
+    pixel = (axis.end - axis.start) / count
+    wide, columns, names = crowded_runs(segments, axis.start, pixel, count, NARROW * ratio * pixel)
+    looks = styles_of(vocabulary, (*names, *(s.action for s in wide)), theme)
+    # Lines between segments lie on light colours in either theme.
+    on_track = replace(theme, text=theme.on_unlabelled)
+    edge = QPen(QColor(theme.on_unlabelled), 1.0)
+    ground = QColor(theme.unlabelled)
+    faint = {
+        name for name, look in looks.items() if text.contrast(look.colour, ground) < VISIBLE_WIDTH
+    }
+    inks = {name: text.ink_on(look.colour) for name, look in looks.items()}
+    face, known = text.font(size), vocabulary.names
+
+    def inscribe(painter: QPainter, bar: QRectF, action: str, look: LabelStyle) -> None:
+        width = bar.width()
+        if action in faint:
+            painter.setPen(edge)
+            painter.setBrush(Qt.BrushStyle.NoBrush)
+            painter.drawRect(bar.adjusted(0.5, 0.5, -0.5, -0.5))
+        if width < 2 * PADDING or bar.height() < size:  # the letters would be cut
+            return
+        name, needed = fitting(action, known, size, int(width - 2 * PADDING))
+        if name:
+            middle = bar.center()
+            line = QRectF(bar.left(), middle.y() - size * 0.7, width, size * 1.4)
+            plate(painter, line.intersected(bar), needed + PADDING, look)
+            text.draw_text(
+                painter, middle.x() - needed / 2, middle.y(), name, face=face, ink=inks[action]
+            )
+
+    paint_track(painter, box, axis, wide, looks=looks, theme=on_track, inscribe=inscribe)
+    if names:
+        palette = [looks[name].colour.rgba() for name in names]
+        painter.drawImage(box, _strip(columns, np.array([*palette, 0], dtype=np.uint32)))
+
+
+def _strip(columns: NDArray[np.int64], palette: NDArray[np.uint32]) -> QImage:
+    """One line of pixels in the colours of the palette; its last one stands for -1."""
+    pixels = np.ascontiguousarray(palette[columns])
+    image = QImage(
+        pixels.data, len(pixels), 1, 4 * len(pixels), QImage.Format.Format_ARGB32_Premultiplied
+    )
+    return image.copy()  # of its own: the array's memory goes
+
+
+def outline(painter: QPainter, bar: QRectF, theme: Colours) -> None:
+    """Draw a frame that is seen on every action's colour: accent outside, white inside."""
+    painter.setBrush(Qt.BrushStyle.NoBrush)
+    for inset, colour, thickness in ((0.0, theme.accent, 2.0), (2.0, "#ffffff", 1.0)):
+        shrunk = inset + thickness / 2
+        if bar.width() < 2 * shrunk + 1 and inset:
+            continue
+        pen = QPen(QColor(colour), thickness)
+        pen.setJoinStyle(Qt.PenJoinStyle.MiterJoin)
+        painter.setPen(pen)
+        painter.drawRect(bar.adjusted(shrunk, shrunk, -shrunk, -shrunk))
+
+
+def _plate(words: str) -> QRectF:
+    """A small plate for a few words."""
+    return QRectF(0, 0, text.width(words, text.font(10)) + 10, 16)
+
+
+def plate_beside(bar: QRectF, words: str, pointer: float, within: QRectF) -> QPointF:
+    """Where the middle of a plate is to be, that it covers neither a bar nor the pointer.
+
+    Parameters
+    ----------
+    bar : QRectF
+        What is dragged.
+    words : str
+        On the plate.
+    pointer : float
+        Where it is pointed at, in pixels.
+    within : QRectF
+        There is no room elsewhere. Where the bar leaves none either, the plate lies at the end
+        that is further from the pointer.
+    """
+    wide, y = _plate(words).width(), bar.center().y()
+    before = min(bar.left() - APART, pointer - APART) - wide / 2
+    behind = max(bar.right() + APART, pointer + ARROW) + wide / 2
+    fits_before = before - wide / 2 >= within.left()
+    fits_behind = behind + wide / 2 <= within.right()
+    at_the_end = abs(pointer - bar.right()) <= abs(pointer - bar.left())
+    if fits_before and (at_the_end or not fits_behind):
+        return QPointF(before, y)
+    if fits_behind:
+        return QPointF(behind, y)
+    ends = within.left() + wide / 2, within.right() - wide / 2
+    return QPointF(max(ends, key=lambda x: abs(x - pointer)), y)
+
+
+def draw_plate(painter: QPainter, at: QPointF, words: str, theme: Colours, within: QRectF) -> None:
+    """Write a few words on a small plate centred on a point, kept within a box."""
+    face = text.font(10)
+    room = _plate(words)
+    room.moveCenter(at)
+    room.moveLeft(max(min(room.left(), within.right() - room.width()), within.left()))
+    painter.setPen(QPen(QColor(theme.frame), 1))
+    painter.setBrush(QColor(theme.background))
+    painter.drawRoundedRect(room.adjusted(0.5, 0.5, -0.5, -0.5), 3, 3)
+    middle = room.center()
+    text.draw_text(
+        painter, middle.x(), middle.y(), words, face=face, ink=QColor(theme.text), align=0.5
+    )
+
 
 #: Heights in pixels: of the coder's row at least and at most, of another author's row, of the
 #: space between rows and around them, and of names in them.
@@ -132,8 +575,8 @@ class TrackRows(TimePanel):
         if index is None:
             return ""
         segment = row.segments[index]
-        words = f"{row.author}: {_said(segment)}"
-        proposed = origin_words(self.document.origins().get(segment)) if row.own else ""
+        words = f"{row.author}: {_author_text(segment)}"
+        proposed = origin_text(self.document.origins().get(segment)) if row.own else ""
         return f"{words}\n{proposed}" if proposed else words
 
     # Drawing
@@ -165,7 +608,7 @@ class TrackRows(TimePanel):
             name = text.elided_name(name, face, box.width() - 14)
             ink = QColor(now.text if row.own else now.muted)
             y = row.box.center().y()
-            text.put(painter, box.right() - 8, y, name, face=face, ink=ink, align=1.0)
+            text.draw_text(painter, box.right() - 8, y, name, face=face, ink=ink, align=1.0)
 
     def paint_overlay(self, painter: QPainter, plot: QRectF) -> None:
         """Draw the drag, the stroke and the selection over the coder's row."""
@@ -181,7 +624,7 @@ class TrackRows(TimePanel):
             word = self._word(document.hint.kind)
             # Beside the line, which is drawn over everything.
             x = self.x_at(document.hint.time) + text.width(word, text.font(10)) / 2 + 8
-            put_plate(painter, QPointF(x, own.box.bottom() - 10), word, colours(), plot)
+            draw_plate(painter, QPointF(x, own.box.bottom() - 10), word, colours(), plot)
 
     def _paint_invitation(self, painter: QPainter, box: QRectF) -> None:
         """Say how to begin, in a row that is empty."""
@@ -193,7 +636,7 @@ class TrackRows(TimePanel):
         face = text.font(OWN_NAME)
         words = text.elided(words, face, box.width() - 20)
         centre, ink = box.center(), translucent(colours().on_unlabelled, 0.72)
-        text.put(painter, centre.x(), centre.y(), words, face=face, ink=ink, align=0.5)
+        text.draw_text(painter, centre.x(), centre.y(), words, face=face, ink=ink, align=0.5)
 
     def _marks_moved(self, *_: object) -> None:
         """Draw all rows anew: what stands beside a mark is as wide as it is worded."""
@@ -281,10 +724,10 @@ class TrackRows(TimePanel):
         """Frame another segment, and tell screen readers which."""
         selected, segments = self.document.selected, self.document.segments
         there = selected is not None and selected < len(segments)
-        self.setAccessibleDescription(_said(segments[selected or 0]) if there else "")
+        self.setAccessibleDescription(_author_text(segments[selected or 0]) if there else "")
         self.update()
 
 
-def _said(segment: Segment) -> str:
+def _author_text(segment: Segment) -> str:
     """A segment in words."""
     return f"{segment.action} {segment.start:.3f}–{segment.end:.3f} s ({segment.duration:.3f} s)"

@@ -1,30 +1,149 @@
-"""The video at the cursor: the last frame at or before it, never a later one."""
+"""The video panel, and the choice of its camera."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import Signal
-from PySide6.QtGui import QImage, QResizeEvent, QShowEvent
-from PySide6.QtWidgets import QDockWidget
+from PySide6.QtCore import QObject, Qt, Signal
+from PySide6.QtGui import QImage, QPaintEvent, QResizeEvent, QShowEvent
+from PySide6.QtWidgets import (
+    QComboBox,
+    QDockWidget,
+    QStyle,
+    QStyleOptionComboBox,
+    QStylePainter,
+    QWidget,
+)
 
 from forcelab.demonstration import VideoReference
+from forcelab.errors import ForcelabError
 from forcelab.gui.document import Document
-from forcelab.gui.figures.text import signed
-from forcelab.gui.label.cameras import CameraChoice, Cameras
-from forcelab.gui.label.frames import PATIENCE, Frames
+from forcelab.gui.figures.text import NAMES, signed
 from forcelab.gui.label.picture_view import PictureView
-from forcelab.project.loading import said_of_film
+from forcelab.gui.label.video_frames import STOP_TIMEOUT, VideoFrames
+from forcelab.project.loading import Camera, said_of_film
 from forcelab.video.index import last_at
 
-__all__ = ["VideoPanel"]
+#: Pixels beside a name in its field.
+PADDING = 4
+
+
+class CameraSelection(QObject):
+    """The cameras of the open demonstration, and the one that is looked through.
+
+    Attributes
+    ----------
+    all : tuple of Camera
+        Nothing unless there are several; the first one's video is the demonstration's.
+    shown : int
+        The place of the one that is looked through.
+    changed : Signal()
+        There are others, or another one is looked through.
+    """
+
+    changed = Signal()
+
+    def __init__(self, document: Document, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._document = document
+        self._of = ""
+        self.all: tuple[Camera, ...] = ()
+        self.shown = 0
+        document.demonstration_changed.connect(self._look)
+        self._look()
+
+    @property
+    def video(self) -> VideoReference | None:
+        """The video that is to be shown: of the demonstration, or of the chosen camera."""
+        demonstration = self._document.demonstration
+        if demonstration is None:
+            return None
+        return self.all[self.shown].video if self.shown else demonstration.video
+
+    def show(self, place: int) -> None:
+        """Look through another camera."""
+        if place != self.shown and 0 <= place < len(self.all):
+            self.shown = place
+            self.changed.emit()
+
+    def show_next(self) -> None:
+        """Look through the next camera, after the last one through the first."""
+        if self.all:
+            self.show((self.shown + 1) % len(self.all))
+            self._document.say(f"Camera: {self.all[self.shown].name}")
+        else:
+            self._document.say("No other camera filmed this demonstration.")
+
+    def _look(self) -> None:
+        """Ask which cameras there are; the same one stays while the demonstration does."""
+        document = self._document
+        found: tuple[Camera, ...] = ()
+        if document.project is not None and document.demonstration is not None:
+            try:
+                found = document.project.cameras(document.demonstration)
+            except ForcelabError as error:  # its own video can still be shown
+                document.say(str(error), True)
+        stays = document.id == self._of and len(found) == len(self.all)
+        self._of, before = document.id, (self.all, self.shown)
+        self.all, self.shown = found, self.shown if stays else 0
+        if (self.all, self.shown) != before:
+            self.changed.emit()
+
+
+class CameraChoice(QComboBox):
+    """Chooses the camera; hidden unless there are several."""
+
+    def __init__(self, cameras: CameraSelection, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._cameras = cameras
+        self.setAccessibleName("Camera")
+        self.setFocusPolicy(Qt.FocusPolicy.TabFocus)  # a click leaves the keyboard where it is
+        self.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToContents)
+        self.activated.connect(cameras.show)
+        cameras.changed.connect(self._fill)
+        self._fill()
+
+    def fit(self, room: int) -> None:
+        """Be as wide as the names need, if so many pixels are enough."""
+        # Not its size alone: a while after a change it takes the one that its names need.
+        self.setMaximumWidth(max(room, 1))
+        self.resize(self.sizeHint())
+
+    def showPopup(self) -> None:
+        """Offer the names no wider than the field, elided; their tooltips have all of them."""
+        super().showPopup()
+        popup = self.view().window()
+        popup.setFixedWidth(self.width())
+        popup.move(self.mapToGlobal(self.rect().topLeft()).x(), popup.y())
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Draw it with as much of the name as fits."""
+        painter, option = QStylePainter(self), QStyleOptionComboBox()
+        self.initStyleOption(option)
+        field = QStyle.SubControl.SC_ComboBoxEditField
+        kind = QStyle.ComplexControl.CC_ComboBox
+        room = self.style().subControlRect(kind, option, field, self).width() - PADDING
+        option.currentText = self.fontMetrics().elidedText(self.currentText(), NAMES, room)
+        painter.drawComplexControl(kind, option)
+        painter.drawControl(QStyle.ControlElement.CE_ComboBoxLabel, option)
+
+    def _fill(self) -> None:
+        """Offer the cameras that there are."""
+        self.clear()
+        for place, camera in enumerate(self._cameras.all):
+            self.addItem(camera.name)
+            self.setItemData(place, camera.name, Qt.ItemDataRole.ToolTipRole)
+        self.setCurrentIndex(self._cameras.shown if self._cameras.all else -1)
+        self.setToolTip(self.currentText())
+        self.setVisible(bool(self._cameras.all))
+
 
 #: Steps of at most so many frames tell where the next one goes.
 STEP = 8
 #: Periods after the last frame's time at which the video counts as over.
-OVER = 1.5
+BUSY_TEXT = 1.5
 #: How late a video may begin, in seconds, for the cursor to be sent to its first frame at once.
-LATE = 0.5
+LATE_FRAMES = 0.5
 #: Space around the choice of a camera, in pixels.
 CHOICE = 3
 
@@ -50,14 +169,14 @@ class VideoPanel(PictureView):
 
     frame_shown = Signal(int)
 
-    def __init__(self, document: Document, cameras: Cameras) -> None:
+    def __init__(self, document: Document, cameras: CameraSelection) -> None:
         super().__init__()
         self.document = document
         self._cameras = cameras
         self._choice = CameraChoice(cameras, self)
         self._choice.move(CHOICE, CHOICE)
         self.setAccessibleName("Video")
-        self._frames: Frames | None = None
+        self._frames: VideoFrames | None = None
         self._open: tuple[str, str] | None = None
         self._forget()
         cameras.changed.connect(self._demonstration_changed)
@@ -113,7 +232,7 @@ class VideoPanel(PictureView):
         time = signed(f"{float(reference.clock.to_force(times[self._shown])):.3f}")
         parts.append(f"{time} s")
         if self._period:
-            over = self._here > times[-1] + OVER * self._period
+            over = self._here > times[-1] + BUSY_TEXT * self._period
             rate = f"{1 / self._period:.4g}/s"
             parts.append("ended" if over else rate)  # short: the panel is narrow
         return " · ".join(parts)
@@ -141,7 +260,7 @@ class VideoPanel(PictureView):
         """Whether the video, or the frame at the cursor, cannot be shown."""
         return bool(self._trouble) or 0 <= self._wanted == self._missing[0]
 
-    def close_video(self, patience: float = PATIENCE) -> bool:
+    def close_video(self, patience: float = STOP_TIMEOUT) -> bool:
         """Let go of the video; gives whether no thread is left after so many seconds."""
         self._let_go()
         return self._frames is None or self._frames.close(patience)
@@ -190,10 +309,10 @@ class VideoPanel(PictureView):
             self.show()
         self.update()
 
-    def _source(self) -> Frames:
+    def _source(self) -> VideoFrames:
         """Where frames come from; made when the first video is met."""
         if self._frames is None:
-            self._frames = Frames(self)
+            self._frames = VideoFrames(self)
             self.fits.connect(self._frames.fit)
             self._frames.opened.connect(self._opened)
             self._frames.failed.connect(self._failed)
@@ -216,7 +335,7 @@ class VideoPanel(PictureView):
         if demonstration is None or frames is None or not len(frames):
             return
         first, start = float(frames[0]), demonstration.start
-        if document.cursor == start and not document.playing and 0 < first - start <= LATE:
+        if document.cursor == start and not document.playing and 0 < first - start <= LATE_FRAMES:
             document.seek(first)
 
     def _follow(self, _: float = 0.0, *, again: bool = False) -> None:

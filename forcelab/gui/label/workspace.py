@@ -1,36 +1,155 @@
-"""The Label workspace: panels on one time axis, video and lists beside them, transport below."""
+"""The Label workspace: panels on one time axis, video and lists beside them, playback below."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
+from typing import Protocol, runtime_checkable
 
 import numpy as np
-from PySide6.QtCore import QByteArray, QEvent, QObject, Qt, QTimer
-from PySide6.QtGui import QAction, QShowEvent
-from PySide6.QtWidgets import QDockWidget, QStackedWidget, QWidget
+from PySide6.QtCore import QByteArray, QEvent, QObject, QSize, Qt, QTimer
+from PySide6.QtGui import QAction, QResizeEvent, QShowEvent
+from PySide6.QtWidgets import QDockWidget, QSplitter, QStackedWidget, QVBoxLayout, QWidget
 
 from forcelab.gui import settings
-from forcelab.gui.arranging import Dock, DockedWindow, placeholder
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
-from forcelab.gui.label.cameras import Cameras
-from forcelab.gui.label.force import ForcePanel
+from forcelab.gui.label.actions import ActionList
 from forcelab.gui.label.history import HistoryView
+from forcelab.gui.label.key_labelling import KeyLabelling
 from forcelab.gui.label.overview import Overview
+from forcelab.gui.label.playback import Player, Transport
 from forcelab.gui.label.ruler import Ruler
 from forcelab.gui.label.scalogram import ScalogramPanel
-from forcelab.gui.label.segments import SegmentTable
-from forcelab.gui.label.strokes import KeyStrokes
-from forcelab.gui.label.timeline import Timeline
+from forcelab.gui.label.segment_list import SegmentTable
+from forcelab.gui.label.traces import ForcePanel
 from forcelab.gui.label.tracks import TrackPanel
-from forcelab.gui.label.transport import Transport
-from forcelab.gui.label.video import VideoPanel
-from forcelab.gui.label.vocabulary import VocabularyView
-from forcelab.gui.player import Player
+from forcelab.gui.label.video import CameraSelection, VideoPanel
+from forcelab.gui.layout import Dock, DockedWindow, placeholder
 from forcelab.signals.contacts import ContactEvent, finding_contacts
 
-__all__ = ["LabelWorkspace"]
+
+@runtime_checkable
+class CompactRows(Protocol):
+    """A panel that can do with less height where room is short."""
+
+    def set_slim(self, slim: bool) -> None:
+        """Whether it is to do with less."""
+
+    def least_height(self, slim: bool) -> int:
+        """Its least height in pixels, so or so."""
+
+
+class Timeline(QWidget):
+    """Ruler, panels, overview and transport.
+
+    Parameters
+    ----------
+    ruler, overview, transport : QWidget
+        Above and below the panels.
+    panels : sequence of QWidget
+        Which share the room between them. The first one is always there, slim where the second one
+        would have no room else; of the others, and of the overview after them, those are hidden
+        that have no room.
+    shares : sequence of int
+        How much of the room each panel gets.
+
+    Attributes
+    ----------
+    splitter : QSplitter
+        Between the panels.
+    """
+
+    def __init__(
+        self,
+        ruler: QWidget,
+        panels: tuple[QWidget, ...],
+        shares: tuple[int, ...],
+        overview: QWidget,
+        transport: QWidget,
+    ) -> None:
+        super().__init__()
+        self.splitter = QSplitter(Qt.Orientation.Vertical)
+        self.splitter.setChildrenCollapsible(False)
+        for i, (panel, share) in enumerate(zip(panels, shares, strict=True)):
+            self.splitter.addWidget(panel)
+            self.splitter.setStretchFactor(i, share)
+        self._always = (ruler, panels[0], transport)
+        self._optional = (*panels[1:], overview)
+        self._unwanted: set[QWidget] = set()
+        self._fitted = False
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(0)
+        for widget, share in ((ruler, 0), (self.splitter, 1), (overview, 0), (transport, 0)):
+            column.addWidget(widget, share)
+
+    def set_wanted(self, panel: QWidget, wanted: bool) -> None:
+        """Show a panel where there is room for it, or do not."""
+        if wanted:
+            self._unwanted.discard(panel)
+        else:
+            self._unwanted.add(panel)
+        self._fit()
+
+    # Qt
+
+    def minimumSizeHint(self) -> QSize:
+        """Wide enough for all, high enough for what never gives way."""
+        wide = max(_minimum_height(widget).width() for widget in (*self._always, *self._optional))
+        return QSize(wide, self._least_always(slim=True))
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Show what has room."""
+        super().resizeEvent(event)
+        self._fitted = True
+        self._fit()
+
+    def event(self, event: QEvent) -> bool:
+        """A panel may need more room than before."""
+        if event.type() == QEvent.Type.LayoutRequest:
+            self._fit()
+        return super().event(event)
+
+    # Inside
+
+    def _fit(self) -> None:
+        """Hide what has no room, or is not wanted."""
+        always = self._always[1]
+        room = self.height() - self._least_always(slim=False)
+        if isinstance(always, CompactRows):
+            first = next((panel for panel in self._optional if panel not in self._unwanted), None)
+            needed = (
+                0
+                if first is None
+                else _minimum_height(first).height() + self.splitter.handleWidth()
+            )
+            slim = self._fitted and room < needed
+            always.set_slim(slim)
+            room = self.height() - self._least_always(slim)
+        roomy = True
+        for widget in self._optional:
+            if widget not in self._unwanted:
+                room -= _minimum_height(widget).height() + self.splitter.handleWidth()
+                # What matters less does not overtake; before it is laid out, all has room.
+                roomy = roomy and (room >= 0 or not self._fitted)
+            widget.setVisible(roomy and widget not in self._unwanted)
+        always.setVisible(always not in self._unwanted)
+
+    def _least_always(self, slim: bool) -> int:
+        """The least height of what never gives way."""
+        return sum(
+            widget.least_height(slim)
+            if isinstance(widget, CompactRows)
+            else _minimum_height(widget).height()
+            for widget in self._always
+        )
+
+
+def _minimum_height(widget: QWidget) -> QSize:
+    """The least size of a widget."""
+    return widget.minimumSizeHint().expandedTo(widget.minimumSize())
+
 
 #: The layout's version: a layout of another one is not restored.
 LAYOUT = 1
@@ -55,9 +174,9 @@ class LabelWorkspace(DockedWindow):
         self.tracks = TrackPanel(document)
         self.force = ForcePanel(document, jobs)
         self.scalogram = ScalogramPanel(document, jobs)
-        self.cameras = Cameras(document, self)
+        self.cameras = CameraSelection(document, self)
         self.video = VideoPanel(document, self.cameras)
-        self.vocabulary = VocabularyView(document)
+        self.vocabulary = ActionList(document)
         self.segments = SegmentTable(document)
         self.history = HistoryView(document)
         self.overview = Overview(document, self.force)
@@ -75,7 +194,7 @@ class LabelWorkspace(DockedWindow):
         self._stack.addWidget(self._nothing())
         self._stack.addWidget(self._timeline)
         self.setCentralWidget(self._stack)
-        self.strokes = KeyStrokes(
+        self.strokes = KeyLabelling(
             document,
             self.window(),
             lambda: 1 / self.tracks.seconds_per_pixel,
@@ -140,10 +259,10 @@ class LabelWorkspace(DockedWindow):
     def remember_layout(self) -> None:
         """Keep where the panels are, and what they show."""
         self.force.source.save_choices()
-        settings.put("label/layout", bytes(self.saveState(LAYOUT).data()))
-        settings.put("label/panels", bytes(self._splitter.saveState().data()))
+        settings.store("label/layout", bytes(self.saveState(LAYOUT).data()))
+        settings.store("label/panels", bytes(self._splitter.saveState().data()))
         hidden = [name for name, action in self.toggles.items() if not action.isChecked()]
-        settings.put("label/hidden", hidden)
+        settings.store("label/hidden", hidden)
 
     def reset_layout(self) -> None:
         """Put every panel back where it was at first."""

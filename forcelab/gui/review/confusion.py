@@ -1,12 +1,27 @@
-"""The confusion view: which action was seen where the coder saw another, and every such place."""
+"""The confusion view: the matrix, and the list of a cell's places."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from PySide6.QtCore import Qt
-from PySide6.QtGui import QHideEvent, QPalette, QResizeEvent, QShowEvent
+from PySide6.QtCore import QEvent, QModelIndex, QPointF, QRectF, QSize, Qt, Signal
+from PySide6.QtGui import (
+    QColor,
+    QFocusEvent,
+    QHideEvent,
+    QKeyEvent,
+    QMouseEvent,
+    QPainter,
+    QPaintEvent,
+    QPalette,
+    QPen,
+    QPixmap,
+    QResizeEvent,
+    QShowEvent,
+)
 from PySide6.QtWidgets import (
     QLabel,
     QScrollArea,
@@ -16,27 +31,406 @@ from PySide6.QtWidgets import (
 )
 
 from forcelab.errors import ForcelabError
-from forcelab.gui.arranging import PageOrNote, column, scrolled
 from forcelab.gui.document import Document
-from forcelab.gui.figures.canvas import LIGHT
-from forcelab.gui.figures.confusion import ConfusionMatrix, Words
+from forcelab.gui.figures import text
+from forcelab.gui.figures.confusion import MATRIX, ConfusionMatrix, MatrixLabels
+from forcelab.gui.figures.figure import LIGHT
+from forcelab.gui.file_dialogs import ask_picture, save_picture
+from forcelab.gui.item_views import TableColumn, TableRow, TextModel, TextTable, as_tsv, copy_text
 from forcelab.gui.jobs import Jobs
-from forcelab.gui.review.confusion_painting import MatrixCanvas, fitted
-from forcelab.gui.review.confusion_places import PlacesList
-from forcelab.gui.review.confusion_switches import Switches
-from forcelab.gui.review.confusion_words import as_text, missing, sentence
-from forcelab.gui.review.rows import copy_text
-from forcelab.gui.review.seen import seen_of
-from forcelab.gui.saving import ask_picture, save_picture
+from forcelab.gui.layout import PageOrPlaceholder, muted_label, page_layout, scroll_area
+from forcelab.gui.review.display_options import DisplayOptions
+from forcelab.gui.review.reviewed_run import visible_outcome
 from forcelab.gui.theme import colours, themes
-from forcelab.review.confusion import Cells, crossing
+from forcelab.gui.widgets import ARROW_STEPS, ENTER_KEYS, is_plain
+from forcelab.review.confusion import Cells, Share, Unit, crossing, shares
+from forcelab.review.differences import Interval
 from forcelab.review.run_result import Outcome
 
-__all__ = ["ConfusionView"]
 
-KEY = "confusion"
+def cell_sentence(cells: Cells, cell: tuple[int, int], unit: Unit, share: Share) -> str:
+    """Such as ``"grab seen as hold: 12.3 s, 8 % of grab, in 5 places"``.
+
+    Parameters
+    ----------
+    cells : Cells
+    cell : (int, int)
+        Row and column.
+    unit : {"time", "segments"}
+    share : {"row", "column", "counts"}
+        By column, the per cent is of what was predicted.
+    """
+    row, column = cell
+    human = cells.actions[row]
+    missed = column == len(cells.actions)
+    predicted = "unlabelled" if missed else cells.actions[column]
+    if missed:
+        what = "{0} left unlabelled"
+    elif row == column:
+        what = "{0} recognised"
+    else:
+        what = "{0} seen as {1}"
+    what = what.format(human, predicted)
+    matrix = cells.matrix(unit)
+    if matrix[row, column] == 0:
+        return f"{what}: never"
+    by_column = share == "column"
+    part = 100 * float(shares(matrix, "column" if by_column else "row")[row, column])
+    if by_column:
+        of = "{0} % of all that was seen as {1}"
+        if missed:
+            of = "{0} % of all that was left unlabelled"
+    else:
+        of = "{0} % of {2}"
+    of = of.format(_percent_text(part), predicted, human)
+    if unit == "segments":
+        number = int(matrix[row, column])
+        counted = "1 segment" if number == 1 else "{} segments".format(f"{number:,}")
+        return f"{what}: {counted}, {of}"
+    places = int(cells.numbers(unit)[row, column])
+    where = "in 1 place" if places == 1 else "in {} places".format(f"{places:,}")
+    return f"{what}: {matrix[row, column]:,.{_decimals(matrix[row, column])}f} s, {of}, {where}"
+
+
+def missing_matrix_text(outcome: Outcome | None, *, opened: bool) -> str:
+    """Why there is no matrix of an outcome without tested demonstrations, or of none.
+
+    Parameters
+    ----------
+    outcome : Outcome or None
+        What is reviewed.
+    opened : bool
+        Whether a project is open.
+    """
+    if not opened:
+        return "Open a project to see which actions are confused."
+    if outcome is None:
+        return (
+            "Nothing was trained yet. Train, and this shows which actions the recogniser "
+            "confuses, and every place where it does."
+        )
+    return (
+        "No demonstration that you may see was tested in this run: label at least two, or finish "
+        "those that you code blind."
+    )
+
+
+def matrix_as_tsv(cells: Cells, unit: Unit, share: Share) -> str:
+    """What the matrix shows as lines of cells with tabs between them."""
+    matrix = cells.matrix(unit)
+    shown = matrix if share == "counts" else shares(matrix, share)
+    decimals = 4 if share != "counts" else 3 if unit == "time" else 0
+    lines = [["", *cells.actions, "unlabelled"]]
+    lines += [
+        [action, *(f"{value:.{decimals}f}" for value in row)]
+        for action, row in zip(cells.actions, shown.tolist(), strict=True)
+    ]
+    return as_tsv(lines)
+
+
+def _decimals(seconds: float) -> int:
+    """A tenth of a second is enough, unless there is less than one."""
+    return 1 if seconds >= 1 else 3
+
+
+def _percent_text(part: float) -> str:
+    """Whole per cents, tenths where there is less than one, and never 0 of something."""
+    if part >= 1:
+        return f"{part:.0f}"
+    return f"{part:.1f}" if part >= 0.1 else "< 0.1"
+
+
+class CellIntervals(QWidget):
+    """Places, the longest and most confident first; choosing one shows it in the window.
+
+    Attributes
+    ----------
+    places : tuple of Place
+        What is listed.
+    """
+
+    def __init__(self, document: Document) -> None:
+        super().__init__()
+        self.document = document
+        self.places: tuple[Interval, ...] = ()
+        self.model = TextModel(self)
+        self.table = TextTable(self.model)
+        self.table.setAccessibleName("Places of the cell")
+        self.hint = muted_label()
+        self.hint.setMargin(8)
+        self.hint.setAlignment(Qt.AlignmentFlag.AlignTop)
+        page_layout(self, self.hint, self.table, growing=self.table)
+        self._filling = False
+        self.table.selectionModel().currentRowChanged.connect(self._row_chosen)
+        self.table.clicked.connect(self._row_clicked)
+        self.clear()
+
+    def minimumSizeHint(self) -> QSize:
+        """The header and two rows."""
+        return QSize(160, 90)
+
+    def clear(self) -> None:
+        """List nothing, and say what would be listed."""
+        self.show_places((), {}, 0)
+        self.hint.setText("Click on a cell to list its places.")
+        self.hint.show()
+
+    def show_places(
+        self, places: tuple[Interval, ...], names: Mapping[str, str], number: int
+    ) -> None:
+        """List places.
+
+        Parameters
+        ----------
+        places : tuple of Place
+            In their order.
+        names : mapping of str to str
+            The demonstrations' names by id.
+        number : int
+            How many there are in all.
+        """
+        columns = (
+            TableColumn("Demonstration", number=False),
+            TableColumn("Start (s)"),
+            TableColumn("Duration (s)"),
+            TableColumn(
+                "Confidence (%)",
+                "Mean probability that the model gives to what it predicts",
+            ),
+        )
+        rows = [
+            TableRow(
+                (
+                    names.get(place.demonstration, place.demonstration),
+                    f"{place.start:.3f}",
+                    f"{place.duration:.3f}",
+                    "–" if place.confidence is None else f"{100 * place.confidence:.0f}",
+                )
+            )
+            for place in places
+        ]
+        self._filling = True
+        self.places = places
+        self.model.show(columns, rows)
+        self._filling = False
+        self.table.fit_columns(stretched=0)
+        self.table.setVisible(bool(places))
+        self.hint.setVisible(len(places) < number or not number)
+        if number:
+            self.hint.setText(
+                "The {} longest of {} places are listed.".format(f"{len(places):,}", f"{number:,}")
+            )
+        else:
+            self.hint.setText("This cell is empty.")
+
+    def _row_chosen(self, index: QModelIndex) -> None:
+        """Show the place of the row."""
+        if index.isValid() and not self._filling:
+            self.document.examine(self.places[index.row()])
+
+    def _row_clicked(self, index: QModelIndex) -> None:
+        """Show the place once more, if the window has gone elsewhere since."""
+        document, place = self.document, self.places[index.row()]
+        here = document.id, document.cursor
+        if document.examined is not place or here != (place.demonstration, place.start):
+            document.examine(place)
+
+
+#: How much narrower than its room a figure may end up, in pixels, as cells have whole ones.
+FIT_TOLERANCE = 2
+
+Cell = tuple[int, int]
+
+
+class MatrixCanvas(QWidget):
+    """Draws a matrix and tells which cell is pointed at, focused and chosen.
+
+    Attributes
+    ----------
+    figure : ConfusionMatrix or None
+        What is drawn.
+    focus : (int, int)
+        Row and column that the keyboard is at.
+    chosen : (int, int) or None
+        The cell that was clicked last.
+    """
+
+    #: The cell that is pointed at or focused, as (row, column); None for none.
+    pointed = Signal(object)
+    #: A cell was clicked, or Enter was pressed on it: row, column, and whether by key.
+    picked = Signal(int, int, bool)
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.figure: ConfusionMatrix | None = None
+        self.focus: Cell = (0, 0)
+        self.chosen: Cell | None = None
+        self._hovered: Cell | None = None
+        self._drawn: QPixmap | None = None
+        self.setAccessibleName("Confusion matrix")
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self.setMouseTracking(True)
+        themes().changed.connect(self._invalidate)
+
+    def show_figure(self, figure: ConfusionMatrix | None) -> None:
+        """Draw this matrix from now on; a focus that it lacks returns to the first cell."""
+        actions = () if self.figure is None else self.figure.actions
+        self.figure = figure
+        if figure is None or figure.actions != actions:
+            self.focus, self.chosen, self._hovered = (0, 0), None, None
+        if figure is not None:
+            size = figure.size
+            self.setFixedSize(QSize(int(size.width()), int(size.height())))
+        self._invalidate()
+
+    # Qt
+
+    def keeps(self, event: QKeyEvent) -> bool:
+        """Whether a key is an arrow or Enter, which are the window's too."""
+        return event.key() in (*ARROW_STEPS, *ENTER_KEYS) and is_plain(event)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Arrows move the focus; Enter picks its cell."""
+        figure, key = self.figure, Qt.Key(event.key())
+        if figure is None:
+            super().keyPressEvent(event)
+        elif key in ARROW_STEPS:
+            k = len(figure.actions)
+            row, column = (
+                now + step for now, step in zip(self.focus, ARROW_STEPS[key], strict=True)
+            )
+            self.focus = (min(max(row, 0), k - 1), min(max(column, 0), k))
+            self._hovered = None
+            self._bring_into_view()
+            self.pointed.emit(self.focus)
+            self.update()
+        elif key in ENTER_KEYS:
+            self._pick(self.focus, by_key=True)
+        else:
+            super().keyPressEvent(event)
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        """Tell which cell the pointer is over."""
+        self._point_at(self._cell_at(event.position()))
+
+    def leaveEvent(self, event: QEvent) -> None:
+        """Nothing is pointed at any more."""
+        self._point_at(None)
+        super().leaveEvent(event)
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        """Pick a cell."""
+        cell = self._cell_at(event.position())
+        if event.button() == Qt.MouseButton.LeftButton and cell is not None:
+            self.focus = cell
+            self._pick(cell, by_key=False)
+
+    def focusInEvent(self, event: QFocusEvent) -> None:
+        """Show where the keyboard is."""
+        super().focusInEvent(event)
+        if self.figure is not None and self._hovered is None:
+            self.pointed.emit(self.focus)
+        self.update()
+
+    def focusOutEvent(self, event: QFocusEvent) -> None:
+        """The keyboard is elsewhere."""
+        super().focusOutEvent(event)
+        self.update()
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Draw the figure, kept as a picture, and the frames of cells over it."""
+        with QPainter(self) as painter:
+            if self.figure is None:
+                return
+            ratio = self.devicePixelRatioF()
+            if self._drawn is None or self._drawn.devicePixelRatio() != ratio:
+                self._drawn = self._picture(self.figure, ratio)
+            painter.drawPixmap(0, 0, self._drawn)
+            if self._hovered is not None:
+                self._frame(painter, self.figure.box(*self._hovered), 1.0)
+            if self.chosen is not None:
+                self._frame(painter, self.figure.box(*self.chosen), 2.0)
+            if self.hasFocus():
+                self._frame(painter, self.figure.box(*self.focus), 2.0, dashed=True)
+
+    # Inside
+
+    def _cell_at(self, point: QPointF) -> Cell | None:
+        """The cell at a point."""
+        return None if self.figure is None else self.figure.cell_at(point)
+
+    def _pick(self, cell: Cell, *, by_key: bool) -> None:
+        """Mark a cell and say so."""
+        self.chosen = cell
+        self.pointed.emit(cell)
+        self.picked.emit(*cell, by_key)
+        self.update()
+
+    def _point_at(self, cell: Cell | None) -> None:
+        """Say which cell is pointed at; without one, which is chosen or focused."""
+        if cell != self._hovered:
+            self._hovered = cell
+            resting = self.chosen if self.chosen is not None or not self.hasFocus() else self.focus
+            self.pointed.emit(resting if cell is None else cell)
+            self.update()
+
+    def _bring_into_view(self) -> None:
+        """Scroll to the focus."""
+        viewport = self.parentWidget()
+        area = None if viewport is None else viewport.parentWidget()
+        if isinstance(area, QScrollArea) and self.figure is not None:
+            spot = self.figure.box(*self.focus).center()
+            area.ensureVisible(int(spot.x()), int(spot.y()), 40, 40)
+
+    def _invalidate(self) -> None:
+        """Say that the picture is stale."""
+        self._drawn = None
+        self.update()
+
+    def _picture(self, figure: ConfusionMatrix, ratio: float) -> QPixmap:
+        """The figure at the screen's resolution."""
+        pixmap = QPixmap(self.size() * ratio)
+        pixmap.setDevicePixelRatio(ratio)
+        pixmap.fill(QColor(figure.theme.background))
+        with QPainter(pixmap) as painter:
+            figure.draw(painter)
+        return pixmap
+
+    def _frame(self, painter: QPainter, box: QRectF, width: float, *, dashed: bool = False) -> None:
+        """A frame around a cell, between two lines that show it on light and on dark cells."""
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+        painter.setPen(QPen(QColor(colours().background), width + 2))
+        painter.drawRect(box)
+        style = Qt.PenStyle.DotLine if dashed else Qt.PenStyle.SolidLine
+        painter.setPen(QPen(QColor(colours().accent), width, style))
+        painter.drawRect(box)
+
+
+def fit_figure(figure: ConfusionMatrix, room: QSize) -> ConfusionMatrix:
+    """The figure with its cells as large as its room lets them be; cells have a smallest size.
+
+    Parameters
+    ----------
+    figure : ConfusionMatrix
+    room : QSize
+        In pixels. What does not fit even with the smallest cells is scrolled.
+    """
+    text.ensure_application()
+    columns = len(figure.actions) + 1
+    made = replace(figure, room=MATRIX)
+    for _ in range(FIT_TOLERANCE):  # smaller cells may turn the names upright, which takes height
+        size = made.size
+        over = max(
+            (size.width() - room.width()) / columns,
+            (size.height() - room.height()) / max(columns - 1, 1),
+        )
+        made = replace(made, room=max(made.box(0, 0).width() + 1 - max(over, 0.0), 1.0) * columns)
+    return made
+
+
+CONFUSION_JOB = "confusion"
 #: Least height of the matrix with its sentence, in lines; where there is less room, all scrolls.
-LINES = 13
+LIST_LINES = 13
 
 
 class ConfusionView(QWidget):
@@ -53,12 +447,12 @@ class ConfusionView(QWidget):
         # What is counted or being counted: of this outcome these demonstrations, at this stage.
         self._outcome: Outcome | None = None
         self._wanted: tuple[tuple[str, ...], str] = ((), "")
-        self.switches = Switches()
+        self.switches = DisplayOptions()
         self.canvas = MatrixCanvas()
         self.sentence = QLabel(wordWrap=True, textFormat=Qt.TextFormat.PlainText)
         self.sentence.setAccessibleName("The cell")
         self.sentence.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Minimum)
-        self.list = PlacesList(document)
+        self.list = CellIntervals(document)
         self._area = QScrollArea()
         self._area.setWidget(self.canvas)
         self._area.setFrameShape(QScrollArea.Shape.NoFrame)
@@ -85,7 +479,7 @@ class ConfusionView(QWidget):
     def copy(self) -> None:
         """Copy what the matrix shows as lines of cells with tabs between them."""
         if self.cells is not None:
-            copy_text(as_text(self.cells, self.switches.unit, self.switches.share))
+            copy_text(matrix_as_tsv(self.cells, self.switches.unit, self.switches.share))
             self.document.say("The matrix was copied.")
 
     def ask_save(self) -> None:
@@ -110,7 +504,7 @@ class ConfusionView(QWidget):
     def hideEvent(self, event: QHideEvent) -> None:
         """Nothing is counted for nobody."""
         super().hideEvent(event)
-        self._jobs.cancel(KEY)
+        self._jobs.cancel(CONFUSION_JOB)
         if self.cells is None:
             self._outcome = None
 
@@ -125,8 +519,8 @@ class ConfusionView(QWidget):
         """Switches above the matrix, the sentence and the list below it."""
         upper = QWidget()
         self.sentence.setContentsMargins(8, 2, 8, 4)
-        column(upper, self._area, self.sentence, growing=self._area, spacing=2)
-        upper.setMinimumHeight(LINES * self.fontMetrics().height())
+        page_layout(upper, self._area, self.sentence, growing=self._area, spacing=2)
+        upper.setMinimumHeight(LIST_LINES * self.fontMetrics().height())
         self._split = QSplitter(Qt.Orientation.Vertical, childrenCollapsible=False)
         self._split.addWidget(upper)
         self._split.addWidget(self.list)
@@ -134,24 +528,24 @@ class ConfusionView(QWidget):
         self._split.setStretchFactor(1, 1)
         self._split.setSizes([3000, 1000])
         self._split.splitterMoved.connect(self._draw)
-        self._page = scrolled(self._split)
-        self._pages = PageOrNote(self._page)
-        column(self, self.switches, self._pages, growing=self._pages)
+        self._page = scroll_area(self._split)
+        self._pages = PageOrPlaceholder(self._page)
+        page_layout(self, self.switches, self._pages, growing=self._pages)
 
     def _refresh(self) -> None:
         """Show the outcome as it is now, counting it if that was not done."""
         if not self.isVisible():
             return
         try:
-            outcome = seen_of(self.document)
+            outcome = visible_outcome(self.document)
         except ForcelabError as error:
             self._outcome = None  # to be counted as soon as it can be read
             self._show_empty(str(error))
             return
         if outcome is None or not outcome.tested:
-            self._jobs.cancel(KEY)
+            self._jobs.cancel(CONFUSION_JOB)
             self._outcome = None
-            self._show_empty(missing(outcome, opened=self.document.project is not None))
+            self._show_empty(missing_matrix_text(outcome, opened=self.document.project is not None))
             return
         wanted = (tuple(one.id for one in outcome.tested), self.switches.stage)
         if self._outcome is not self.document.outcome or self._wanted != wanted:
@@ -160,7 +554,7 @@ class ConfusionView(QWidget):
             self._outcome, self._wanted = self.document.outcome, wanted
             self.cells = None
             self.list.clear()
-            self._jobs.run(crossing(outcome, self.switches.stage), self._take, key=KEY)
+            self._jobs.run(crossing(outcome, self.switches.stage), self._take, key=CONFUSION_JOB)
 
     def _changed(self) -> None:
         """Show the same otherwise."""
@@ -199,7 +593,7 @@ class ConfusionView(QWidget):
         stage = self.switches.stage
         # In the cells are shares: only the totals have a unit.
         total = "total (s)" if unit == "time" else "total"
-        words = Words("human", "predicted", "unlabelled", total)
+        words = MatrixLabels("human", "predicted", "unlabelled", total)
         return ConfusionMatrix(
             f"{title}, after the filters" if stage == "filtered" else f"{title}, raw predictions",
             self.cells.actions,
@@ -208,14 +602,14 @@ class ConfusionView(QWidget):
             unit="s" if unit == "time" else "segments",
             share=self.switches.share,
             headed=headed,
-            words=Words() if headed else words,
+            words=MatrixLabels() if headed else words,
         )
 
     def _draw(self) -> None:
         """Draw the matrix into the room there is."""
         if self.cells is None or not self.isVisible() or not self.cells.actions:
             return
-        figure = fitted(self._figure(headed=False), self._area.maximumViewportSize())
+        figure = fit_figure(self._figure(headed=False), self._area.maximumViewportSize())
         self.canvas.show_figure(figure)
         self._say(self.canvas.chosen or self.canvas.focus)
 
@@ -224,7 +618,7 @@ class ConfusionView(QWidget):
         if self.cells is None or cell is None:
             self.sentence.setText("")
             return
-        text = sentence(self.cells, cell, self.switches.unit, self.switches.share)
+        text = cell_sentence(self.cells, cell, self.switches.unit, self.switches.share)
         self.sentence.setText(text)
         self.canvas.setAccessibleDescription(text)
 

@@ -1,37 +1,355 @@
-"""Timeline pairs: what the human labelled above what is predicted, for all demonstrations."""
+"""Timeline pairs: human tracks above predicted ones, with search, order and legend."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 from pathlib import Path
 
-from PySide6.QtGui import QResizeEvent, QShowEvent
-from PySide6.QtWidgets import QLabel, QWidget
+from PySide6.QtCore import QSize, Qt, Signal
+from PySide6.QtGui import QAction, QColor, QPainter, QPaintEvent, QResizeEvent, QShowEvent
+from PySide6.QtWidgets import (
+    QCheckBox,
+    QHBoxLayout,
+    QLabel,
+    QMenu,
+    QScrollArea,
+    QSizePolicy,
+    QToolButton,
+    QWidget,
+)
 
-from forcelab.gui.arranging import PageOrNote, column
+from forcelab.gui import settings
 from forcelab.gui.document import Document
-from forcelab.gui.figures.legend import looks_in_order
-from forcelab.gui.figures.timelines import TimelinePairs
-from forcelab.gui.figures.tracks import Look
+from forcelab.gui.figures import text
+from forcelab.gui.figures.axes import Axis, draw_bottom
+from forcelab.gui.figures.pairs import TimelinePairs
+from forcelab.gui.figures.tracks import LabelStyle, Legend, styles_in_order
+from forcelab.gui.file_dialogs import ask_picture, save_picture
 from forcelab.gui.jobs import Jobs
-from forcelab.gui.review.colouring import painted_by
-from forcelab.gui.review.pairs_area import PairsArea
-from forcelab.gui.review.pairs_hits import Hit, place_of
-from forcelab.gui.review.pairs_reading import CurrentTracks, other_coders
-from forcelab.gui.review.pairs_rows import Entry, arranged, entries_of, entry_of
-from forcelab.gui.review.pairs_tools import AxisStrip, LegendRoom, LegendStrip, PairsTools
-from forcelab.gui.review.pairs_words import Looks, actions_of, missing
-from forcelab.gui.review.seen import blind_to
-from forcelab.gui.saving import ask_picture, save_picture
+from forcelab.gui.layout import PageOrPlaceholder, page_layout, search_field
+from forcelab.gui.review.display_options import combo_box
+from forcelab.gui.review.pair_entries import (
+    CurrentTracks,
+    ExtraRows,
+    PairEntry,
+    PairOrder,
+    filter_and_sort,
+    other_coders,
+    pair_entries,
+    tested_entry,
+)
+from forcelab.gui.review.pairs_list import MARGIN, Hit, PairsList, hit_interval
+from forcelab.gui.review.queue_loader import untested_text
+from forcelab.gui.review.reviewed_run import blind_demonstrations, with_keys
 from forcelab.gui.shortcuts import keys
+from forcelab.gui.text import escape_ampersands
+from forcelab.gui.theme import colours, themes
 from forcelab.review.run_result import Outcome, vocabulary_of
 from forcelab.vocabulary import Vocabulary
 
-__all__ = ["PairsView"]
+
+class ActionStyles(dict[str, LabelStyle]):
+    """Looks of actions; grey where an action is not known."""
+
+    def __missing__(self, action: str) -> LabelStyle:
+        """A look that is nobody's."""
+        return LabelStyle("", QColor(colours().muted))
+
+
+def all_actions(outcome: Outcome) -> tuple[str, ...]:
+    """What a run knows, what its coder labelled and what it predicts; thousands of segments."""
+    both = (*outcome.tested, *outcome.proposals)
+    tracks = [track for one in both for track in (one.human, one.predicted)]
+    return tuple(dict.fromkeys((*outcome.actions, *(s.action for t in tracks for s in t))))
+
+
+def missing_pairs_text(
+    outcome: Outcome | None, *, training: bool, entries: bool, hidden: bool, shown: bool
+) -> str:
+    """Why there is nothing to see; empty where there is something.
+
+    Parameters
+    ----------
+    outcome : Outcome or None
+        What is reviewed.
+    training : bool
+        Whether a recogniser is being trained.
+    entries, hidden : bool
+        Whether any demonstration may be seen, and whether any is coded blind.
+    shown : bool
+        Whether the filter lets any through.
+    """
+    if outcome is None and training:
+        return (
+            "A recogniser is being trained; human and predicted timelines will stand here in pairs."
+        )
+    if outcome is None:
+        bound = keys().shown("train")
+        return (
+            "Train a recogniser{key} and human and predicted timelines stand here in pairs.".format(
+                key=f" ({bound})" if bound else ""
+            )
+        )
+    if not entries and hidden:
+        return "All demonstrations of this run are hidden while you code them blind."
+    if not entries:
+        return untested_text(outcome, "This run tested no demonstration.")
+    return "" if shown else "No demonstration fits the filter."
+
+
+ROWS_SETTING, ORDER_SETTING, STRETCHED_SETTING = (
+    "review/pairs/rows",
+    "review/pairs/order",
+    "review/pairs/stretched",
+)
+#: How the choice of a coder's row is remembered, apart from the stages.
+CODER_PREFIX = "coder "
+
+
+class PairsTools(QWidget):
+    """Search, order, time axis, further rows and export.
+
+    Signals
+    -------
+    changed()
+        Something else is to be shown.
+    ordered()
+        Another order is chosen, and told by `changed`, too.
+    exporting()
+        The pairs are to be saved as a picture.
+    """
+
+    changed = Signal()
+    ordered = Signal()
+    exporting = Signal()
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._wanted = set(settings.strings(ROWS_SETTING))
+        self.coders: tuple[str, ...] = ()
+        name = "Filter timeline pairs by name or task"
+        self.search = search_field("Filter by name or task", name)
+        self.search.setMinimumWidth(60)
+        self.order = combo_box(
+            "Order of the timeline pairs",
+            {
+                "By name": "name",
+                "Worst first": "worst",
+                "Longest first": "longest",
+            },
+        )
+        self.order.setCurrentIndex(max(0, self.order.findData(settings.text(ORDER_SETTING))))
+        self.stretched = QCheckBox("Full width")
+        self.stretched.setAccessibleName("Stretch each demonstration to the full width")
+        self.stretched.setToolTip(self.stretched.accessibleName())
+        self.stretched.setChecked(settings.flag(STRETCHED_SETTING))
+        self.rows = _tool_button("Rows", "Further rows below each pair")
+        self.menu = QMenu(self.rows)
+        self.rows.setMenu(self.menu)
+        self.rows.setStyleSheet(
+            "QToolButton { padding-right: 1.2em; }"
+            "QToolButton::menu-indicator { subcontrol-position: right center; right: 0.3em; }"
+        )
+        self.rows.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
+        self.export = _tool_button("Export…", "Save the pairs as SVG, PDF or PNG")
+        self._lay_out()
+        self._connect()
+        self.offer(())
+
+    @property
+    def chosen_order(self) -> PairOrder:
+        """The order that is chosen."""
+        order: PairOrder = self.order.currentData()
+        return order
+
+    @property
+    def wanted(self) -> ExtraRows:
+        """The further rows that are chosen."""
+        stages = tuple(stage for stage in self._stages() if stage[0] in self._wanted)
+        coders = tuple(name for name in self.coders if CODER_PREFIX + name in self._wanted)
+        return ExtraRows(stages, coders)
+
+    def offer(self, coders: Collection[str]) -> None:
+        """Offer the rows of these coders besides those of the recogniser."""
+        self.coders = tuple(coders)
+        self.menu.clear()
+        self.menu.addSection("Before the filtered prediction")
+        for key, caption in self._stages():
+            self._add(key, caption)
+        if coders:
+            self.menu.addSection("Other coders")
+        for name in coders:
+            self._add(CODER_PREFIX + name, name)
+
+    def _stages(self) -> tuple[tuple[str, str], ...]:
+        """Keys and captions of the recogniser's steps."""
+        return (
+            ("raw", "raw"),
+            ("threshold", "threshold"),
+            ("median", "median"),
+        )
+
+    def _add(self, key: str, title: str) -> None:
+        """Add a row to the menu."""
+        action = QAction(escape_ampersands(title), self.menu)
+        action.setCheckable(True)
+        action.setChecked(key in self._wanted)
+        action.toggled.connect(lambda on: self._choose(key, on))
+        self.menu.addAction(action)
+
+    def _choose(self, key: str, on: bool) -> None:
+        """Show a row, or not any more."""
+        (self._wanted.add if on else self._wanted.discard)(key)
+        settings.store(ROWS_SETTING, sorted(self._wanted))
+        self.changed.emit()
+
+    def _lay_out(self) -> None:
+        """All in a line."""
+        line = QHBoxLayout(self)
+        line.setContentsMargins(int(MARGIN), 6, int(MARGIN), 6)
+        line.setSpacing(6)
+        line.addWidget(self.search, 1)
+        for widget in (self.order, self.stretched, self.rows, self.export):
+            line.addWidget(widget)
+
+    def _connect(self) -> None:
+        """Tell what is chosen, and remember it."""
+        self.search.textChanged.connect(lambda _: self.changed.emit())
+        self.order.currentIndexChanged.connect(lambda _: self._remember())
+        self.order.currentIndexChanged.connect(lambda _: self.ordered.emit())
+        self.stretched.toggled.connect(lambda _: self._remember())
+        self.export.clicked.connect(lambda _: self.exporting.emit())
+
+    def _remember(self) -> None:
+        """Keep order and time axis for the next time."""
+        settings.store(ORDER_SETTING, self.chosen_order)
+        settings.store(STRETCHED_SETTING, self.stretched.isChecked())
+        self.changed.emit()
+
+
+class LegendStrip(QWidget):
+    """The legend above the pairs, with the key of each action.
+
+    Signals
+    -------
+    fitted()
+        It has taken the height of its lines.
+    """
+
+    fitted = Signal()
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._looks: Mapping[str, LabelStyle] = {}
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+        self.setAccessibleName("Legend of the actions")
+        themes().changed.connect(self.update)
+
+    def show_looks(self, looks: Mapping[str, LabelStyle]) -> None:
+        """Show these actions in this order."""
+        self._looks = looks
+        self.setAccessibleDescription(
+            ", ".join(f"{look.sign.upper()} {name}".lstrip() for name, look in looks.items())
+        )
+        self._fit()
+        self.update()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """A narrow legend has more lines."""
+        self._fit()
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Draw the legend."""
+        with QPainter(self) as painter:
+            painter.fillRect(self.rect(), QColor(colours().background))
+            painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+            self._legend.paint(painter, MARGIN, 6, colours())
+
+    @property
+    def _legend(self) -> Legend:
+        """The legend in the width there is."""
+        return Legend(self._looks, max(self.width() - 2 * MARGIN, 1.0))
+
+    def _fit(self) -> None:
+        """Take the height of the lines."""
+        height = round(self._legend.height) + 10
+        if height != self.minimumHeight():
+            self.setFixedHeight(height)
+            self.fitted.emit()
+
+
+class LegendRoom(QScrollArea):
+    """The room of the legend: that of some lines, beyond which it scrolls."""
+
+    #: Pixels: as many lines as leave room for the pairs, and the first line.
+    MOST, LEAST = 76, 30
+
+    def __init__(self, legend: LegendStrip) -> None:
+        super().__init__()
+        self._legend = legend
+        self.setWidget(legend)
+        self.setWidgetResizable(True)
+        self.setFrameShape(QScrollArea.Shape.NoFrame)
+        self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Maximum)
+        legend.fitted.connect(self.updateGeometry)
+
+    def sizeHint(self) -> QSize:
+        """All lines, if they are few."""
+        return QSize(160, min(self._legend.height(), self.MOST))
+
+    def minimumSizeHint(self) -> QSize:
+        """One line: in a small window the timeline needs the room."""
+        return QSize(60, min(self._legend.height(), self.LEAST))
+
+
+class AxisStrip(QWidget):
+    """The time axis below the pairs, which all share."""
+
+    HEIGHT = 38
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._axis: Axis | None = None
+        self.setFixedHeight(self.HEIGHT)
+        self.setAccessibleName("Time axis of the pairs")
+        themes().changed.connect(self.update)
+
+    def show_axis(self, axis: Axis | None) -> None:
+        """Show this axis; none where each pair has one of its own."""
+        self._axis = axis
+        self.setHidden(axis is None)
+        self.update()
+
+    def sizeHint(self) -> QSize:
+        """As wide as the rows."""
+        return QSize(400, self.HEIGHT)
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Draw the axis."""
+        with QPainter(self) as painter:
+            painter.fillRect(self.rect(), QColor(colours().background))
+            text.ensure_application()
+            if self._axis is not None:
+                painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+                draw_bottom(painter, self._axis, 0.5, "time (s)", colours())
+
+
+def _tool_button(title: str, name: str) -> QToolButton:
+    """A button of the tools."""
+    button = QToolButton()
+    button.setText(title)
+    button.setAccessibleName(name)
+    button.setToolTip(name)
+    button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextOnly)
+    button.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+    return button
+
 
 #: What an exported file is called unless somebody says otherwise.
-SUGGESTED = "pairs.svg"
+SUGGESTED_FILE = "pairs.svg"
 
 
 class PairsView(QWidget):
@@ -49,17 +367,17 @@ class PairsView(QWidget):
         self.document = document
         self._jobs = jobs
         self._stale = True
-        self._entries: tuple[Entry, ...] = ()
+        self._entries: tuple[PairEntry, ...] = ()
         self._current = CurrentTracks(document, jobs, self)
         self._hidden: frozenset[str] = frozenset()
         self._vocabulary = Vocabulary()
-        self._looks: Mapping[str, Look] = {}
+        self._looks: Mapping[str, LabelStyle] = {}
         # The actions of an outcome: to list them takes a while, and edits add but few.
         self._listed: tuple[Outcome | None, tuple[str, ...]] = (None, ())
         self.setAccessibleName("Timeline pairs")
         self.tools = PairsTools()
         self.legend = LegendStrip()
-        self.area = PairsArea(document)
+        self.area = PairsList(document)
         self.strip = AxisStrip()
         self.note = QLabel()
         self.note.setWordWrap(True)
@@ -76,7 +394,7 @@ class PairsView(QWidget):
             return None
         return TimelinePairs(
             outcome.title,
-            tuple(replace(entry.pair, note=_note(entry)) for entry in self.area.entries),
+            tuple(replace(entry.pair, note=_figure_note(entry)) for entry in self.area.entries),
             self._vocabulary,
             tuple(self._looks),
             note_key="At the right: accuracy after the filters.",
@@ -85,7 +403,7 @@ class PairsView(QWidget):
 
     def export(self) -> None:
         """Ask where to save the pairs, and save them in the background."""
-        chosen = ask_picture(self, "Export timeline pairs", SUGGESTED)
+        chosen = ask_picture(self, "Export timeline pairs", SUGGESTED_FILE)
         if chosen is not None:
             self.export_to(chosen)
 
@@ -102,20 +420,20 @@ class PairsView(QWidget):
     def _lay_out(self) -> None:
         """Tools and legend above, the rows, the time axis below."""
         rows = QWidget()
-        column(rows, LegendRoom(self.legend), self.area, self.strip, growing=self.area)
-        self._pages = PageOrNote(rows)
-        column(self, self.tools, self.note, self._pages, growing=self._pages)
+        page_layout(rows, LegendRoom(self.legend), self.area, self.strip, growing=self.area)
+        self._pages = PageOrPlaceholder(rows)
+        page_layout(self, self.tools, self.note, self._pages, growing=self._pages)
 
     def _connect(self) -> None:
         """Listen to the document, and to what is pressed."""
         document = self.document
-        document.outcome_changed.connect(self._start_anew)
-        document.training_changed.connect(self._say_what_is_missing)
+        document.outcome_changed.connect(self._outcome_changed)
+        document.training_changed.connect(self._show_missing)
         document.tracks_changed.connect(self._read_open)
         document.vocabulary_changed.connect(self._recolour)
         document.listing_changed.connect(self._check_blind)
         document.author_changed.connect(self._check_blind)
-        keys().changed.connect(self._say_what_is_missing)
+        keys().changed.connect(self._show_missing)
         self._current.changed.connect(self._build)
         self.tools.changed.connect(self._choose)
         self.tools.ordered.connect(lambda: self.area.verticalScrollBar().setValue(0))
@@ -125,7 +443,7 @@ class PairsView(QWidget):
     def showEvent(self, event: QShowEvent) -> None:
         """Show what has changed while nobody saw it."""
         super().showEvent(event)
-        if self._stale or blind_to(self.document) != self._hidden:
+        if self._stale or blind_demonstrations(self.document) != self._hidden:
             self._build()
         else:
             self._recolour()
@@ -136,7 +454,7 @@ class PairsView(QWidget):
         super().resizeEvent(event)
         self._show_axis()
 
-    def _start_anew(self) -> None:
+    def _outcome_changed(self) -> None:
         """Another outcome is reviewed."""
         self._current.forget()
         self._build()
@@ -154,27 +472,27 @@ class PairsView(QWidget):
         outcome, project = self.document.outcome, self.document.project
         if self._stale:
             return
-        self._hidden = blind_to(self.document)
+        self._hidden = blind_demonstrations(self.document)
         if outcome is None or project is None:
             self._entries = ()
         else:
             coders = other_coders(self.document, self._hidden)
             if coders != self.tools.coders:
                 self.tools.offer(coders)
-            self._entries = entries_of(
+            self._entries = pair_entries(
                 outcome, self._current.tracks, self.tools.wanted, self._hidden
             )
-            self._take_vocabulary()
+            self._update_vocabulary()
         self._show()
 
     def _show(self) -> None:
         """Show the rows in order."""
         actions = sorted(self._actions(), key=self._key_of)
-        self._looks = Looks(looks_in_order(actions, self._vocabulary))
+        self._looks = ActionStyles(styles_in_order(actions, self._vocabulary))
         looks, tools = self._looks, self.tools
-        rows = arranged(self._entries, tools.chosen_order, tools.search.text())
+        rows = filter_and_sort(self._entries, tools.chosen_order, tools.search.text())
         self.legend.show_looks(looks)
-        self._say_what_is_missing(len(rows))
+        self._show_missing(len(rows))
         self.area.show_entries(rows, looks, tools.stretched.isChecked())
         self._show_axis()
 
@@ -191,11 +509,11 @@ class PairsView(QWidget):
         """
         outcome = self.document.outcome
         if outcome is not self._listed[0]:
-            self._listed = outcome, () if outcome is None else actions_of(outcome)
+            self._listed = outcome, () if outcome is None else all_actions(outcome)
         tracks = [
             track
             for entry in self._entries
-            for track in entry.whole_tracks
+            for track in entry.final_tracks
             if track is not entry.reviewed.human and track is not entry.reviewed.predicted
         ]
         return tuple(dict.fromkeys((*self._listed[1], *(s.action for t in tracks for s in t))))
@@ -205,7 +523,7 @@ class PairsView(QWidget):
         key = self._vocabulary[action].key
         return not key, key or ""
 
-    def _take_vocabulary(self) -> bool:
+    def _update_vocabulary(self) -> bool:
         """Take the looks of the outcome's actions and their keys; gives whether they are others."""
         outcome, project = self.document.outcome, self.document.project
         if outcome is None or project is None:
@@ -214,14 +532,14 @@ class PairsView(QWidget):
         looks = vocabulary_of(project, outcome).with_actions(*self._actions())
         document, shown = self.document, self.document.demonstration
         task = "" if shown is None else shown.task
-        self._vocabulary = painted_by(looks, document.vocabulary, task=task, apart=outcome.apart)
+        self._vocabulary = with_keys(looks, document.vocabulary, task=task, apart=outcome.apart)
         return self._vocabulary != before
 
-    def _say_what_is_missing(self, shown: int | None = None) -> None:
+    def _show_missing(self, shown: int | None = None) -> None:
         """Say why there is nothing to see, or not all."""
         outcome = self.document.outcome
         shown = len(self.area.entries) if shown is None else shown
-        words = missing(
+        words = missing_pairs_text(
             outcome,
             training=self.document.training,
             entries=bool(self._entries),
@@ -239,11 +557,11 @@ class PairsView(QWidget):
 
     # Going there
 
-    def _go_to(self, entry: Entry, found: Hit) -> None:
+    def _go_to(self, entry: PairEntry, found: Hit) -> None:
         """Open what was chosen."""
         document = self.document
         if found.what is not None:
-            document.examine(place_of(entry, found.what))
+            document.examine(hit_interval(entry, found.what))
         elif document.open_demonstration(entry.id) and found.time is not None:
             document.seek(found.time)
 
@@ -264,17 +582,17 @@ class PairsView(QWidget):
         if old.human is None or not self._current.read_open(wanted.coders):
             return
         found = self._current.tracks[id_]
-        new = entry_of(outcome, old.reviewed, found, wanted, old.evaluated)
+        new = tested_entry(outcome, old.reviewed, found, wanted, old.evaluated_accuracy)
         self._entries = tuple(new if entry is old else entry for entry in self._entries)
         known = set(self._vocabulary.names)
-        if any(s.action not in known for track in new.whole_tracks for s in track):
-            self._take_vocabulary()
+        if any(s.action not in known for track in new.final_tracks for s in track):
+            self._update_vocabulary()
             self._show()
         self.area.replace_entry(new)
 
     def _recolour(self) -> None:
         """The actions may have other colours."""
-        if self.isVisible() and self._entries and self._take_vocabulary():
+        if self.isVisible() and self._entries and self._update_vocabulary():
             self._show()
 
     def _check_blind(self) -> None:
@@ -282,13 +600,13 @@ class PairsView(QWidget):
         if (
             self.isVisible()
             and self.document.outcome is not None
-            and blind_to(self.document) != self._hidden
+            and blind_demonstrations(self.document) != self._hidden
         ):
             self._build()
             self._read_all()
 
 
-def _note(entry: Entry) -> str:
+def _figure_note(entry: PairEntry) -> str:
     """What is said beside a pair in the figure."""
     if entry.human is None:
         return "proposed"

@@ -1,23 +1,34 @@
-"""Unlabelled demonstrations, the one to label next first, and taking predictions over."""
+"""Unlabelled demonstrations, the one to label next first, and buttons that accept predictions."""
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Callable
+from operator import attrgetter
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QModelIndex, QRectF, Qt
 from PySide6.QtGui import QColor, QPainter, QShowEvent
-from PySide6.QtWidgets import QStyle, QStyledItemDelegate, QStyleOptionViewItem, QWidget
+from PySide6.QtWidgets import (
+    QDoubleSpinBox,
+    QHBoxLayout,
+    QPushButton,
+    QStyle,
+    QStyledItemDelegate,
+    QStyleOptionViewItem,
+    QVBoxLayout,
+    QWidget,
+)
 
-from forcelab.gui.arranging import PageOrNote, column, muted
+from forcelab.gui import settings
 from forcelab.gui.document import Document
 from forcelab.gui.figures.text import NAMES
-from forcelab.gui.indexes import Index
+from forcelab.gui.item_views import Index, TableColumn, TableRow, TextModel, TextTable
 from forcelab.gui.jobs import Jobs
-from forcelab.gui.label.track_spans import spans_of
-from forcelab.gui.review.accept_buttons import AcceptButtons
-from forcelab.gui.review.rows import Column, Row, TextModel, TextRows
-from forcelab.gui.review.seen import blind_to
+from forcelab.gui.label.track_rows import track_spans
+from forcelab.gui.layout import PageOrPlaceholder, muted_label, page_layout, set_enabled_with_reason
+from forcelab.gui.review.reviewed_run import blind_demonstrations
+from forcelab.gui.shortcuts import keys
 from forcelab.gui.theme import colours
 
 if TYPE_CHECKING:
@@ -26,13 +37,158 @@ if TYPE_CHECKING:
     from forcelab.review.active_learning import Proposal
     from forcelab.review.run_result import Outcome
 
-__all__ = ["ProposalsView"]
 
-KEY = "proposals"
+#: A stretch that is too short to hold anything but what lies at its start, in seconds.
+INSTANT = 1e-6
+
+
+class AcceptButtons(QWidget):
+    """Take over what is predicted at the cursor, in view, or with a probability.
+
+    Each can be pressed only where there is something to take over.
+    """
+
+    def __init__(self, document: Document) -> None:
+        super().__init__()
+        self.document = document
+        self._lay_out()
+        for signal in (
+            document.tracks_changed,
+            document.outcome_changed,
+            document.demonstration_changed,
+        ):
+            signal.connect(self._follow)
+        document.cursor_moved.connect(self._follow_cursor)
+        document.span_changed.connect(self._follow_span)
+        keys().changed.connect(self._name_buttons)
+        self._name_buttons()
+
+    def showEvent(self, event: QShowEvent) -> None:
+        """Catch up with what happened while it was hidden."""
+        super().showEvent(event)
+        self._follow()
+
+    # What it is made of
+
+    def _lay_out(self) -> None:
+        """Two rows: beside the pairs is little room."""
+        self.here = QPushButton()
+        self.here.clicked.connect(self.accept_here)
+        self.in_view = QPushButton()
+        self.in_view.clicked.connect(self.accept_in_view)
+        self.above = QPushButton("Accept a&bove")
+        self.above.setAccessibleName("Accept all segments above this probability")
+        self.above.clicked.connect(self.accept_above)
+        self.at_least = QDoubleSpinBox()
+        self.at_least.setRange(0.0, 1.0)
+        self.at_least.setDecimals(2)
+        self.at_least.setSingleStep(0.05)
+        self.at_least.setValue(settings.number("review/accept_above", 0.9, lowest=0, highest=1))
+        self.at_least.setAccessibleName("Least mean probability")
+        self.at_least.valueChanged.connect(lambda _: self._follow())
+        self.at_least.editingFinished.connect(
+            lambda: settings.store("review/accept_above", self.at_least.value())
+        )
+        rows = QVBoxLayout(self)
+        rows.setContentsMargins(0, 0, 0, 0)
+        rows.setSpacing(4)
+        for widgets in ((self.here, self.in_view), (self.above, self.at_least)):
+            row = QHBoxLayout()
+            row.setSpacing(4)
+            for widget in widgets:
+                row.addWidget(widget)
+            row.addStretch(1)
+            rows.addLayout(row)
+        for button in (self.here, self.in_view, self.above):
+            button.setAutoDefault(False)
+            button.setMinimumWidth(0)
+
+    def _name_buttons(self) -> None:
+        """Print the keys on the buttons."""
+        for button, text, command in (
+            (self.here, "Accept &here", "accept"),
+            (self.in_view, "Accept all in &view", "accept_all"),
+        ):
+            key = keys().shown(command)
+            # Below it: beside it, the longer one is cut off where the lists are narrow.
+            button.setText(f"{text}\n{key}" if key else text)
+            button.setAccessibleName(text.replace("&", ""))
+
+    # Accepting
+
+    def accept_here(self) -> bool:
+        """Take over what is predicted at the cursor."""
+        return self._told(self.document.accept_here)
+
+    def accept_in_view(self) -> bool:
+        """Take over everything predicted that is in view, where the coder labelled nothing."""
+        return self._told(self.document.accept_in_view)
+
+    def accept_above(self) -> bool:
+        """Take over what is that probable anywhere, where the coder labelled nothing."""
+        document, at_least = self.document, self.at_least.value()
+        return self._told(lambda: document.accept(*document.bounds, at_least, replace=False))
+
+    def _told(self, accept: Callable[[], bool]) -> bool:
+        """Take over, and say how many and how to take it back."""
+        before = set(self.document.segments)
+        done = accept()
+        if done:
+            count = len(set(self.document.segments) - before)
+            text = (
+                "1 predicted segment was accepted; {key} takes it back."
+                if count == 1
+                else "{count} predicted segments were accepted; {key} takes them back."
+            )
+            key = keys().shown("undo").split(",")[0]
+            self.document.say(text.format(count=count, key=key))
+        return done
+
+    def _count(self, start: float, end: float, at_least: float = 0.0) -> int:
+        """How many predicted segments would be taken over."""
+        from forcelab.review.active_learning import acceptable
+
+        reviewed = self.document.reviewed
+        return 0 if reviewed is None else len(acceptable(reviewed, start, end, at_least))
+
+    def _is_predicted(self, start: float, end: float) -> bool:
+        """Whether anything is predicted there."""
+        predicted = self.document.prediction  # asked at each step of playback: not all of it
+        first = bisect_right(predicted, start, key=attrgetter("end"))
+        return first < len(predicted) and predicted[first].start < end
+
+    def _follow_cursor(self, cursor: float) -> None:
+        """Offer what lies at the cursor."""
+        if self.isVisible():
+            there = self._is_predicted(cursor, cursor + INSTANT)
+            set_enabled_with_reason(
+                self.here, "" if there else "Nothing is predicted at the cursor."
+            )
+
+    def _follow_span(self, start: float, end: float) -> None:
+        """Offer what is in view."""
+        if self.isVisible():
+            there = self._is_predicted(start, end)
+            set_enabled_with_reason(self.in_view, "" if there else "Nothing is predicted in view.")
+
+    def _follow(self, *_: object) -> None:
+        """Offer what can be accepted."""
+        if not self.isVisible():
+            return
+        document = self.document
+        self._follow_cursor(document.cursor)
+        self._follow_span(document.start, document.end)
+        count = self._count(*document.bounds, self.at_least.value())
+        none = "No predicted segment of the open demonstration is that probable."
+        set_enabled_with_reason(self.above, "" if count else none)
+        self.above.setToolTip(f"{count} segments of the open demonstration are that probable")
+
+
+RANKING_JOB = "proposals"
 #: The column with a bar, and how wide it is in pixels, so that bars can be compared.
-UNCERTAINTY, WIDE = 1, 140
+UNCERTAINTY_COLUMN, BAR_WIDTH = 1, 140
 #: Of its length; the rest is mostly time without any action.
-LABELLED = 0.9
+LABELLED_SHARE = 0.9
 
 
 class ProposalsView(QWidget):
@@ -58,11 +214,11 @@ class ProposalsView(QWidget):
         self._shown: Outcome | None = None
         self._found: tuple[Proposal, ...] = ()
         self.table = self._table()
-        self.order = muted()
+        self.order = muted_label()
         self.accepting = AcceptButtons(document)
-        self._pages = PageOrNote(self.table)
+        self._pages = PageOrPlaceholder(self.table)
         parts = self.order, self._pages, self.accepting
-        column(self, *parts, growing=self._pages, margin=4, spacing=4)
+        page_layout(self, *parts, growing=self._pages, margin=4, spacing=4)
         document.outcome_changed.connect(self._refresh)
         document.author_changed.connect(self._refresh)
         document.listing_changed.connect(self._listing_changed)
@@ -77,13 +233,13 @@ class ProposalsView(QWidget):
         self._refresh()
         self._follow()
 
-    def _table(self) -> TextRows:
+    def _table(self) -> TextTable:
         """The rows."""
-        table = TextRows(self.model)
+        table = TextTable(self.model)
         table.setAccessibleName("Unlabelled demonstrations, the one to label next first")
         table.setTextElideMode(NAMES)
-        self._bars = _Bars(lambda row: self.rows[row].uncertainty)
-        table.setItemDelegateForColumn(UNCERTAINTY, self._bars)
+        self._bars = _BarDelegate(lambda row: self.rows[row].uncertainty)
+        table.setItemDelegateForColumn(UNCERTAINTY_COLUMN, self._bars)
         table.clicked.connect(self._go)
         return table
 
@@ -91,10 +247,10 @@ class ProposalsView(QWidget):
         """Tell how much of the open demonstration is labelled by now."""
         if not self.isVisible():
             return
-        if self._in_order() != self.rows:
+        if self._sorted_proposals() != self.rows:
             self._list()
         elif (told := self._told()) != self.model.rows:
-            self.model.retell(told)
+            self.model.replace_texts(told)
             self._say_order()
 
     # What is listed
@@ -106,9 +262,9 @@ class ProposalsView(QWidget):
         outcome = self.document.outcome
         if outcome is not self._shown:
             self._shown, self._found = outcome, ()
-            self.jobs.cancel(KEY)
+            self.jobs.cancel(RANKING_JOB)
             if outcome is not None and outcome.proposals:
-                self.jobs.run(_ranking(outcome), self._ranked, key=KEY)
+                self.jobs.run(_rank_proposals(outcome), self._ranked, key=RANKING_JOB)
         self._list()
 
     def _ranked(self, found: tuple[Proposal, ...]) -> None:
@@ -120,7 +276,7 @@ class ProposalsView(QWidget):
         """Say which demonstration comes first, and why."""
         if self.rows and self.rows[0].id in self._done():
             text = "All of these are labelled by now. Train again with them."
-        elif self._weighed():
+        elif self._uses_density():
             text = (
                 "Label the first one next: the recogniser is uncertain of it, and many of the "
                 "others are like it. The list is sorted by the product of the two."
@@ -132,7 +288,7 @@ class ProposalsView(QWidget):
             )
         self.order.setText(text)
 
-    def _weighed(self) -> bool:
+    def _uses_density(self) -> bool:
         """Whether they are ordered by how many are like each, too."""
         from forcelab.review.active_learning import weighed
 
@@ -145,38 +301,38 @@ class ProposalsView(QWidget):
 
     def _list(self) -> None:
         """Show what may be seen."""
-        seen = self._in_order()
+        seen = self._sorted_proposals()
         if seen != self.rows:
             self.rows = seen
             columns = [
-                Column("demonstration", number=False),
-                Column("uncertainty", number=False),
-                Column("probably wrong"),
-                Column("labelled"),
+                TableColumn("demonstration", number=False),
+                TableColumn("uncertainty", number=False),
+                TableColumn("probably wrong"),
+                TableColumn("labelled"),
             ]
-            if self._weighed():
-                columns.insert(UNCERTAINTY + 1, Column("like others"))
+            if self._uses_density():
+                columns.insert(UNCERTAINTY_COLUMN + 1, TableColumn("like others"))
             self.model.show(columns, self._told())
             self.table.fit_columns(stretched=0)
-            self.table.horizontalHeader().resizeSection(UNCERTAINTY, WIDE)
+            self.table.horizontalHeader().resizeSection(UNCERTAINTY_COLUMN, BAR_WIDTH)
         self._say_order()
         self._say_empty()
 
-    def _in_order(self) -> tuple[Proposal, ...]:
+    def _sorted_proposals(self) -> tuple[Proposal, ...]:
         """What may be seen; what the coder has labelled by now comes last."""
-        blind, done = blind_to(self.document), self._done()
+        blind, done = blind_demonstrations(self.document), self._done()
         seen = (one for one in self._found if one.id not in blind)
         return tuple(sorted(seen, key=lambda one: one.id in done))
 
     def _done(self) -> frozenset[str]:
         """The demonstrations that the coder has labelled, if not to the last moment."""
-        return frozenset(id_ for id_, share in self._labelled().items() if share >= LABELLED)
+        return frozenset(id_ for id_, share in self._labelled().items() if share >= LABELLED_SHARE)
 
-    def _told(self) -> tuple[Row, ...]:
+    def _told(self) -> tuple[TableRow, ...]:
         """What is listed, as texts."""
-        labelled, weighed = self._labelled(), self._weighed()
+        labelled, weighed = self._labelled(), self._uses_density()
         return tuple(
-            Row(
+            TableRow(
                 (
                     one.name,
                     f"{100 * one.uncertainty:.0f} %",
@@ -211,7 +367,7 @@ class ProposalsView(QWidget):
         }
         open_one = self.document.id
         if open_one in seconds:  # what the list tells of it is as old as the last reading
-            now = spans_of(self.document.segments).seconds
+            now = track_spans(self.document.segments).seconds
             seconds[open_one] = now, seconds[open_one][1]
         return {id_: min(done / all_, 1.0) for id_, (done, all_) in seconds.items() if done * all_}
 
@@ -221,12 +377,12 @@ class ProposalsView(QWidget):
         outcome = self.document.outcome
         tasks = () if outcome is None else outcome.tasks
         there = [info for info in self.document.infos if info.task in tasks]
-        blind = blind_to(self.document)
+        blind = blind_demonstrations(self.document)
         if self.rows:
             text = ""
         elif outcome is None:
             text = "Train a recogniser: it proposes labels for what is unlabelled."
-        elif self.jobs.awaits(KEY):
+        elif self.jobs.awaits(RANKING_JOB):
             text = "Ranking what is unlabelled…"
         elif outcome.proposals or any(info.id in blind for info in there):
             text = "There is nothing here that may be seen."
@@ -249,7 +405,7 @@ class ProposalsView(QWidget):
             self.document.examine(self.rows[index.row()].place)
 
 
-def _ranking(outcome: Outcome) -> Generator[None, None, tuple[Proposal, ...]]:
+def _rank_proposals(outcome: Outcome) -> Generator[None, None, tuple[Proposal, ...]]:
     """Rank what an outcome proposes."""
     from forcelab.review.active_learning import proposals
 
@@ -257,7 +413,7 @@ def _ranking(outcome: Outcome) -> Generator[None, None, tuple[Proposal, ...]]:
     return proposals(outcome)
 
 
-class _Bars(QStyledItemDelegate):
+class _BarDelegate(QStyledItemDelegate):
     """Draws a share, which `share` gives for a row, as a bar beside its number."""
 
     def __init__(self, share: Callable[[int], float]) -> None:

@@ -1,31 +1,255 @@
-"""The queue in the window: every place where human and model differ, one key each."""
+"""The queue: every place where human and model differ, judged with one key each, with undo."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass, replace
+from datetime import datetime
+from operator import attrgetter
+from typing import Literal
 
-from PySide6.QtGui import QHideEvent, QShowEvent
-from PySide6.QtWidgets import QWidget
+from PySide6.QtCore import Signal
+from PySide6.QtGui import QHideEvent, QResizeEvent, QShowEvent
+from PySide6.QtWidgets import QHBoxLayout, QPushButton, QSizePolicy, QWidget
 
 from forcelab.errors import ForcelabError
-from forcelab.gui.arranging import PageOrNote, column, muted, search_field
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
-from forcelab.gui.review.queue_buttons import VerdictButtons
-from forcelab.gui.review.queue_list import QueueList
-from forcelab.gui.review.queue_model import Item, QueueModel
-from forcelab.gui.review.queue_reading import QueueReader
-from forcelab.gui.review.queue_undo import VerdictHistory
-from forcelab.gui.review.queue_words import action_name, missing, summary
+from forcelab.gui.layout import (
+    PageOrPlaceholder,
+    muted_label,
+    page_layout,
+    search_field,
+    set_enabled_with_reason,
+)
+from forcelab.gui.review.queue_list import QueueItem, QueueList, QueueModel
+from forcelab.gui.review.queue_loader import (
+    QueueLoader,
+    action_name,
+    missing_queue_text,
+    queue_summary,
+)
 from forcelab.gui.shortcuts import keys
 from forcelab.labels import Segment
-from forcelab.project.records import StoredVerdict, VerdictKind
-from forcelab.review.differences import Difference
+from forcelab.project import Project
+from forcelab.project.records import StoredVerdict, VerdictKind, utc_now
+from forcelab.review.differences import Difference, Interval
 from forcelab.review.queue import Queue
 from forcelab.review.run_result import Outcome
 from forcelab.review.verdicts import action_for, judge, withdraw
 
-__all__ = ["QueueView"]
+#: What a button needs beside its text, in pixels.
+BUTTON_MARGIN = 20
+
+
+class VerdictButtons(QWidget):
+    """Three verdicts; for what is judged already, one button to take the verdict back.
+
+    Attributes
+    ----------
+    judged : Signal
+        With ``"human"``, ``"model"`` or ``"ambiguous"``.
+    withdrawn : Signal
+    """
+
+    judged = Signal(str)
+    withdrawn = Signal()
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._texts = {
+            "human": ("Human right", "Human"),
+            "model": ("Model right", "Model"),
+            "ambiguous": ("Ambiguous", "Unclear"),
+        }
+        told = {
+            "human": "The label is right; it stays.",
+            "model": "The prediction is right; your label is changed to it, undoably.",
+            "ambiguous": "It cannot be told; the label stays.",
+        }
+        row = QHBoxLayout(self)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(4)
+        self.verdicts: dict[str, QPushButton] = {}
+        for verdict, (text, _) in self._texts.items():
+            button = QPushButton()
+            button.setAccessibleName(text)
+            button.setToolTip(told[verdict])
+            button.clicked.connect(lambda _=False, v=verdict: self.judged.emit(v))
+            row.addWidget(button, 1)
+            self.verdicts[verdict] = button
+        self.withdraw = QPushButton("Withdraw the verdict")
+        self.withdraw.setAccessibleName(self.withdraw.text())
+        self.withdraw.clicked.connect(self.withdrawn)
+        row.addWidget(self.withdraw, 1)
+        for button in (*self.verdicts.values(), self.withdraw):
+            button.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+        keys().changed.connect(self._print_keys)
+        self._print_keys()
+        self.offer(open_=False, judged=False)
+
+    def offer(self, *, open_: bool, judged: bool) -> None:
+        """Offer verdicts on what is open, or to withdraw the one on what is judged."""
+        for button in self.verdicts.values():
+            button.setHidden(judged)
+            set_enabled_with_reason(
+                button, "" if open_ else "Choose a place in the queue first (N)."
+            )
+        self.withdraw.setHidden(not judged)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Say it shorter where there is little room."""
+        super().resizeEvent(event)
+        self._print_keys()
+
+    def _print_keys(self) -> None:
+        """Write each key below what it says."""
+        longest = max(
+            self.fontMetrics().horizontalAdvance(text) for text, _ in self._texts.values()
+        )
+        short = self.width() < len(self._texts) * (longest + BUTTON_MARGIN)
+        for verdict, button in self.verdicts.items():
+            key = keys().shown(f"verdict_{verdict}")
+            text = self._texts[verdict][short]
+            button.setText(f"{text}\n{key}" if key else text)
+
+
+_time = attrgetter("time")
+
+
+@dataclass(frozen=True)
+class _VerdictChange:
+    """A verdict that was given, or withdrawn, in this session.
+
+    Parameters
+    ----------
+    verdict : StoredVerdict
+    withdrawn : bool
+        Whether it was withdrawn instead of given.
+    edit : int
+        The number of the edit that gave the coder's track what the model sees; 0 without one.
+    time : datetime
+        When it was done, or undone.
+    """
+
+    verdict: StoredVerdict
+    withdrawn: bool
+    edit: int
+    time: datetime
+
+    @property
+    def place(self) -> Interval:
+        """Where it is shown."""
+        v = self.verdict
+        return Interval(v.demonstration, v.start, v.end, v.human, v.predicted)
+
+
+class VerdictUndo:
+    """The verdicts of this session, undone and redone in order of time with the coder's edits.
+
+    One who judges goes on at once, often to another demonstration, so that edits are looked for
+    in the open one and in that of the latest verdict; what changes is shown.
+    """
+
+    def __init__(self, document: Document) -> None:
+        self._document = document
+        self._done: list[_VerdictChange] = []
+        self._undone: list[_VerdictChange] = []
+        document.project_changed.connect(self._forget)
+        document.author_changed.connect(self._forget)
+
+    def add(self, verdict: StoredVerdict, edit: int = 0) -> None:
+        """A verdict was given, with the edit of that number."""
+        self._done.append(_VerdictChange(verdict, False, edit, utc_now()))
+        self._undone.clear()
+
+    def add_withdrawn(self, verdict: StoredVerdict) -> None:
+        """A verdict was withdrawn."""
+        self._done.append(_VerdictChange(verdict, True, 0, utc_now()))
+        self._undone.clear()
+
+    def undo(self) -> bool:
+        """Take back the latest verdict or the latest edit, whichever is newer, where it is.
+
+        Raises
+        ------
+        ForcelabError
+            If the store cannot be read or written.
+        """
+        while self._done and self._counts(self._done[-1]) == self._done[-1].withdrawn:
+            self._done.pop()  # undone elsewhere
+        return self._revert(self._done, self._undone, "undo")
+
+    def redo(self) -> bool:
+        """Do again what was undone last, a verdict or an edit.
+
+        Raises
+        ------
+        ForcelabError
+            If the store cannot be read or written.
+        """
+        document, project = self._document, self._document.project
+        while self._undone and self._counts(self._undone[-1]) != self._undone[-1].withdrawn:
+            self._undone.pop()  # redone elsewhere
+        if self._undone and project is not None and document.id:
+            latest = project.history(document.id, document.author, latest=1)
+            if latest and latest[0].reverts is None and latest[0].time > self._undone[-1].time:
+                self._undone.clear()
+        return self._revert(self._undone, self._done, "redo")
+
+    def _revert(
+        self,
+        changes: list[_VerdictChange],
+        opposite: list[_VerdictChange],
+        kind: Literal["undo", "redo"],
+    ) -> bool:
+        """Undo or redo the latest of a list of verdicts, or a later edit."""
+        document, project = self._document, self._document.project
+        verb = document.undo if kind == "undo" else document.redo
+        if not changes or project is None:
+            return verb()
+        change = changes[-1]
+        places = {document.id, change.verdict.demonstration} - {""}
+        tops = (project.revertible(id_, document.author, kind) for id_ in places)
+        edit = max((top for top in tops if top is not None), key=_time, default=None)
+        together = edit is not None and change.edit in (edit.id, edit.reverts)
+        if edit is not None and edit.time > change.time and not together:
+            elsewhere = edit.demonstration != document.id
+            return (not elsewhere or document.examine(change.place)) and verb()
+        if change.edit and not together:
+            changes.pop()  # its labels went another way
+            return self._revert(changes, opposite, kind)
+        if not document.examine(change.place):
+            return False
+        if not together:
+            self._revert_verdict(change, project, kind)
+        elif not verb():  # the verdict goes with its edit
+            return False
+        opposite.append(replace(changes.pop(), time=utc_now()))
+        return True
+
+    def _revert_verdict(self, change: _VerdictChange, project: Project, kind: str) -> None:
+        """Withdraw a verdict, or give it once more."""
+        document = self._document
+        if change.withdrawn == (kind == "redo"):
+            withdraw(project, change.verdict, document.author)
+            document.say("The verdict is taken back.")
+        else:
+            project.add_verdict(replace(change.verdict, id=0))
+            document.say("The verdict counts again.")
+
+    def _counts(self, change: _VerdictChange) -> bool:
+        """Whether what was said counts now, in these words."""
+        project, verdict = self._document.project, change.verdict
+        return project is not None and any(
+            (v.place, v.verdict) == (verdict.place, verdict.verdict)
+            for v in project.verdicts(verdict.demonstration)
+        )
+
+    def _forget(self) -> None:
+        """Another project, or another coder."""
+        self._done.clear()
+        self._undone.clear()
 
 
 class QueueView(QWidget):
@@ -42,11 +266,11 @@ class QueueView(QWidget):
     def __init__(self, document: Document, jobs: Jobs) -> None:
         super().__init__()
         self.document = document
-        self.reader = QueueReader(document, jobs, self)
+        self.reader = QueueLoader(document, jobs, self)
         # Asked for before the comparison was there.
         self._steps = 0
         self._verdict: VerdictKind | None = None
-        self._history = VerdictHistory(document)
+        self._history = VerdictUndo(document)
         self.setAccessibleName("Disagreement queue")
         self.model = QueueModel(self)
         self.list = QueueList(self.model, lambda: self.reader.vocabulary)
@@ -58,9 +282,9 @@ class QueueView(QWidget):
         self.buttons = VerdictButtons()
         self.buttons.judged.connect(self.judge)
         self.buttons.withdrawn.connect(self.withdraw)
-        self._summary, self._pages = muted(), PageOrNote(self.list)
+        self._summary, self._pages = muted_label(), PageOrPlaceholder(self.list)
         parts = self.filter, self._summary, self._pages, self.buttons
-        column(self, *parts, growing=self._pages, margin=4, spacing=4)
+        page_layout(self, *parts, growing=self._pages, margin=4, spacing=4)
         self.reader.changed.connect(self._compared)
         document.examined_changed.connect(self._follow)
         document.training_changed.connect(self._training_changed)
@@ -86,7 +310,7 @@ class QueueView(QWidget):
         return self.reader.read.queue if self.reader.read is not None else Queue()
 
     @property
-    def current(self) -> Item | None:
+    def current(self) -> QueueItem | None:
         """The item that is being looked at."""
         return self.list.current
 
@@ -100,7 +324,7 @@ class QueueView(QWidget):
             self.reader.compare()
             return
         if not self.list.waiting:
-            if self.list.unfold_one():
+            if self.list.unfold_first():
                 self.step(direction)
                 return
             self.document.say(self._missing or "Everything listed is judged.")
@@ -244,7 +468,9 @@ class QueueView(QWidget):
     @property
     def _missing(self) -> str:
         """Why there is nothing to list, if that is so."""
-        return missing(self.document.outcome, self.reader.read, training=self.document.training)
+        return missing_queue_text(
+            self.document.outcome, self.reader.read, training=self.document.training
+        )
 
     def _show(self) -> None:
         """Show what the filter lets through."""
@@ -261,5 +487,5 @@ class QueueView(QWidget):
         self.filter.setVisible(there)
         self.buttons.setVisible(there)
         self._summary.setVisible(there)
-        self._summary.setText(summary(self.queue))
+        self._summary.setText(queue_summary(self.queue))
         self._offer()

@@ -1,21 +1,524 @@
-"""The list of the queue: sections that fold, rows to choose, and the way from one to the next."""
+"""The list of the queue: its Qt model, how rows are painted, and the keys that move through it."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from bisect import bisect_right
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cache
+from itertools import accumulate
+from typing import Any, Literal, get_args
 
-from PySide6.QtCore import QEvent, QModelIndex, Qt, Signal
-from PySide6.QtGui import QKeyEvent, QPalette
-from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTableView
+from PySide6.QtCore import (
+    QAbstractListModel,
+    QEvent,
+    QModelIndex,
+    QObject,
+    QPointF,
+    QRectF,
+    QSize,
+    Qt,
+    Signal,
+)
+from PySide6.QtGui import (
+    QColor,
+    QFont,
+    QFontMetricsF,
+    QKeyEvent,
+    QPainter,
+    QPalette,
+    QPen,
+    QPolygonF,
+)
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QHeaderView,
+    QStyle,
+    QStyledItemDelegate,
+    QStyleOptionViewItem,
+    QTableView,
+)
 
-from forcelab.gui.review.moving import ENTER
-from forcelab.gui.review.queue_model import Item, QueueModel
-from forcelab.gui.review.queue_painting import QueuePainter, row_height
-from forcelab.gui.theme import themes
-from forcelab.review.differences import Interval
+from forcelab.gui.figures.colormap import translucent
+from forcelab.gui.figures.text import NAMES
+from forcelab.gui.figures.tracks import LabelStyle
+from forcelab.gui.item_views import (
+    ABOVE,
+    GAP,
+    HOVERED,
+    NOWHERE,
+    SELECTED,
+    SIDE,
+    SMALL,
+    STRIPE,
+    Index,
+    draw_line,
+    paint_chevron,
+    smaller,
+)
+from forcelab.gui.label.swatches import paint_swatch, style_of
+from forcelab.gui.review.queue_loader import (
+    action_name,
+    percentages_text,
+    section_text,
+    verdict_name,
+)
+from forcelab.gui.theme import colours, themes
+from forcelab.gui.widgets import ENTER_KEYS
+from forcelab.project import StoredVerdict
+from forcelab.recognition.label_noise import SUSPECT
+from forcelab.review.differences import Difference, Interval
+from forcelab.review.queue import Queue
 from forcelab.vocabulary import Vocabulary
 
-__all__ = ["QueueList"]
+SectionKind = Literal["suspected", "actions", "missed", "boundaries", "invented", "judged"]
+
+#: Sections that are folded at first: many and small, or no mistakes, or done with.
+FOLDED_AT_FIRST = frozenset({"boundaries", "invented", "judged"})
+
+
+@dataclass(frozen=True, slots=True)
+class QueueItem:
+    """A difference, or a verdict on one, with the name of its demonstration."""
+
+    about: Difference | StoredVerdict
+    name: str
+
+    @property
+    def place(self) -> Interval:
+        """Where it is."""
+        return interval_of(self.about)
+
+    @property
+    def judged(self) -> bool:
+        """Whether somebody has judged it."""
+        return isinstance(self.about, StoredVerdict)
+
+
+@dataclass(frozen=True, slots=True)
+class QueueSection:
+    """One part of the queue.
+
+    Parameters
+    ----------
+    kind : str
+    listed : tuple of Difference or StoredVerdict
+        What the filter lets through; rows are made of it when they are looked at.
+    total : int
+        How many there are without the filter.
+    names : mapping of str to str
+        The demonstrations' names by their ids.
+    """
+
+    kind: SectionKind
+    listed: tuple[Difference | StoredVerdict, ...]
+    total: int
+    names: Mapping[str, str]
+
+    def __len__(self) -> int:
+        return len(self.listed)
+
+    def item(self, row: int) -> QueueItem:
+        """One of its rows."""
+        about = self.listed[row]
+        return QueueItem(about, self.names.get(about.demonstration, ""))
+
+    @property
+    def title(self) -> str:
+        """What stands above it."""
+        return {
+            "suspected": "Suspected coding errors",
+            "actions": "Wrong actions",
+            "missed": "Missed by the model",
+            "boundaries": "Boundaries only",
+            "invented": "Labelled by the model only",
+            "judged": "Judged",
+        }[self.kind]
+
+    @property
+    def explained(self) -> str:
+        """What it holds, in a sentence."""
+        return section_text(self.kind)
+
+    @property
+    def percentages(self) -> str:
+        """What the percentages at the right are; empty where there are none."""
+        if self.kind == "suspected":
+            return "suspicion"
+        sure = any(isinstance(d, Difference) and d.confidence is not None for d in self.listed[:1])
+        return "confidence" if sure else ""
+
+    @property
+    def tip(self) -> str:
+        """What it holds, what the percentages are, and in which order it stands."""
+        return "\n".join(
+            filter(None, (self.explained, self.percentages and percentages_text(self.kind)))
+        )
+
+
+def interval_of(about: Difference | StoredVerdict) -> Interval:
+    """The place of a difference, or that a verdict is on."""
+    if isinstance(about, StoredVerdict):
+        return Interval(about.demonstration, about.start, about.end, about.human, about.predicted)
+    return about
+
+
+def queue_sections(
+    queue: Queue, names: Mapping[str, str], sought: str = ""
+) -> tuple[QueueSection, ...]:
+    """The sections that hold anything, with the items that a filter lets through.
+
+    Parameters
+    ----------
+    queue : Queue
+    names : mapping of str to str
+        The demonstrations' names by their ids.
+    sought : str
+        Part of an action or of a demonstration's name, in capitals or not.
+    """
+    fits = _text_filter(names, sought.strip().casefold())
+    found = []
+    for kind in get_args(SectionKind):
+        everything = tuple(getattr(queue, kind))
+        shown = tuple(filter(fits, everything)) if sought.strip() else everything
+        if shown:
+            found.append(QueueSection(kind, shown, len(everything), names))
+    return tuple(found)
+
+
+def _text_filter(
+    names: Mapping[str, str], sought: str
+) -> Callable[[Difference | StoredVerdict], bool]:
+    """What tells whether an action or a demonstration's name holds what is sought."""
+
+    @cache
+    def action(name: str | None) -> bool:
+        return sought in action_name(name).casefold()
+
+    @cache
+    def demonstration(id_: str) -> bool:
+        return sought in names.get(id_, "").casefold()
+
+    def fits(about: Difference | StoredVerdict) -> bool:
+        return action(about.human) or action(about.predicted) or demonstration(about.demonstration)
+
+    return fits
+
+
+class QueueModel(QAbstractListModel):
+    """Sections one below the other, each a heading and, unless it is folded, its rows.
+
+    Flat, and no row is made before it is looked at: a queue of thousands is there at once.
+
+    Attributes
+    ----------
+    sections : tuple of Section
+        What is shown; empty ones are left away.
+    folded : set of str
+        The kinds of the sections of which only the heading is shown.
+    """
+
+    def __init__(self, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self.sections: tuple[QueueSection, ...] = ()
+        self.folded: set[str] = set(FOLDED_AT_FIRST)
+        self._heads: tuple[int, ...] = (0,)  # the rows of the headings, and how many rows there are
+
+    def show(self, queue: Queue, names: Mapping[str, str], sought: str = "") -> bool:
+        """Show a queue; gives whether anything changed."""
+        sections = queue_sections(queue, names, sought)
+        if sections == self.sections:
+            return False
+        self.beginResetModel()
+        self.sections = sections
+        self._count()
+        self.endResetModel()
+        return True
+
+    def fold(self, number: int, folded: bool) -> None:
+        """Fold a section, or unfold it."""
+        section = self.sections[number]
+        if folded == (section.kind in self.folded):
+            return
+        first = self._heads[number] + 1
+        if folded:
+            self.beginRemoveRows(NOWHERE, first, first + len(section) - 1)
+            self.folded.add(section.kind)
+            self._count()
+            self.endRemoveRows()
+        else:
+            self.beginInsertRows(NOWHERE, first, first + len(section) - 1)
+            self.folded.discard(section.kind)
+            self._count()
+            self.endInsertRows()
+
+    def _count(self) -> None:
+        """Say anew where the headings stand."""
+        rows = (1 + (0 if s.kind in self.folded else len(s)) for s in self.sections)
+        self._heads = tuple(accumulate(rows, initial=0))
+
+    def where(self, row: int) -> tuple[int, int]:
+        """Of which section a row is, and which of its items; -1 for its heading."""
+        number = bisect_right(self._heads, row) - 1
+        return number, row - self._heads[number] - 1
+
+    def row(self, number: int, item: int = -1) -> int:
+        """The row of a section's heading, or of an item of a section that is not folded."""
+        return self._heads[number] + 1 + item
+
+    def find(self, place: Interval) -> tuple[int, int] | None:
+        """The section and the item that a place is, also in folded sections; None if in none."""
+        for number, section in enumerate(self.sections):
+            for item, about in enumerate(section.listed):
+                if (
+                    about.start == place.start
+                    and about.end == place.end
+                    and about.demonstration == place.demonstration
+                ):
+                    return number, item
+        return None
+
+    def at(self, index: Index) -> QueueItem | QueueSection | None:
+        """What stands there."""
+        if not index.isValid():
+            return None
+        number, item = self.where(index.row())
+        section = self.sections[number]
+        return section if item < 0 else section.item(item)
+
+    # What Qt asks
+
+    def rowCount(self, parent: Index = NOWHERE) -> int:
+        """How many headings and items there are."""
+        return 0 if parent.isValid() else self._heads[-1]
+
+    def data(self, index: Index, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
+        """What is shown, told and read aloud of a row."""
+        found = self.at(index)
+        if found is None:
+            return None
+        if isinstance(found, QueueSection):
+            told = f"{found.title}: {found.total}"
+            if found.kind in self.folded:
+                told = f"{told}, folded"
+            return {
+                Qt.ItemDataRole.DisplayRole: found.title,
+                Qt.ItemDataRole.AccessibleTextRole: told,
+                Qt.ItemDataRole.ToolTipRole: found.tip,
+            }.get(Qt.ItemDataRole(role))
+        if role in (Qt.ItemDataRole.DisplayRole, Qt.ItemDataRole.AccessibleTextRole):
+            return "; ".join(item_text(found))
+        if role == Qt.ItemDataRole.ToolTipRole:
+            return "\n".join(item_text(found))
+        return None
+
+
+def item_text(item: QueueItem) -> list[str]:
+    """What a row shows, in words."""
+    place, about = item.place, item.about
+    told = [
+        f"Human: {action_name(place.human)}",
+        f"Model: {action_name(place.predicted)}",
+        f"{item.name}, {place.start:.3f} to {place.end:.3f} s",
+    ]
+    if isinstance(about, StoredVerdict):
+        told.append(f"Judged by {about.author}: {verdict_name(about.verdict)}")
+        return told
+    if about.confidence is not None:
+        told.append(f"Confidence of the model: {100 * about.confidence:.0f} %")
+    if about.suspicion:
+        told.append(f"Suspicion of a coding error: {100 * about.suspicion:.0f} %")
+    return told
+
+
+RIGHT = Qt.AlignmentFlag.AlignRight
+
+
+class QueuePainter(QStyledItemDelegate):
+    """Paints sections as headings and what is in them as two lines each.
+
+    Parameters
+    ----------
+    model : QueueModel
+    vocabulary : callable
+        Gives the vocabulary whose colours and textures are drawn.
+    parent : QObject
+    """
+
+    def __init__(
+        self, model: QueueModel, vocabulary: Callable[[], Vocabulary], parent: QObject
+    ) -> None:
+        super().__init__(parent)
+        self._model, self._vocabulary = model, vocabulary
+
+    def sizeHint(self, option: QStyleOptionViewItem, _index: Index) -> QSize:
+        """Two lines, for sections as for items."""
+        return QSize(0, row_height(option.font))
+
+    def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: Index) -> None:
+        """Paint one row."""
+        item = self._model.at(index)
+        painter.save()
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        _paint_ground(painter, option, isinstance(item, QueueItem))
+        if isinstance(item, QueueSection):
+            _paint_section(painter, option, item, item.kind not in self._model.folded)
+        elif item is not None:
+            place = item.place
+            looks = self._look(place.human), self._look(place.predicted)
+            _paint_item(painter, option, item, looks)
+        painter.restore()
+
+    def _look(self, action: str | None) -> LabelStyle:
+        """How an action is drawn; unlabelled time as it is in tracks."""
+        if action is None:
+            return LabelStyle("", QColor(colours().unlabelled))
+        return style_of(self._vocabulary(), action)
+
+
+def row_height(font: QFont) -> int:
+    """Pixels of a row: two lines, and what is left free around them."""
+    return round(QFontMetricsF(font).height() * (1 + SMALL + 3 * ABOVE))
+
+
+def _paint_ground(painter: QPainter, option: QStyleOptionViewItem, is_item: bool) -> None:
+    """A row's ground: under the pointer, selected and so the one that is judged."""
+    box, state = QRectF(option.rect), option.state
+    accent = QColor(colours().accent)
+    selected = bool(state & QStyle.StateFlag.State_Selected)
+    share = SELECTED * selected + HOVERED * bool(state & QStyle.StateFlag.State_MouseOver)
+    if share:
+        tint = translucent(accent, share)
+        painter.fillRect(box, tint)
+    if selected and is_item:
+        painter.fillRect(QRectF(box.left(), box.top(), STRIPE, box.height()), accent)
+    if selected and state & QStyle.StateFlag.State_HasFocus:
+        painter.setPen(QPen(accent, 1))
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+        painter.drawRect(box.adjusted(0.5, 0.5, -0.5, -0.5))
+
+
+def _paint_section(
+    painter: QPainter, option: QStyleOptionViewItem, section: QueueSection, expanded: bool
+) -> None:
+    """A section: whether it is folded, its name and how many there are; what it holds below."""
+    theme, box = colours(), QRectF(option.rect)
+    height = QFontMetricsF(option.font).height()
+    left, right = box.left() + SIDE * height, box.right() - SIDE * height
+    line = QRectF(left + 0.9 * height, box.top() + ABOVE * height, 0, height)
+    line.setRight(right)
+    centre = QPointF(left + 0.25 * height, line.center().y())
+    paint_chevron(painter, centre, height, expanded)
+    shown = len(section)
+    count = str(shown) if shown == section.total else f"{shown}/{section.total}"
+    small = smaller(option.font)
+    draw_line(painter, line, count, small, theme.muted, RIGHT)
+    below = QRectF(line.left(), line.bottom() + 0.5 * ABOVE * height, line.width(), SMALL * height)
+    line.setRight(right - QFontMetricsF(small).horizontalAdvance(count) - GAP * height)
+    face = QFont(option.font)
+    face.setBold(True)
+    ink = theme.warning if section.kind == "suspected" else theme.text
+    draw_line(painter, line, section.title, face, ink)
+    if rated := section.percentages:  # as the head of the percentages below it
+        draw_line(painter, below, rated, small, theme.text, RIGHT)
+        wide = QFontMetricsF(small).horizontalAdvance(rated)
+        below.setRight(right - wide - 2 * GAP * height)
+    draw_line(painter, below, section.explained, small, theme.muted)
+
+
+def _paint_item(
+    painter: QPainter,
+    option: QStyleOptionViewItem,
+    item: QueueItem,
+    looks: tuple[LabelStyle, LabelStyle],
+) -> None:
+    """A difference: human, arrow, model and how sure above; where and how long below."""
+    theme, box, place = colours(), QRectF(option.rect), item.place
+    face, small = option.font, smaller(option.font)
+    height = QFontMetricsF(face).height()
+    left, right = box.left() + SIDE * height + 0.9 * height, box.right() - SIDE * height
+    line = QRectF(left, box.top() + ABOVE * height, right - left, height)
+    told = _verdict_or_probability(item)
+    room = QFontMetricsF(face).horizontalAdvance(told) + 1 if told else 0.0
+    draw_line(painter, line, told, face, theme.text, RIGHT)
+    line.setRight(right - room - (GAP * height if told else 0))
+    names = (action_name(place.human), action_name(place.predicted))
+    _paint_names(painter, line, face, names, looks, (place.human, place.predicted))
+    sizes = QFontMetricsF(small)
+    below = QRectF(left, line.bottom() + ABOVE * height, right - left, sizes.height())
+    seconds = f"{place.duration:.2f} s"
+    draw_line(painter, below, seconds, small, theme.muted, RIGHT)
+    span = f"{place.start:.2f}–{place.end:.2f} s"
+    below.setRight(right - sizes.horizontalAdvance(seconds) - GAP * height - 1)
+    wide = sizes.horizontalAdvance(span) + GAP * height
+    name = QRectF(below)
+    name.setRight(below.right() - wide)
+    written = draw_line(painter, name, item.name, small, theme.muted, elide=NAMES)
+    below.setLeft(left + (written + GAP * height if written else 0))
+    draw_line(painter, below, span, small, theme.muted)
+
+
+def _verdict_or_probability(item: QueueItem) -> str:
+    """What stands at the right: how suspect, how sure, or who is right."""
+    about = item.about
+    if isinstance(about, StoredVerdict):
+        return verdict_name(about.verdict)
+    if about.suspicion >= SUSPECT:  # by which these are in order
+        return f"{100 * about.suspicion:.0f} %"
+    return "" if about.confidence is None else f"{100 * about.confidence:.0f} %"
+
+
+def _paint_names(
+    painter: QPainter,
+    line: QRectF,
+    face: QFont,
+    names: tuple[str, str],
+    looks: tuple[LabelStyle, LabelStyle],
+    actions: tuple[str | None, str | None],
+) -> None:
+    """Swatch and name of what the human sees, an arrow, and those of what the model sees."""
+    theme, metrics = colours(), QFontMetricsF(face)
+    height = metrics.height()
+    side, gap, arrow = round(0.72 * height), GAP * height, 1.1 * height
+    room = line.width() - 2 * side - 4 * gap - arrow
+    widths = [metrics.horizontalAdvance(name) + 1 for name in names]
+    if sum(widths) > room:  # a short name leaves its room to a long one
+        least = min(room / 2, *widths)
+        widths = [w if w == least else room - least for w in widths]
+        if widths[0] == widths[1]:
+            widths = [room / 2, room / 2]
+    x = line.left()
+    for i, (name, look, width, action) in enumerate(
+        zip(names, looks, widths, actions, strict=True)
+    ):
+        if i:
+            _paint_arrow(painter, QRectF(x, line.top(), arrow, height))
+            x += arrow + gap
+        box = QRectF(round(x), round(line.center().y() - side / 2), side, side)
+        paint_swatch(painter, box, look)
+        x += side + gap
+        ink = theme.muted if action is None else theme.text
+        where = QRectF(x, line.top(), max(width, 0), height)
+        x += draw_line(painter, where, name, face, ink, elide=NAMES) + gap
+
+
+def _paint_arrow(painter: QPainter, box: QRectF) -> None:
+    """From what the human sees to what the model sees."""
+    pen = QPen(QColor(colours().muted), 1.3)
+    pen.setCapStyle(Qt.PenCapStyle.RoundCap)
+    painter.setPen(pen)
+    middle, tip = box.center().y(), 0.22 * box.height()
+    left, right = box.left() + 1, box.right() - 1
+    painter.drawLine(QPointF(left, middle), QPointF(right, middle))
+    painter.drawPolyline(
+        QPolygonF(
+            [
+                QPointF(right - tip, middle - tip),
+                QPointF(right, middle),
+                QPointF(right - tip, middle + tip),
+            ]
+        )
+    )
 
 
 class QueueList(QTableView):
@@ -78,10 +581,10 @@ class QueueList(QTableView):
         self.verticalHeader().setDefaultSectionSize(row_height(self.font()))
 
     @property
-    def current(self) -> Item | None:
+    def current(self) -> QueueItem | None:
         """The item that is marked."""
         found = self._model.at(self.currentIndex())
-        return found if isinstance(found, Item) else None
+        return found if isinstance(found, QueueItem) else None
 
     @property
     def _open(self) -> list[int]:
@@ -152,7 +655,7 @@ class QueueList(QTableView):
             self._last = self._position() or 0
             self.scrollTo(index, QAbstractItemView.ScrollHint.EnsureVisible)
 
-    def unfold_one(self) -> bool:
+    def unfold_first(self) -> bool:
         """Unfold the first section with something to judge; gives whether there is one."""
         for number, section in enumerate(self._model.sections):
             if section.kind in self._model.folded and section.kind != "judged":
@@ -163,7 +666,7 @@ class QueueList(QTableView):
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Enter shows the place; letters are the window's."""
         text = event.text()
-        if event.key() in ENTER:
+        if event.key() in ENTER_KEYS:
             self._clicked(self.currentIndex())
         elif event.key() == Qt.Key.Key_Delete:
             self.withdrawn.emit()
@@ -175,7 +678,7 @@ class QueueList(QTableView):
     def _clicked(self, index: QModelIndex) -> None:
         """Show a place; fold or unfold a section."""
         found = self._model.at(index)
-        if isinstance(found, Item):
+        if isinstance(found, QueueItem):
             self.chosen.emit(found.place)
         elif found is not None:
             number, _ = self._model.where(index.row())

@@ -1,6 +1,10 @@
-"""The scores view: all metrics of the run, pooled with intervals and for each demonstration."""
+"""The scores view: all metrics of a run, pooled with intervals and for each demonstration."""
 
 from __future__ import annotations
+
+import math
+from collections.abc import Generator, Mapping, Sequence
+from dataclasses import dataclass
 
 from PySide6.QtCore import QModelIndex, Qt
 from PySide6.QtGui import QHideEvent, QShowEvent
@@ -12,28 +16,160 @@ from PySide6.QtWidgets import (
 )
 
 from forcelab.errors import ForcelabError
-from forcelab.gui.arranging import PageOrNote, column, muted
 from forcelab.gui.document import Document
 from forcelab.gui.figures.text import NAMES
+from forcelab.gui.item_views import TableColumn, TableRow, TextModel, TextTable, copy_text
 from forcelab.gui.jobs import Jobs
-from forcelab.gui.review.confusion_switches import choice
-from forcelab.gui.review.metric_words import (
+from forcelab.gui.layout import PageOrPlaceholder, muted_label, page_layout
+from forcelab.gui.review.display_options import combo_box
+from forcelab.gui.review.metric_texts import (
     Metric,
-    events,
-    rates,
+    agreement_metrics,
+    error_metrics,
     reliability_text,
     reliability_tip,
 )
-from forcelab.gui.review.queue_words import untested
-from forcelab.gui.review.rows import TextModel, TextRows, copy_text
-from forcelab.gui.review.scores_table import FIXED, Sorting, columns_of, computing, rows_of
-from forcelab.gui.review.seen import seen_of
-from forcelab.recognition.intervals import Intervals
+from forcelab.gui.review.queue_loader import untested_text
+from forcelab.gui.review.reviewed_run import visible_outcome
+from forcelab.jobs import Progress
+from forcelab.recognition.intervals import METHOD, Intervals, intervals
+from forcelab.recognition.metrics import timed_counts
 from forcelab.review.run_result import Outcome, Reviewed
 
-__all__ = ["ScoresView"]
+#: As the scores name them.
+STAGES = ("raw", "filtered")
+#: Rows at the top that are never sorted: pooled and its intervals.
+POOLED_ROWS = 2
 
-KEY = "scores"
+
+@dataclass(frozen=True, slots=True)
+class Sorting:
+    """By which column the demonstrations are sorted; None for the run's order."""
+
+    column: int | None = None
+    descending: bool = False
+
+
+def compute_intervals(outcome: Outcome) -> Generator[Progress, None, dict[str, Intervals]]:
+    """The intervals of both stages: as the run has them, otherwise from its segments.
+
+    Yields
+    ------
+    Progress
+    """
+    result = {}
+    for stage in STAGES:
+        stored = outcome.scores.get(stage, {}).get("intervals")
+        if stored is not None:
+            result[stage] = Intervals.from_json(stored)
+            continue
+        counts = []
+        for number, one in enumerate(outcome.tested, 1):
+            if stage in one.stages:
+                counts.append(timed_counts(one.human, one.stages[stage], outcome.actions))
+            yield Progress(number, len(outcome.tested), one.name)
+        result[stage] = intervals(counts, outcome.settings.seed)
+    return result
+
+
+def score_columns(metrics: Sequence[Metric]) -> tuple[TableColumn, ...]:
+    """Raw and filtered of each metric, beside one another."""
+    words = {
+        "raw": "raw",
+        "filtered": "filtered",
+    }
+    return tuple(
+        TableColumn(f"{metric.title}\n{words[stage]}", metric.tip)
+        for metric in metrics
+        for stage in STAGES
+    )
+
+
+def score_rows(
+    outcome: Outcome,
+    seen: Sequence[Reviewed],
+    metrics: Sequence[Metric],
+    found: Mapping[str, Intervals],
+    sorting: Sorting,
+) -> tuple[tuple[TableRow, ...], tuple[str, ...]]:
+    """All rows, and the ids of the demonstrations below the fixed ones.
+
+    Parameters
+    ----------
+    outcome : Outcome
+    seen : sequence of Reviewed
+        The demonstrations that the coder may see.
+    metrics : sequence of Metric
+    found : mapping of str to Intervals
+        By stage; empty while they are computed.
+    sorting : Sorting
+    """
+    pairs = [(metric, stage) for metric in metrics for stage in STAGES]
+    pooled = [
+        metric.value(outcome.scores.get(stage, {}).get("pooled", {})) for metric, stage in pairs
+    ]
+    each = {
+        one.id: [
+            metric.value(scores[stage]) if stage in scores else None for metric, stage in pairs
+        ]
+        for one, scores in _scores_by_demonstration(outcome)
+    }
+    shown = [one for one in seen if one.id in each]
+    if sorting.column is not None:
+        shown.sort(key=lambda one: _sort_key(each[one.id][sorting.column or 0], sorting.descending))
+    rows = [
+        _score_row("pooled", pairs, pooled, bold=True),
+        _interval_row(pairs, found),
+        *(_score_row(one.name, pairs, each[one.id]) for one in shown),
+    ]
+    return tuple(rows), tuple(one.id for one in shown)
+
+
+def _scores_by_demonstration(
+    outcome: Outcome,
+) -> list[tuple[Reviewed, dict[str, Mapping[str, object]]]]:
+    """Each tested demonstration with its scores by stage; they stand in the order of the tested."""
+    lists = {stage: outcome.scores.get(stage, {}).get("demonstrations", ()) for stage in STAGES}
+    return [
+        (one, {stage: found[i] for stage, found in lists.items() if i < len(found)})
+        for i, one in enumerate(outcome.tested)
+    ]
+
+
+def _score_row(
+    name: str,
+    pairs: Sequence[tuple[Metric, str]],
+    values: Sequence[float | None],
+    *,
+    bold: bool = False,
+) -> TableRow:
+    """Numbers as texts."""
+    cells = tuple(metric.text(value) for (metric, _), value in zip(pairs, values, strict=True))
+    return TableRow(cells, name, bold=bold)
+
+
+def _interval_row(pairs: Sequence[tuple[Metric, str]], found: Mapping[str, Intervals]) -> TableRow:
+    """The intervals of what is pooled, and how they were made or why there are none."""
+    name = "95 % interval"
+    if not found:
+        tip = "The intervals are being computed."
+        return TableRow(("…",) * len(pairs), name, tip)
+    reason = next((one.reason for one in found.values() if one.reason), "")
+    cells = tuple(
+        metric.span(found[stage][metric.path] if stage in found else None)
+        for metric, stage in pairs
+    )
+    return TableRow(cells, name, reason or METHOD)
+
+
+def _sort_key(value: float | None, descending: bool) -> float:
+    """What is sorted by; a missing number comes last either way."""
+    if value is None:
+        return math.inf
+    return -value if descending else value
+
+
+INTERVALS_JOB = "scores"
 #: Longer names of demonstrations are cut in the middle; in pixels.
 WIDEST_NAME = 180
 
@@ -50,7 +186,7 @@ class ScoresView(QWidget):
         self._outcome: Outcome | None = None
         self._seen: tuple[Reviewed, ...] = ()
         self._ids: tuple[str, ...] = ()
-        self.which = choice(
+        self.which = combo_box(
             "Scores to show",
             {"Agreement": "rates", "Kinds of errors": "events"},
             "How well predictions agree with you, or in which way they are wrong",
@@ -58,9 +194,9 @@ class ScoresView(QWidget):
         self.copy_button = QPushButton("Copy")
         self.copy_button.setToolTip("Copy the table as text for a spreadsheet")
         self.model = TextModel(self)
-        self.table = TextRows(self.model)
+        self.table = TextTable(self.model)
         self.table.setAccessibleName("Scores")
-        self.note = muted()
+        self.note = muted_label()
         self._lay_out()
         self.which.currentIndexChanged.connect(self._unsort)
         self.copy_button.clicked.connect(self.copy)
@@ -72,7 +208,7 @@ class ScoresView(QWidget):
     @property
     def metrics(self) -> tuple[Metric, ...]:
         """What is shown."""
-        return rates() if self.which.currentData() == "rates" else events()
+        return agreement_metrics() if self.which.currentData() == "rates" else error_metrics()
 
     def copy(self) -> None:
         """Copy the table as lines of cells with tabs between them."""
@@ -100,7 +236,7 @@ class ScoresView(QWidget):
     def hideEvent(self, event: QHideEvent) -> None:
         """Nothing is computed for nobody."""
         super().hideEvent(event)
-        self._jobs.cancel(KEY)
+        self._jobs.cancel(INTERVALS_JOB)
         if not self.intervals:
             self._outcome = None
 
@@ -132,32 +268,32 @@ class ScoresView(QWidget):
             corner.setEnabled(False)
         page = QWidget()
         self.note.setContentsMargins(8, 4, 8, 4)
-        column(page, self.table, self.note, growing=self.table)
-        self._pages = PageOrNote(page)
-        column(self, self._bar, self._pages, growing=self._pages)
+        page_layout(page, self.table, self.note, growing=self.table)
+        self._pages = PageOrPlaceholder(page)
+        page_layout(self, self._bar, self._pages, growing=self._pages)
 
     def _refresh(self) -> None:
         """Show the outcome as it is now."""
         if not self.isVisible():
             return
         try:
-            seen = seen_of(self.document)
+            seen = visible_outcome(self.document)
         except ForcelabError as error:
             self._outcome = None  # to be shown as soon as it can be read
             self._show_empty(str(error))
             return
         outcome = self.document.outcome
         if seen is None or outcome is None or not outcome.tested:
-            self._jobs.cancel(KEY)
+            self._jobs.cancel(INTERVALS_JOB)
             self._outcome = None
             nothing = "Nothing was trained yet. Train, and this shows how well that works."
             if outcome is not None:
-                nothing = untested(outcome, "This run tested no demonstration.")
+                nothing = untested_text(outcome, "This run tested no demonstration.")
             self._show_empty(nothing)
             return
         if outcome is not self._outcome:
             self._outcome, self.intervals = outcome, {}
-            self._jobs.run(computing(outcome), self._take, key=KEY)
+            self._jobs.run(compute_intervals(outcome), self._take, key=INTERVALS_JOB)
         elif [d.id for d in self._seen] == [d.id for d in seen.tested]:
             return
         self._seen = seen.tested
@@ -178,8 +314,10 @@ class ScoresView(QWidget):
         if self._outcome is None or not self.isVisible():
             return
         metrics = self.metrics
-        rows, self._ids = rows_of(self._outcome, self._seen, metrics, self.intervals, self.sorting)
-        self.model.show(columns_of(metrics), rows)
+        rows, self._ids = score_rows(
+            self._outcome, self._seen, metrics, self.intervals, self.sorting
+        )
+        self.model.show(score_columns(metrics), rows)
         self.table.fit_columns()
         header = self.table.horizontalHeader()
         column, order = self.sorting.column, Qt.SortOrder
@@ -206,6 +344,6 @@ class ScoresView(QWidget):
 
     def _open(self, index: QModelIndex) -> None:
         """Open the demonstration of a row."""
-        number = index.row() - FIXED
+        number = index.row() - POOLED_ROWS
         if 0 <= number < len(self._ids):
             self.document.open_demonstration(self._ids[number])

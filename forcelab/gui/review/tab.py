@@ -1,4 +1,4 @@
-"""The tab of the Review workspace, which is built when it is first wanted, and its commands."""
+"""The Review tab: builds the workspace when it is first shown, its commands and status line."""
 
 from __future__ import annotations
 
@@ -8,21 +8,52 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtWidgets import QWidget
 
-from forcelab.gui.arranging import column
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
-from forcelab.gui.review.learning import TRAINING, Learning
-from forcelab.gui.review.standing import Standing
+from forcelab.gui.layout import page_layout
+from forcelab.gui.review.trainer import TRAINING, Trainer
+from forcelab.gui.review.training_backend import training_progress_text
+from forcelab.gui.status_bar import BackgroundIndicator
 
 if TYPE_CHECKING:
     from forcelab.gui.label.workspace import LabelWorkspace
     from forcelab.gui.review.workspace import ReviewWorkspace
 
-__all__ = ["UNHURRIED", "ReviewTab"]
 
-WARMING = "warming up"
+class TrainingIndicator(BackgroundIndicator):
+    """A line in the status bar; a click on it leads to the review.
+
+    Seen while another workspace is in front: the review says it in its own bar.
+    """
+
+    def __init__(self, learning: Trainer) -> None:
+        super().__init__()
+        self._learning = learning
+        self.setStyleSheet("padding: 0 0.5em")
+        self.setToolTip("Show the review")
+        learning.changed.connect(self.refresh)
+        learning.document.tracks_changed.connect(self.refresh)
+        self.refresh()
+
+    def words(self) -> str:
+        """How far a training is, or how many edits there were since the last one."""
+        learning = self._learning
+        if learning.training:
+            step = learning.step
+            return "Training: {}".format(
+                "starting" if step is None else training_progress_text(step)
+            )
+        outcome = learning.document.outcome
+        if learning.edits is None or outcome is None:
+            return ""
+        run = f"Run {outcome.number}"
+        what = "Recogniser" if learning.kept else run
+        return f"{what}: {learning.freshness[0]}"
+
+
+WARM_UP = "warming up"
 #: Jobs that nobody waits for in front of the screen: it is complete without what they will bring.
-UNHURRIED = frozenset({TRAINING, WARMING})
+BACKGROUND_JOBS = frozenset({TRAINING, WARM_UP})
 
 
 class ReviewTab(QWidget):
@@ -46,13 +77,13 @@ class ReviewTab(QWidget):
     def __init__(self, document: Document, jobs: Jobs, label: LabelWorkspace) -> None:
         super().__init__()
         self.document = document
-        self.learning = Learning(document, jobs, self)
-        self.standing = Standing(self.learning)
+        self.learning = Trainer(document, jobs, self)
+        self.standing = TrainingIndicator(self.learning)
         self._jobs = jobs
         self._label = label
         self._built: ReviewWorkspace | None = None
         self._painting = True  # whether the timeline has the keyboard while this is in front
-        column(self)
+        page_layout(self)
 
     @property
     def workspace(self) -> ReviewWorkspace:
@@ -66,7 +97,7 @@ class ReviewTab(QWidget):
             assert layout is not None
             layout.addWidget(self._built)
             self._built.restore_layout()
-            self._jobs.run(_warming_up(), lambda _: None, key=WARMING)
+            self._jobs.run(_warm_up(), lambda _: None, key=WARM_UP)
         return self._built
 
     def come_to_front(self, front: bool) -> None:
@@ -122,7 +153,7 @@ class ReviewTab(QWidget):
         return self.document.redo() if self._built is None else self._built.queue.redo()
 
 
-def _warming_up() -> Generator[None, None, None]:
+def _warm_up() -> Generator[None, None, None]:
     """Load what training needs, so that it begins at once."""
     from forcelab.process import warm_up
     from forcelab.review.training import reviewing

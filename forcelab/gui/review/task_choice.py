@@ -1,4 +1,4 @@
-"""What is trained on and what is tested: tasks, coder, and whether tasks share their actions."""
+"""Which tasks are trained on and tested: the list in the bar, and the dialog behind it."""
 
 from __future__ import annotations
 
@@ -18,18 +18,23 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from forcelab.gui.arranging import toned, use_or_cancel
 from forcelab.gui.document import Document
-from forcelab.gui.review.wanted import OWN, groups_for, shown_task, whose_labels
+from forcelab.gui.layout import dialog_buttons, set_tone
+from forcelab.gui.review.trainer import (
+    OWN_MINIMUM,
+    Trainer,
+    default_author,
+    default_folds,
+    task_text,
+)
+from forcelab.gui.widgets import NAME_CHARACTERS, ElidedComboBox
 from forcelab.recognition.groups import GROUPS
 
 if TYPE_CHECKING:
     from forcelab.recognition.dataset import Choice
 
-__all__ = ["TaskChoice", "TaskChoiceDialog", "choice_name"]
 
-
-class TaskChoice(QWidget):
+class TaskChoiceForm(QWidget):
     """Tasks to train on, and how they are tested.
 
     Parameters
@@ -51,7 +56,7 @@ class TaskChoice(QWidget):
         self.document = document
         self.trouble = ""
         self.tasks = tuple(dict.fromkeys(info.task for info in document.infos))
-        self._refusal, self._told = toned("trouble"), QLabel(wordWrap=True)
+        self._refusal, self._told = set_tone("trouble"), QLabel(wordWrap=True)
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
         column.addWidget(self._training_box(choice))
@@ -86,8 +91,8 @@ class TaskChoice(QWidget):
         self.boxes: dict[str, QCheckBox] = {}
         for task in self.tasks:
             labelled, there = self._counts(task)
-            check = QCheckBox(f"{shown_task(task)} ({labelled} of {there} labelled)")
-            check.setAccessibleName(f"Train on {shown_task(task)}")
+            check = QCheckBox(f"{task_text(task)} ({labelled} of {there} labelled)")
+            check.setAccessibleName(f"Train on {task_text(task)}")
             check.setChecked(task in choice.tasks)
             check.toggled.connect(self._follow)
             column.addWidget(check)
@@ -96,14 +101,16 @@ class TaskChoice(QWidget):
 
     def _testing_box(self, choice: Choice) -> QGroupBox:
         """Leave one out, or a group, or test on another task."""
-        self.leave_out = _option("Leave each demonstration out in turn")
+        self.leave_out = _radio_button("Leave each demonstration out in turn")
         groups = choice.folds or GROUPS
-        self.in_groups = _option(f"Leave them out in {groups} groups, quicker where there are many")
-        self.across = _option("Test on another task:")
+        self.in_groups = _radio_button(
+            f"Leave them out in {groups} groups, quicker where there are many"
+        )
+        self.across = _radio_button("Test on another task:")
         self.test_task = QComboBox()
         self.test_task.setAccessibleName("Task to test on")
         for task in self.tasks:
-            self.test_task.addItem(shown_task(task), task)
+            self.test_task.addItem(task_text(task), task)
         at = self.test_task.findData(choice.test_task)
         across = choice.test_task is not None and at >= 0
         other = next((t for t in self.tasks if t not in choice.tasks), "")
@@ -126,8 +133,8 @@ class TaskChoice(QWidget):
 
     def _usual_folds(self, choice: Choice) -> int:
         """In how many groups is left out as long as nobody chooses."""
-        author = choice.author or whose_labels(self.document, set(choice.tasks))
-        return groups_for(self.document, choice.tasks, author)
+        author = choice.author or default_author(self.document, set(choice.tasks))
+        return default_folds(self.document, choice.tasks, author)
 
     def _leave_out(self, folds: int, on: bool) -> None:
         """Take note of how demonstrations are to be left out from now on."""
@@ -136,8 +143,8 @@ class TaskChoice(QWidget):
 
     def _actions_box(self, choice: Choice) -> QGroupBox:
         """Whether an action that two tasks have is one."""
-        self.joined = _option("are one: “grab” is “grab” in every task")
-        self.apart = _option("stay apart, by the task as a suffix")
+        self.joined = _radio_button("are one: “grab” is “grab” in every task")
+        self.apart = _radio_button("stay apart, by the task as a suffix")
         self.apart.setToolTip(
             "As for hard and soft objects: can their “grab” be told from each other?"
         )
@@ -157,7 +164,7 @@ class TaskChoice(QWidget):
         self.coder = QComboBox()
         self.coder.setAccessibleName("Whose labels")
         self.coder.addItem(
-            f"mine once I have completed {OWN}, otherwise the coder with the most", ""
+            f"mine once I have completed {OWN_MINIMUM}, otherwise the coder with the most", ""
         )
         for name in self._coders():
             self.coder.addItem(name, name)
@@ -198,14 +205,14 @@ class TaskChoice(QWidget):
         self.test_task.setVisible(across)
         self._same.setVisible(len(tasks) > 1 and not across)
         self._coder_box.setVisible(self.coder.count() > 2)
-        self.trouble = self._wrong(tasks)
+        self.trouble = self._error_sentence(tasks)
         self._refusal.setText(self.trouble)
         self._refusal.setVisible(bool(self.trouble))
         self._told.setText("" if self.trouble else self._note(tasks))
         self._told.setVisible(not self.trouble)
         self.changed.emit()
 
-    def _wrong(self, tasks: tuple[str, ...]) -> str:
+    def _error_sentence(self, tasks: tuple[str, ...]) -> str:
         """Why this cannot be trained and tested; empty where it can."""
         if not tasks:
             return "Nothing is trained on; choose a task."
@@ -231,7 +238,7 @@ class TaskChoice(QWidget):
                 "trained all the same, and proposes labels for the others."
             )
         choice = self.choice()
-        return f"Trained and tested: {choice_name(choice.tasks, choice.test_task, choice.apart)}"
+        return f"Trained and tested: {choice_text(choice.tasks, choice.test_task, choice.apart)}"
 
 
 class TaskChoiceDialog(QDialog):
@@ -240,8 +247,8 @@ class TaskChoiceDialog(QDialog):
     def __init__(self, document: Document, choice: Choice, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.setWindowTitle("Tasks to train and test on")
-        self.form = TaskChoice(document, choice)
-        buttons, self.ok = use_or_cancel(self, "Use these tasks")
+        self.form = TaskChoiceForm(document, choice)
+        buttons, self.ok = dialog_buttons(self, "Use these tasks")
         column = QVBoxLayout(self)
         column.addWidget(self.form, 1)
         column.addWidget(buttons)
@@ -254,18 +261,73 @@ class TaskChoiceDialog(QDialog):
         self.ok.setEnabled(not self.form.trouble)
 
 
-def choice_name(tasks: Sequence[str], test_task: str | None, apart: bool) -> str:
+def choice_text(tasks: Sequence[str], test_task: str | None, apart: bool) -> str:
     """What is trained and tested, in a few characters: ``"hard + soft → foam"``."""
-    title = " + ".join(map(shown_task, tasks))
+    title = " + ".join(map(task_text, tasks))
     if test_task is not None:
-        return f"{title} → {shown_task(test_task)}"
+        return f"{title} → {task_text(test_task)}"
     if apart:
         return f"{title}, kept apart"
     return title
 
 
-def _option(text: str) -> QRadioButton:
+def _radio_button(text: str) -> QRadioButton:
     """One of the buttons of a box, of which one is chosen."""
     button = QRadioButton(text)
     button.setAccessibleName(text)
     return button
+
+
+class TaskComboBox(ElidedComboBox):
+    """The tasks of the project; below them, the page on which several are chosen."""
+
+    def __init__(self, learning: Trainer) -> None:
+        super().__init__()
+        self._learning = learning
+        self._name = "Task to train on"
+        self.set_name(self._name)
+        self.activated.connect(self._chosen)
+
+    def refresh(self) -> None:
+        """List the tasks that there are, the one at hand by all that is trained and tested."""
+        learning = self._learning
+        tasks = learning.tasks
+        if [self.itemData(i) for i in range(self.count() - 1)] != list(tasks):
+            self.clear()
+            for task in tasks:
+                self.addItem(task_text(task), task)
+            self.addItem("Tasks and tests…", None)
+        self.setEnabled(bool(tasks))
+        at = self.findData(learning.task) if tasks else -1
+        self.setCurrentIndex(max(at, 0) if tasks else -1)
+        for index, task in enumerate(tasks):
+            here = index == at
+            self.setItemText(index, choice_text(*learning.chosen) if here else task_text(task))
+
+    def fit(self, roomy: bool) -> None:
+        """Show up to twice as many characters of what is chosen where there is much room."""
+        chosen = self.currentText()
+        self.setToolTip(f"{self._name}: {chosen}" if chosen else "")
+        self.setMinimumContentsLength(
+            min(max(len(chosen), NAME_CHARACTERS), 2 * NAME_CHARACTERS)
+            if roomy
+            else NAME_CHARACTERS
+        )
+
+    def _chosen(self, index: int) -> None:
+        """Turn to a task, or choose several."""
+        task = self.itemData(index)
+        if task is None:
+            self._ask()
+        else:
+            self._learning.set_task(str(task))
+        self.refresh()
+
+    def _ask(self) -> None:
+        """Let the coder choose what is trained on and what is tested."""
+        learning = self._learning
+        if learning.ready:
+            dialog = TaskChoiceDialog(learning.document, learning.choice, self.window())
+            dialog.accepted.connect(lambda: learning.set_choice(dialog.form.choice()))
+            dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+            dialog.open()

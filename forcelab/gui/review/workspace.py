@@ -9,34 +9,34 @@ from PySide6.QtCore import QByteArray, Qt
 from PySide6.QtWidgets import QSplitter, QWidget
 
 from forcelab.gui import settings
-from forcelab.gui.arranging import column, placeholder
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
-from forcelab.gui.review.bar import TrainBar
-from forcelab.gui.review.fitting_tabs import FittingTabs
-from forcelab.gui.review.learning import Learning
+from forcelab.gui.layout import page_layout, placeholder
 from forcelab.gui.review.pairs import PairsView
 from forcelab.gui.review.queue import QueueView
+from forcelab.gui.review.trainer import Trainer
+from forcelab.gui.review.training_bar import TrainingBar
+from forcelab.gui.widgets import OverflowTabs
 
 if TYPE_CHECKING:
     from forcelab.gui.label.workspace import LabelWorkspace
-    from forcelab.gui.review.coders import CodersView
+    from forcelab.gui.review.agreement import AgreementView
     from forcelab.gui.review.confusion import ConfusionView
-    from forcelab.gui.review.loss import LossView
+    from forcelab.gui.review.explanation import ExplanationView
+    from forcelab.gui.review.loss_plot import LossView
     from forcelab.gui.review.proposals import ProposalsView
     from forcelab.gui.review.scores import ScoresView
-    from forcelab.gui.review.why import WhyView
 
 __all__ = ["ReviewWorkspace"]
 
 Page = TypeVar("Page", bound=QWidget)
 
 #: What each side gets at first: pairs and lists; pairs and the place; lists and the video.
-BESIDE, BELOW, LISTS = (11, 9), (2, 3), (3, 2)
+BESIDE_SHARES, BELOW_SHARES, LIST_SHARES = (11, 9), (2, 3), (3, 2)
 #: Least width and height of the lists, in pixels, whichever are built, so that nothing moves when
 #: another one is: the window fits a screen of 960 x 540. Where there is less than they need, they
 #: scroll.
-LEAST = (276, 192)
+LEAST_SIZE = (276, 192)
 
 
 class ReviewWorkspace(QWidget):
@@ -59,19 +59,19 @@ class ReviewWorkspace(QWidget):
     """
 
     def __init__(
-        self, document: Document, jobs: Jobs, learning: Learning, label: LabelWorkspace
+        self, document: Document, jobs: Jobs, learning: Trainer, label: LabelWorkspace
     ) -> None:
         super().__init__()
         self.document = document
         self._jobs = jobs
         self._label = label
-        self.bar = TrainBar(document, learning)
+        self.bar = TrainingBar(document, learning)
         self.pairs = PairsView(document, jobs)
         self.queue = QueueView(document, jobs)
         self._learning = learning
-        self.lists = FittingTabs()
+        self.lists = OverflowTabs()
         self.lists.setObjectName("narrow")
-        self.lists.setMinimumSize(*LEAST)
+        self.lists.setMinimumSize(*LEAST_SIZE)
         self.lists.setAccessibleName("What to review")
         titles = {
             "queue": "Queue",
@@ -82,21 +82,23 @@ class ReviewWorkspace(QWidget):
             "coders": "Coders",
             "loss": "Training",
         }
-        self._rooms = {name: _holder() for name in titles}
+        self._rooms = {name: _placeholder() for name in titles}
         for name, title in titles.items():
             self.lists.addTab(self._rooms[name], title)
         self._fill("queue", self.queue)
         self.lists.currentChanged.connect(self._build)
-        self._place = _holder()
-        self._video = _holder()
-        self._left = _split(Qt.Orientation.Vertical, (self.pairs, self._place), BELOW)
-        self._right = _split(Qt.Orientation.Vertical, (self.lists, self._video), LISTS)
-        self._whole = _split(Qt.Orientation.Horizontal, (self._left, self._right), BESIDE)
+        self._place = _placeholder()
+        self._video = _placeholder()
+        self._left = _splitter(Qt.Orientation.Vertical, (self.pairs, self._place), BELOW_SHARES)
+        self._right = _splitter(Qt.Orientation.Vertical, (self.lists, self._video), LIST_SHARES)
+        self._whole = _splitter(Qt.Orientation.Horizontal, (self._left, self._right), BESIDE_SHARES)
         self._nothing = placeholder(
             "Import demonstrations first. When some are labelled, train; what comes of it is here."
         )
-        column(self, self.bar, self._whole, self._nothing, growing=self._whole).setStretch(2, 1)
-        self.bar.compare_asked.connect(self._compare)
+        page_layout(self, self.bar, self._whole, self._nothing, growing=self._whole).setStretch(
+            2, 1
+        )
+        self.bar.compare_requested.connect(self._compare)
         document.demonstration_changed.connect(self._demonstration_changed)
         document.listing_changed.connect(self._listing_changed)
         self._listing_changed()
@@ -120,12 +122,16 @@ class ReviewWorkspace(QWidget):
     def remember_layout(self) -> None:
         """Keep how the room is shared out."""
         for name, splitter in self._splitters.items():
-            settings.put(f"review/{name}", bytes(splitter.saveState().data()))
+            settings.store(f"review/{name}", bytes(splitter.saveState().data()))
 
     def reset_layout(self) -> None:
         """Share out the room as at first."""
-        for splitter, shares in ((self._left, BELOW), (self._right, LISTS), (self._whole, BESIDE)):
-            _share_out(splitter, shares)
+        for splitter, shares in (
+            (self._left, BELOW_SHARES),
+            (self._right, LIST_SHARES),
+            (self._whole, BESIDE_SHARES),
+        ):
+            _set_shares(splitter, shares)
 
     # The lists
 
@@ -144,11 +150,11 @@ class ReviewWorkspace(QWidget):
         return self._fill("scores", ScoresView(self.document, self._jobs))
 
     @cached_property
-    def why(self) -> WhyView:
+    def why(self) -> ExplanationView:
         """What speaks for and against an action."""
-        from forcelab.gui.review.why import WhyView
+        from forcelab.gui.review.explanation import ExplanationView
 
-        return self._fill("why", WhyView(self.document, self._jobs))
+        return self._fill("why", ExplanationView(self.document, self._jobs))
 
     @cached_property
     def proposals(self) -> ProposalsView:
@@ -158,16 +164,16 @@ class ReviewWorkspace(QWidget):
         return self._fill("proposals", ProposalsView(self.document, self._jobs))
 
     @cached_property
-    def coders(self) -> CodersView:
+    def coders(self) -> AgreementView:
         """How far coders agree."""
-        from forcelab.gui.review.coders import CodersView
+        from forcelab.gui.review.agreement import AgreementView
 
-        return self._fill("coders", CodersView(self.document, self._jobs))
+        return self._fill("coders", AgreementView(self.document, self._jobs))
 
     @cached_property
     def loss(self) -> LossView:
         """How a training goes."""
-        from forcelab.gui.review.loss import LossView
+        from forcelab.gui.review.loss_plot import LossView
 
         return self._fill("loss", LossView(self.document, self._learning))
 
@@ -185,7 +191,7 @@ class ReviewWorkspace(QWidget):
         name = tuple(self._rooms)[index]
         getattr(self, name)
         if name == "coders":
-            self.coders.take_keyboard()
+            self.coders.focus_consensus()
         if self.queue.filter.hasFocus():  # Qt's choice as the first; there, N would be typed
             self.queue.list.setFocus()
 
@@ -196,9 +202,9 @@ class ReviewWorkspace(QWidget):
 
     def _compare(self) -> None:
         """Set two runs of the project beside each other."""
-        from forcelab.gui.review.comparing import ComparingDialog
+        from forcelab.gui.review.comparison_dialog import ComparisonDialog
 
-        dialog = ComparingDialog(self.document, self._jobs, self)
+        dialog = ComparisonDialog(self.document, self._jobs, self)
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         dialog.open()
 
@@ -216,14 +222,14 @@ class ReviewWorkspace(QWidget):
         self._nothing.setVisible(empty)
 
 
-def _holder() -> QWidget:
+def _placeholder() -> QWidget:
     """Room for a widget that is there at times only."""
     holder = QWidget()
-    column(holder)
+    page_layout(holder)
     return holder
 
 
-def _split(
+def _splitter(
     orientation: Qt.Orientation, parts: tuple[QWidget, QWidget], shares: tuple[int, int]
 ) -> QSplitter:
     """Two widgets that share some room."""
@@ -231,10 +237,10 @@ def _split(
     for i, (part, share) in enumerate(zip(parts, shares, strict=True)):
         splitter.addWidget(part)
         splitter.setStretchFactor(i, share)
-    _share_out(splitter, shares)
+    _set_shares(splitter, shares)
     return splitter
 
 
-def _share_out(splitter: QSplitter, shares: tuple[int, int]) -> None:
+def _set_shares(splitter: QSplitter, shares: tuple[int, int]) -> None:
     """Give each part its share, however large the whole is."""
     splitter.setSizes([1000 * share for share in shares])

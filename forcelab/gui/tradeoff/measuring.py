@@ -1,7 +1,9 @@
-"""The state of the Trade-off workspace: what is measured, how old it is, and what is in use."""
+"""The state of the Trade-off page: what is measured, how old it is, and what is in use."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Generator, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -10,17 +12,175 @@ from PySide6.QtCore import QObject, QTimer, Signal
 from forcelab.errors import ForcelabError
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
-from forcelab.gui.review.learning import Learning
-from forcelab.gui.review.wanted import shown_task, whose_labels
-from forcelab.gui.tradeoff.jobs import BACKGROUND, MEASURING, Work
-from forcelab.gui.tradeoff.points import named
+from forcelab.gui.review.trainer import Trainer, default_author, task_text
 from forcelab.jobs import Progress
 
 if TYPE_CHECKING:
     from forcelab.measure.recognition_runs import Measured
+    from forcelab.measure.rows import Row
+    from forcelab.project import Project, RunSummary
     from forcelab.recognition.settings import Settings
 
-__all__ = ["Measuring"]
+
+@dataclass(frozen=True, slots=True)
+class Kind:
+    """A kind of error or of time.
+
+    Parameters
+    ----------
+    text : str
+        What it is called, to be translated.
+    of : callable
+        Its value of a row that was not refused; None where that has none.
+    """
+
+    text: str
+    of: Callable[[Row], float | None]
+
+    def title(self) -> str:
+        """What it is called in the user's language."""
+        return self.text
+
+
+def _training(row: Row) -> float | None:
+    """Features and fit of a minute that is trained on, in CPU seconds."""
+    return row.further["features (s/min)"] + row.further["fit (s/min)"]
+
+
+def _inaccuracy(row: Row) -> float | None:
+    """What is missing to a perfect accuracy."""
+    return 1.0 - row.further["accuracy"] if "accuracy" in row.further else None
+
+
+ERRORS = (
+    Kind("1 − F1@50", lambda row: row.error),
+    Kind("1 − accuracy", _inaccuracy),
+    Kind(
+        "boundaries off by, median (ms)",
+        lambda row: row.further.get("boundary (ms)"),
+    ),
+    Kind(
+        "boundaries off by, 9 of 10 less (ms)",
+        lambda row: row.further.get("boundary p90 (ms)"),
+    ),
+)
+TIMES = (
+    Kind("recognising a minute (CPU s)", lambda row: row.seconds),
+    Kind("training on a minute (CPU s)", _training),
+)
+#: A fit that was too short for the clock took no longer, in seconds.
+SHORTEST = 1e-4
+
+
+@dataclass(frozen=True, slots=True)
+class Point:
+    """A row as it is drawn.
+
+    Parameters
+    ----------
+    place : int
+        Of the row in the measurement.
+    kind, text : str
+        What is varied, and what stands beside the point.
+    seconds, error : float
+    front : bool
+        Whether no other point is better in one and as good in the other.
+    """
+
+    place: int
+    kind: str
+    text: str
+    seconds: float
+    error: float
+    front: bool
+
+
+def points_of(rows: Sequence[Row], error: Kind, time: Kind) -> tuple[Point, ...]:
+    """The points of all rows that have both an error and a time, in their order."""
+    from forcelab.measure.rows import with_front
+
+    found: list[tuple[int, Row]] = []
+    for place, row in enumerate(rows):
+        if row.refusal:
+            continue
+        wrong, seconds = error.of(row), time.of(row)
+        if wrong is not None and seconds is not None:
+            seen = replace(row, size="", error=wrong, seconds=max(seconds, SHORTEST))
+            found.append((place, seen))
+    marked = with_front([row for _, row in found])
+    return tuple(
+        Point(place, row.name, setting_name(row), row.seconds or 0.0, row.error or 0.0, row.pareto)
+        for (place, _), row in zip(found, marked, strict=True)
+    )
+
+
+def setting_name(row: Row) -> str:
+    """What a row is called beside its point: presets by their name alone."""
+    if row.name == "preset":
+        return row.setting
+    return f"{row.name}: {row.setting}"
+
+
+#: The key of the job that measures: nobody waits for it in front of the screen.
+MEASURING = "measuring recognition"
+
+
+@dataclass(frozen=True, slots=True)
+class TradeoffBackend:
+    """The jobs of the workspace; each works on what the disk holds, with its own connection.
+
+    Parameters
+    ----------
+    measure : callable
+        ``measure(path, task, author, settings)``: measures, and gives what came of it.
+    latest : callable
+        ``latest(path, task, viewer)``: gives the latest measurement of a task that a coder may see;
+        None where there is none.
+    """
+
+    measure: Callable[[Path, str, str | None, Settings], Generator[object, None, Measured]]
+    latest: Callable[[Path, str, str], Generator[object, None, Measured | None]]
+
+
+def _measuring(
+    path: Path, task: str, author: str | None, settings: Settings
+) -> Generator[object, None, Measured]:
+    """Measure in a process of its own, then read what it has stored."""
+    from forcelab.measure.recognition_runs import keeping, load
+    from forcelab.process import elsewhere
+    from forcelab.project import Project
+
+    number = yield from elsewhere(keeping, path, task, author, settings)
+    with Project.open(path) as project:
+        return load(project, number)
+
+
+def _latest(path: Path, task: str, viewer: str) -> Generator[object, None, Measured | None]:
+    """Read the latest measurement."""
+    from forcelab.measure.recognition_runs import KIND, load
+    from forcelab.project import Project
+
+    yield None
+    with Project.open(path) as project:
+        for run in reversed(project.run_summaries(KIND)):
+            tasks = run.settings.get("choice", {}).get("tasks")
+            if tasks == [task] and _may_see(project, run, viewer):
+                return load(project, run.id)
+            yield None
+    return None
+
+
+def _may_see(project: Project, run: RunSummary, viewer: str) -> bool:
+    """Whether a run rests on no labels that are hidden from a coder."""
+    return not any(
+        used.author != viewer and used.edit and project.is_blind(used.demonstration, viewer)
+        for used in run.labels
+    )
+
+
+#: What the window uses.
+BACKGROUND = TradeoffBackend(_measuring, _latest)
+
 
 #: The key of the job that reads.
 READING = "latest measurement"
@@ -63,10 +223,10 @@ class Measuring(QObject):
         self,
         document: Document,
         jobs: Jobs,
-        learning: Learning,
+        learning: Trainer,
         parent: QObject | None = None,
         *,
-        work: Work = BACKGROUND,
+        work: TradeoffBackend = BACKGROUND,
     ) -> None:
         super().__init__(parent)
         self.document, self.learning = document, learning
@@ -100,7 +260,7 @@ class Measuring(QObject):
     @property
     def author(self) -> str | None:
         """Whose labels are measured on; None for nobody's. Blind, a coder has only his own."""
-        author = self.learning.choice.author or whose_labels(self.document, {self.task})
+        author = self.learning.choice.author or default_author(self.document, {self.task})
         own, project = self.document.author, self.document.project
         if author in (None, own) or project is None:
             return author
@@ -163,13 +323,13 @@ class Measuring(QObject):
         row, settings = self.measured.rows[place], self.measured.variants[place].settings
         if row.refusal:
             told = "“{0}” could not be measured, and is not trained with: {1}"
-            self.document.say(told.format(named(row), row.refusal), True)
+            self.document.say(told.format(setting_name(row), row.refusal), True)
             return
         self._before.append(self.learning.settings)
         self._adopted = settings
         self.learning.set_settings(settings)
         told = "'{0}' is trained with “{1}” from now on."
-        self.document.say(told.format(shown_task(self.task), named(row)))
+        self.document.say(told.format(task_text(self.task), setting_name(row)))
         self.changed.emit()
 
     def go_back(self) -> None:
@@ -177,7 +337,7 @@ class Measuring(QObject):
         if self._before:
             self._adopted = self._before.pop()
             self.learning.set_settings(self._adopted)
-            told = f"'{shown_task(self.task)}' is trained as before."
+            told = f"'{task_text(self.task)}' is trained as before."
             self.document.say(told)
             self.changed.emit()
 
@@ -239,7 +399,7 @@ class Measuring(QObject):
         """Show what was measured, unless the coder has turned to another task meanwhile."""
         self._ended()
         if measured.task != self.task:
-            told = f"Recognition of '{shown_task(measured.task)}' is measured."
+            told = f"Recognition of '{task_text(measured.task)}' is measured."
             self.document.say(told)
         elif self.document.author == self._asked_by:
             self._show(measured)

@@ -1,8 +1,10 @@
-"""The plot: error against run time, where a click on a point makes its settings those in use."""
+"""The plot: error against run time, where a click on a point uses its settings."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 from PySide6.QtCore import QLineF, QPointF, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import (
@@ -19,16 +21,116 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from forcelab.gui.figures import text
-from forcelab.gui.figures.axes import draw_bottom, draw_left
-from forcelab.gui.figures.curves import curve_pen
-from forcelab.gui.figures.shades import translucent
+from forcelab.gui.figures.axes import (
+    Axis,
+    LogAxis,
+    covered_area,
+    curve_pen,
+    draw_bottom,
+    draw_left,
+    place_along,
+    place_labels,
+)
+from forcelab.gui.figures.colormap import translucent
 from forcelab.gui.figures.tradeoff import SHAPES
-from forcelab.gui.review.moving import ARROWS, ENTER, plain
 from forcelab.gui.theme import colours, themes
-from forcelab.gui.tradeoff.layout import MARK, RING, Layout, laid_out
-from forcelab.gui.tradeoff.points import Point
+from forcelab.gui.tradeoff.measuring import Point
+from forcelab.gui.widgets import ARROW_STEPS, ENTER_KEYS, is_plain
 
-__all__ = ["TradeoffPlot"]
+#: Half the width of a mark, and the radius of the ring around what is in use, in pixels.
+MARK, RING = 5.0, 9.5
+#: Room for the numbers and names of the axes, and at the other sides, in pixels.
+LEFT, TOP, RIGHT, BOTTOM = 62.0, 14.0, 18.0, 44.0
+#: What is left free beyond the outermost points, as a share of the axis.
+FREE = 0.06
+
+
+@dataclass(frozen=True)
+class PlotLayout:
+    """Where everything lies, in pixels.
+
+    Parameters
+    ----------
+    box : QRectF
+        The plot within its axes.
+    across : LogAxis
+        From seconds.
+    up : Axis
+        From errors.
+    spots : tuple of QPointF
+        The middle of each point.
+    names : dict of int to QRectF
+        Where the name of a point stands, by its index; those without room are left out.
+    """
+
+    box: QRectF
+    across: LogAxis
+    up: Axis
+    spots: tuple[QPointF, ...]
+    names: dict[int, QRectF]
+
+    def nearest(self, at: QPointF, reach: float) -> int | None:
+        """The index of the point under the pointer: in its mark's reach, or by its name."""
+        gaps = [math.hypot(spot.x() - at.x(), spot.y() - at.y()) for spot in self.spots]
+        best = min(range(len(gaps)), key=gaps.__getitem__, default=None)
+        if best is not None and gaps[best] <= reach:
+            return best
+        return next((i for i, name in self.names.items() if name.contains(at)), None)
+
+
+def lay_out(
+    points: Sequence[Point], room: QRectF, face: QFont, bold: QFont, current: int | None
+) -> PlotLayout:
+    """Lay points out; names are placed in the order in which they are missed most.
+
+    Parameters
+    ----------
+    points : sequence of Point
+        At least one.
+    room : QRectF
+        The whole widget.
+    face, bold : QFont
+        Of names; bold are those of presets.
+    current : int or None
+        The index of what is in use.
+    """
+    box = room.adjusted(LEFT, TOP, -RIGHT, -BOTTOM)
+    across = _time_axis([point.seconds for point in points], box)
+    highest = max(point.error for point in points)
+    up = Axis(0.0, highest * (1 + FREE) or 1.0, box.bottom(), box.top())
+    spots = tuple(QPointF(across.at(p.seconds), up.at(p.error)) for p in points)
+    front = sorted((i for i, p in enumerate(points) if p.front), key=lambda i: points[i].seconds)
+    taken = [_around(spot, RING if i == current else MARK) for i, spot in enumerate(spots)]
+    taken += place_along([spots[i] for i in front])
+    names: dict[int, QRectF] = {}
+    for i in sorted(range(len(points)), key=lambda i: _rank(points[i], i == current)):
+        own = bold if points[i].kind == "preset" else face
+        mark = RING if i == current else MARK
+        for place in place_labels(spots[i], points[i].text, own, box, mark):
+            others = [other for j, other in enumerate(taken) if j != i]
+            if not covered_area(place, others) and not covered_area(place, [taken[i]]):
+                names[i] = place
+                taken.append(place)
+                break
+    return PlotLayout(box, across, up, spots, names)
+
+
+def _rank(point: Point, current: bool) -> tuple[bool, bool, bool]:
+    """Whose name is placed first: what is in use, the front, the presets."""
+    return not current, not point.front, point.kind != "preset"
+
+
+def _around(spot: QPointF, radius: float) -> QRectF:
+    """A box around a point."""
+    return QRectF(spot.x() - radius, spot.y() - radius, 2 * radius, 2 * radius)
+
+
+def _time_axis(seconds: Sequence[float], box: QRectF) -> LogAxis:
+    """A logarithmic axis with all times inside, and at least a factor of four."""
+    low, high = math.log10(min(seconds)), math.log10(max(seconds))
+    free = max(FREE * (high - low), 0.3 - (high - low) / 2, 0.05)
+    return LogAxis(10 ** (low - free), 10 ** (high + free), box.left(), box.right())
+
 
 #: How near the pointer must be to a point, in pixels.
 REACH = 12.0
@@ -58,7 +160,7 @@ class TradeoffPlot(QWidget):
         self.current: int | None = None
         self.looked_at: int | None = None
         self._titles = ("", "")
-        self._layout: Layout | None = None
+        self._layout: PlotLayout | None = None
         self.setAccessibleName("Error against run time")
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setMouseTracking(True)
@@ -125,7 +227,7 @@ class TradeoffPlot(QWidget):
                 painter.setBrush(Qt.BrushStyle.NoBrush)
                 painter.drawRect(self.rect().adjusted(0, 0, -1, -1))
 
-    def _paint_axes(self, painter: QPainter, layout: Layout) -> None:
+    def _paint_axes(self, painter: QPainter, layout: PlotLayout) -> None:
         """Grid and axes."""
         theme, box = colours(), layout.box
         painter.setPen(QPen(QColor(theme.grid), 1.0))
@@ -139,7 +241,7 @@ class TradeoffPlot(QWidget):
         draw_bottom(painter, layout.across, box.bottom(), time, theme, size=AXIS)
         draw_left(painter, layout.up, box.left(), error, theme, size=AXIS)
 
-    def _paint_front(self, painter: QPainter, layout: Layout) -> None:
+    def _paint_front(self, painter: QPainter, layout: PlotLayout) -> None:
         """The line through the points that no other beats."""
         front = [(p.seconds, layout.spots[i]) for i, p in enumerate(self.points) if p.front]
         line = [spot for _, spot in sorted(front, key=lambda pair: pair[0])]
@@ -147,7 +249,7 @@ class TradeoffPlot(QWidget):
         painter.setBrush(Qt.BrushStyle.NoBrush)
         painter.drawPolyline(QPolygonF(line))
 
-    def _paint_point(self, painter: QPainter, layout: Layout, i: int) -> None:
+    def _paint_point(self, painter: QPainter, layout: PlotLayout, i: int) -> None:
         """A mark: filled on the front, hollow elsewhere."""
         theme, point, spot = colours(), self.points[i], layout.spots[i]
         ink, corners = self._look(point.kind)
@@ -173,9 +275,9 @@ class TradeoffPlot(QWidget):
         strong = point.front or point.place in (self.current, self.looked_at)
         ink = QColor(theme.text if strong else theme.muted)
         middle = place.center().y()
-        text.put(painter, place.left(), middle, point.text, face=self._face(point), ink=ink)
+        text.draw_text(painter, place.left(), middle, point.text, face=self._face(point), ink=ink)
 
-    def _paint_name_over(self, painter: QPainter, layout: Layout, i: int) -> None:
+    def _paint_name_over(self, painter: QPainter, layout: PlotLayout, i: int) -> None:
         """The name of what is looked at and had no room, over whatever is there."""
         point, spot = self.points[i], layout.spots[i]
         face = self._face(point)
@@ -204,12 +306,12 @@ class TradeoffPlot(QWidget):
         first = (self.current, self.looked_at)
         return sorted(range(len(self.points)), key=lambda i: self.points[i].place in first)
 
-    def _laid_out(self) -> Layout | None:
+    def _laid_out(self) -> PlotLayout | None:
         """Where everything lies; None where there is nothing."""
         if self._layout is None and self.points:
             faces = text.font(NAME), text.font(NAME, bold=True)
             room = QRectF(self.rect())
-            self._layout = laid_out(self.points, room, *faces, self._index(self.current))
+            self._layout = lay_out(self.points, room, *faces, self._index(self.current))
         return self._layout
 
     def _index(self, row: int | None) -> int | None:
@@ -241,18 +343,18 @@ class TradeoffPlot(QWidget):
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Go from point to point; Enter chooses."""
-        step = ARROWS.get(Qt.Key(event.key()))
+        step = ARROW_STEPS.get(Qt.Key(event.key()))
         if step is not None and self.points:
             down, right = step
             self._go(right - down, "seconds" if right else "error")
-        elif event.key() in ENTER and self.looked_at is not None:
+        elif event.key() in ENTER_KEYS and self.looked_at is not None:
             self.chosen.emit(self.looked_at)
         else:
             super().keyPressEvent(event)
 
     def keeps(self, event: QKeyEvent) -> bool:
         """The arrow keys move here, whatever they do elsewhere in the window; and Enter chooses."""
-        return event.key() in (*ARROWS, *ENTER) and plain(event)
+        return event.key() in (*ARROW_STEPS, *ENTER_KEYS) and is_plain(event)
 
     def _go(self, direction: int, by: str) -> None:
         """To the next point by time or error; the first time to the one in use."""

@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtWidgets import QWidget
 
-from forcelab.gui.arranging import column
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
-from forcelab.gui.review.learning import Learning
+from forcelab.gui.layout import page_layout
+from forcelab.gui.review.trainer import Trainer
 
 if TYPE_CHECKING:
     from forcelab.gui.tradeoff.workspace import TradeoffWorkspace
@@ -28,11 +28,11 @@ class TradeoffTab(QWidget):
         Whose settings are chosen there.
     """
 
-    def __init__(self, document: Document, jobs: Jobs, learning: Learning) -> None:
+    def __init__(self, document: Document, jobs: Jobs, learning: Trainer) -> None:
         super().__init__()
         self._given = (document, jobs, learning)
         self._built: TradeoffWorkspace | None = None
-        self._column = column(self)
+        self._column = page_layout(self)
 
     @property
     def workspace(self) -> TradeoffWorkspace:

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from forcelab.capture.emulator import VirtualOptoForce
-from forcelab.gui.capture.phase import Phase
-from forcelab.gui.start import Start
+from forcelab.gui.capture.controller import CaptureState
+from forcelab.gui.launch_options import LaunchOptions
 from forcelab.gui.window import Window
 from forcelab.project import Project
 from forcelab.vocabulary import Vocabulary
@@ -43,7 +43,7 @@ def window(app, study, until):
     made = Window("Ann", remembering=False)
     made.resize(1100, 700)
     made.show()
-    made.begin(Start(project=study, workspace="capture"))
+    made.begin(LaunchOptions(project=study, workspace="capture"))
     until(lambda: made.settled)
     yield made
     made.close()
@@ -56,6 +56,6 @@ def connected(window, tongs, until):
     page.fields.task.setCurrentText("LEGO")
     page.sources.add(f"optoforce:{tongs.port}")
     page.connect_button.click()
-    until(lambda: page.session.phase is Phase.READY)
+    until(lambda: page.session.phase is CaptureState.READY)
     until(lambda: page.session.state is not None and page.session.state.devices[0].samples > 50)
     return page

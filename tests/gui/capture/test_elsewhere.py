@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QMessageBox, QTabWidget
 
 from forcelab.capture.journal import read
 from forcelab.capture.save import keep
-from forcelab.gui.capture.phase import Phase
+from forcelab.gui.capture.controller import CaptureState
 from forcelab.project import Project
 
 
@@ -54,7 +54,7 @@ def test_tab_title_and_status_bar_say_what_is_recorded(window, recording, until)
     assert line.isHidden()
     window.show_workspace("review")
     window.commands["record"].trigger()
-    until(lambda: recording.session.phase is Phase.READY)
+    until(lambda: recording.session.phase is CaptureState.READY)
     until(line.isHidden)
     assert tab_text(window) == "Capture"
     assert "●" not in window.windowTitle()
@@ -92,7 +92,7 @@ def test_who_closes_the_window_on_what_could_not_be_kept_is_told_so(
     assert "is kept" not in asked[1]
     assert "kB that the disk refuses are in memory: all of it is written elsewhere" in asked[1]
     window.commands["record"].trigger()
-    until(lambda: recording.session.phase is Phase.STUCK)
+    until(lambda: recording.session.phase is CaptureState.STUCK)
     assert "'LEGO 01' is not lost: mend that and press F9" in recording.standing.sentences.text()
     window.show_workspace("label")
     until(lambda: window.capture.line.text() == "● 'LEGO 01' is not kept yet")
@@ -137,7 +137,7 @@ def test_nobody_is_asked_where_nothing_is_recorded(window, connected, monkeypatc
 def test_keys_for_what_capture_hides_do_nothing_while_it_is_in_front(window, recording, until):
     document, pressed = window.document, partial(QTest.keyClick, recording.live)
     window.commands["record"].trigger()
-    until(lambda: recording.session.phase is Phase.READY)
+    until(lambda: recording.session.phase is CaptureState.READY)
     window.commands["show_recording"].trigger()
     until(lambda: document.demonstration is not None)
     document.paint(0.0, 0.01, "grab")

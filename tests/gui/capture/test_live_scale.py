@@ -10,8 +10,13 @@ from PySide6.QtCore import QRectF
 from PySide6.QtGui import QImage, QPainter
 
 from forcelab.demonstration import Channel
-from forcelab.gui.capture.columns import Scale, columns_of, least_span
-from forcelab.gui.capture.live_scale import lane_marks, paint_scale
+from forcelab.gui.capture.live_plot import (
+    LaneScale,
+    lane_marks,
+    paint_scale,
+    pixel_columns,
+    smallest_span,
+)
 from forcelab.gui.figures.axes import Axis
 
 
@@ -20,7 +25,7 @@ from forcelab.gui.figures.axes import Axis
     [(Channel("fz1", ""), 4.0), (Channel("fz1", "N"), 0.01), (Channel("fz", "mN"), 10.0)],
 )
 def test_noise_looks_like_noise_and_a_tap_fills_its_lane(channel, noise):
-    scale = Scale(least_span(channel))
+    scale = LaneScale(smallest_span(channel))
     scale.fit(-noise, noise, 0.0)
     assert 2 * noise < 0.15 * (scale.high - scale.low)
     tap = 200 * noise
@@ -55,7 +60,7 @@ def test_columns_have_every_extreme_and_leave_gaps_open():
     times = np.r_[0:1:0.001, 2:3:0.001]
     values = np.random.default_rng(0).normal(size=(len(times), 2))
     edges = np.linspace(-0.5, 3.5, 81)
-    low, high = columns_of(times, values, edges)
+    low, high = pixel_columns(times, values, edges)
     for column in range(80):
         inside = (times >= edges[column]) & (times < edges[column + 1])
         if not inside.any():
@@ -64,13 +69,13 @@ def test_columns_have_every_extreme_and_leave_gaps_open():
         assert (low[column] <= values[inside].min(axis=0)).all()
         assert (high[column] >= values[inside].max(axis=0)).all()
     np.testing.assert_array_equal(np.nanmin(low, axis=0), values.min(axis=0))
-    held, _ = columns_of(np.array([0.22]), np.array([[7.0]]), edges, holds=True)
+    held, _ = pixel_columns(np.array([0.22]), np.array([[7.0]]), edges, holds=True)
     assert np.isnan(held[:14]).all()
     assert (held[14:] == 7.0).all()
 
 
 def test_a_lane_grows_at_once_and_shrinks_late():
-    scale = Scale()
+    scale = LaneScale()
     scale.fit(0.0, 10.0, 0.0)
     assert scale.low < 0.0
     assert scale.high > 10.0

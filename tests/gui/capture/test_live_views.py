@@ -5,10 +5,10 @@ import pytest
 from synthetic import synthetic_set
 from trained_project import FAST
 
-from forcelab.gui.capture.phase import Phase
-from forcelab.gui.capture.recognising import RECOGNISING, Choice, Loaded
-from forcelab.gui.capture.recognition import promise_text
-from forcelab.gui.capture.scalogram import DRAWING
+from forcelab.gui.capture.controller import CaptureState
+from forcelab.gui.capture.live_model import RECOGNISING, LoadedRecogniser, RecogniserSelection
+from forcelab.gui.capture.live_scalogram import DRAWING
+from forcelab.gui.capture.recognition_panel import latency_budget_text
 from forcelab.live.recognition import LiveRecognition, promised
 from forcelab.project import Project
 from forcelab.recognition.examples import Labelled
@@ -32,7 +32,7 @@ def recogniser():
 @pytest.fixture(autouse=True)
 def _few_frequencies(monkeypatch):
     """To make the wavelets of forty takes most of a second."""
-    monkeypatch.setattr("forcelab.gui.capture.scalogram.ROWS", 6)
+    monkeypatch.setattr("forcelab.gui.capture.live_scalogram.ROWS", 6)
 
 
 @pytest.fixture
@@ -85,7 +85,7 @@ def test_the_stream_is_labelled_and_the_track_is_kept_as_a_prediction(
     glimpse = page.session.recognising.glimpse
     assert sum(glimpse.probabilities) == pytest.approx(1.0)
     window.commands["record"].trigger()
-    until(lambda: page.session.phase is Phase.READY)
+    until(lambda: page.session.phase is CaptureState.READY)
     said = " ".join(sentence for sentence, _ in page.session.sentences)
     assert "Recognised by 'model tiny'" in said
     with Project.open(study) as project:
@@ -100,7 +100,7 @@ def test_the_stream_is_labelled_and_the_track_is_kept_as_a_prediction(
     until(lambda: labelled(page))
     window.commands["discard_recording"].trigger()
     window.commands["discard_recording"].trigger()
-    until(lambda: page.session.phase is Phase.READY)
+    until(lambda: page.session.phase is CaptureState.READY)
     with Project.open(study) as project:
         assert project.demonstrations() == ()
 
@@ -159,7 +159,7 @@ def test_a_recording_begins_with_a_recogniser_that_was_made_before(
         until(lambda: page.session.recording)
     assert track.lacking is not None  # none is made while a recording runs
     window.commands["record"].trigger()
-    until(lambda: page.session.phase is Phase.READY)
+    until(lambda: page.session.phase is CaptureState.READY)
     until(lambda: track.lacking is None)
     before = track._spare
     page.recogniser.latency.setValue(page.recogniser.latency.value() + 50)
@@ -182,7 +182,7 @@ def test_the_scalogram_grows_with_its_channel_on_the_same_axis(window, connected
     page.scalogram.choose("fx1")
     until(lambda: page.scalogram.strip is not None)
     page.connect_button.click()
-    until(lambda: page.session.phase is Phase.APART)
+    until(lambda: page.session.phase is CaptureState.APART)
     assert page.scalogram.isHidden()
     until(lambda: DRAWING not in window.jobs.busy)
 
@@ -211,13 +211,13 @@ def test_a_recogniser_that_does_not_fit_says_so_and_one_from_a_file_does(
 def test_a_project_without_a_recogniser_says_how_to_get_one_and_offers_it_once_trained(
     app, tmp_path
 ):
-    from forcelab.gui.start import Start
+    from forcelab.gui.launch_options import LaunchOptions
     from forcelab.gui.window import Window
 
     Project.create(tmp_path / "bare.forcelab").close()
     window = Window("Ann", remembering=False)
     window.show()
-    window.begin(Start(project=tmp_path / "bare.forcelab", workspace="capture"))
+    window.begin(LaunchOptions(project=tmp_path / "bare.forcelab", workspace="capture"))
     try:
         choice = window.capture.workspace.recogniser
         assert choice.nothing.isVisible()
@@ -235,23 +235,25 @@ def test_a_project_without_a_recogniser_says_how_to_get_one_and_offers_it_once_t
 
 
 def test_what_a_latency_leaves_to_be_estimated_is_said(recogniser):
-    choice = Choice("tiny", None)
-    hasty = Loaded(choice, recogniser, promised(recogniser, 0.02))
+    choice = RecogniserSelection("tiny", None)
+    hasty = LoadedRecogniser(choice, recogniser, promised(recogniser, 0.02))
     # 32 samples at 1 kHz take 0.16 s to pass.
-    assert "of 5 scales are estimated early" in promise_text(hasty)
-    assert "25 Hz ±" in promise_text(hasty)
-    patient = Loaded(choice, recogniser, promised(recogniser, 0.6))
-    assert promise_text(patient) == "600 ms are enough for all 5 scales of the wavelets."
+    assert "of 5 scales are estimated early" in latency_budget_text(hasty)
+    assert "25 Hz ±" in latency_budget_text(hasty)
+    patient = LoadedRecogniser(choice, recogniser, promised(recogniser, 0.6))
+    assert latency_budget_text(patient) == "600 ms are enough for all 5 scales of the wavelets."
 
 
 def test_what_a_latency_costs_a_recogniser_that_looks_in_windows_is_said():
-    choice = Choice("tiny", None)
+    choice = RecogniserSelection("tiny", None)
     items = [Labelled(*item) for item in synthetic_set(2, rate=250.0)]
     fast = train(items, preset("fast"))
-    slow, hasty = (Loaded(choice, fast, promised(fast, seconds)) for seconds in (0.3, 0.0))
+    slow, hasty = (
+        LoadedRecogniser(choice, fast, promised(fast, seconds)) for seconds in (0.3, 0.0)
+    )
     sentence = "Windows see 148 ms ahead, the decoder waits for 140 ms more."
-    assert promise_text(slow) == sentence
-    assert "points of accuracy" in promise_text(hasty)
+    assert latency_budget_text(slow) == sentence
+    assert "points of accuracy" in latency_budget_text(hasty)
 
 
 def test_a_filter_that_contradicts_what_is_likeliest_is_named(window, connected, until):

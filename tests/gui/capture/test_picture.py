@@ -7,7 +7,7 @@ import pytest
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
-from forcelab.gui.capture.picture import CameraPicture
+from forcelab.gui.capture.workspace import CameraView
 
 
 class Filming(QObject):
@@ -27,7 +27,7 @@ class Filming(QObject):
 @pytest.fixture
 def filming(app):
     session, room = Filming(), QWidget()
-    picture = CameraPicture(session)
+    picture = CameraView(session)
     QVBoxLayout(room).addWidget(picture)
     room.resize(200, 160)
     room.show()

@@ -7,7 +7,7 @@ from PySide6.QtTest import QTest
 
 from forcelab.capture.discovery import FoundPort
 from forcelab.gui import settings, theme
-from forcelab.gui.capture.phase import Phase
+from forcelab.gui.capture.controller import CaptureState
 from forcelab.gui.figures.text import contrast
 from forcelab.resources import asset
 
@@ -53,7 +53,7 @@ def test_an_old_failure_is_not_told_beside_a_new_one(page, until):
         page.sources.rows.clear()
         page.sources.add(f"optoforce:{port}")
         page.connect_button.click()
-        until(lambda: page.session.phase is Phase.APART)
+        until(lambda: page.session.phase is CaptureState.APART)
         assert port in page.standing.sentences.text()
         assert "plug the device in, and press Look again." in page.standing.sentences.text()
     assert "/dev/one" not in page.standing.sentences.text()
@@ -110,7 +110,7 @@ def test_the_names_of_connected_devices_can_be_read(app, connected):
     rows = connected.sources.rows
     assert not rows.isEnabled()
     for choice in ("dark", "light"):
-        theme.apply(app, choice)
+        theme.use_theme(app, choice)
         ink = rows.palette().color(QPalette.ColorRole.Text)
         assert contrast(ink, rows.palette().color(QPalette.ColorRole.Base)) >= 4.5
 

@@ -6,7 +6,7 @@ import pytest
 
 from forcelab.capture.reader import CameraState, DeviceState, RecorderState
 from forcelab.demonstration import Channel
-from forcelab.gui.capture.standing import alarms_of
+from forcelab.gui.capture.status_panel import device_alarms
 
 FZ = Channel("fz1", "N")
 NAME = "optoforce:/dev/ttyACM0?rate=1000"
@@ -18,7 +18,7 @@ def told(alarms=(), wandered=(), camera=(), in_memory=0, name=NAME, recording=Tr
         math.nan, alarms, wandered,
     )  # fmt: skip
     frames = CameraState("camera 0", 1, 0, 30.0, camera)
-    return alarms_of(RecorderState(recording, "LEGO 01", 1.0, in_memory, (device,), (frames,)))
+    return device_alarms(RecorderState(recording, "LEGO 01", 1.0, in_memory, (device,), (frames,)))
 
 
 def test_nothing_wrong_is_nothing_said():

@@ -13,8 +13,8 @@ from PySide6.QtWidgets import QMessageBox
 from forcelab.capture.journal import header_bytes
 from forcelab.capture.recorder import Recorder
 from forcelab.capture.save import CAPTURES, unfinished
-from forcelab.gui.capture.phase import Phase
-from forcelab.gui.start import Start
+from forcelab.gui.capture.controller import CaptureState
+from forcelab.gui.launch_options import LaunchOptions
 from forcelab.gui.window import Window
 from forcelab.labels import Segment
 from forcelab.project import Project
@@ -31,7 +31,7 @@ def recorded(window, page, until, samples=150):
 def keep(window, page, until):
     """Press the key that ends a recording and wait until it is kept."""
     window.commands["record"].trigger()
-    until(lambda: page.session.phase is Phase.READY)
+    until(lambda: page.session.phase is CaptureState.READY)
 
 
 def shown_on(button, session):
@@ -65,7 +65,7 @@ def test_a_recording_with_a_live_mark_is_in_the_project_without_the_mouse(
     recorded(window, page, until)
     said = shown_on(page.record_button, page.session)
     window.commands["discard_recording"].trigger()
-    until(lambda: page.session.phase is Phase.READY)
+    until(lambda: page.session.phase is CaptureState.READY)
     assert said[0] == "Discarding…"
     assert "Keeping…" not in said
     assert page.fields.name.placeholderText() == "LEGO 02"
@@ -102,7 +102,7 @@ def test_the_last_one_is_discarded_when_asked_for_twice_and_not_once_it_is_label
     assert "Really" not in page.discard_button.text()
     discard.trigger()
     discard.trigger()
-    until(lambda: page.session.phase is Phase.READY)
+    until(lambda: page.session.phase is CaptureState.READY)
     assert window.document.infos == ()
     assert window.document.demonstration is None
     assert page.fields.name.placeholderText() == "LEGO 01"
@@ -115,7 +115,7 @@ def test_the_last_one_is_discarded_when_asked_for_twice_and_not_once_it_is_label
         project.edit(id_, "Ann", (), (Segment(0.0, 0.05, "grab"),), "painted")
     discard.trigger()
     discard.trigger()
-    until(lambda: page.session.phase is Phase.READY)
+    until(lambda: page.session.phase is CaptureState.READY)
     assert "was labelled since it was recorded; it stays" in page.standing.sentences.text()
     with Project.open(study) as project:
         assert len(project.demonstrations()) == 1
@@ -127,10 +127,10 @@ def test_unplugging_is_an_alarm_and_what_could_not_be_kept_can_be_kept_later(
     page = connected
     page.fields.countdown.setCurrentIndex(1)
     window.commands["record"].trigger()
-    assert page.session.phase is Phase.COUNTING
+    assert page.session.phase is CaptureState.COUNTING
     assert page.session.left == 3
     window.commands["discard_recording"].trigger()
-    assert page.session.phase is Phase.READY
+    assert page.session.phase is CaptureState.READY
     page.fields.countdown.setCurrentIndex(0)
     recorded(window, page, until, 10)
     tongs.unplug()
@@ -140,7 +140,7 @@ def test_unplugging_is_an_alarm_and_what_could_not_be_kept_can_be_kept_later(
     until(lambda: "is unplugged" not in page.standing.alarms.text())
     window.document.project.path.rename(window.document.project.path.with_suffix(".away"))
     window.commands["record"].trigger()
-    until(lambda: page.session.phase is Phase.STUCK)
+    until(lambda: page.session.phase is CaptureState.STUCK)
     assert page.record_button.isEnabled()
     window.document.project.path.with_suffix(".away").rename(window.document.project.path)
     keep(window, page, until)
@@ -155,7 +155,7 @@ def test_esc_ends_a_countdown_and_forgets_the_mark_that_a_tap_began(
     page.fields.countdown.setCurrentIndex(1)
     window.commands["record"].trigger()
     cancel.trigger()
-    assert page.session.phase is Phase.READY
+    assert page.session.phase is CaptureState.READY
     page.fields.countdown.setCurrentIndex(0)
     window.document.set_action("grab")  # the brush of another workspace
     recorded(window, page, until, 60)
@@ -257,7 +257,7 @@ def test_a_window_that_is_closed_while_connecting_leaves_nothing_open(window, to
     page = window.capture.workspace
     page.sources.add(f"optoforce:{tongs.port}")
     page.connect_button.click()
-    assert page.session.phase is Phase.CONNECTING
+    assert page.session.phase is CaptureState.CONNECTING
     window.close()  # that no thread is left is looked at after every test
     assert not page.session.connected
 
@@ -268,7 +268,7 @@ def test_keys_are_no_text_once_the_devices_are_connected(window, tongs, until):
     page.fields.task.setCurrentText("LEGO")
     page.connect_button.setFocus()
     page.connect_button.click()
-    until(lambda: page.session.phase is Phase.READY)
+    until(lambda: page.session.phase is CaptureState.READY)
     QTest.keyClick(window.focusWidget(), Qt.Key.Key_2)
     assert page.fields.task.currentText() == "LEGO"
 
@@ -279,7 +279,7 @@ def test_a_project_that_is_left_while_recording_gets_the_recording(
     Project.create(tmp_path / "other.forcelab").close()
     recorded(window, connected, until)
     window.opening.open(tmp_path / "other.forcelab")
-    until(lambda: connected.session.phase is Phase.APART)
+    until(lambda: connected.session.phase is CaptureState.APART)
     assert window.document.infos == ()
     with Project.open(study) as project:
         assert len(project.demonstrations()) == 1
@@ -293,7 +293,7 @@ def test_what_cannot_be_opened_is_one_sentence_and_can_be_tried_again(window, un
     assert "Tick a device" in page.standing.sentences.text()
     page.sources.add(f"optoforce:{tmp_path / 'none'}")
     page.connect_button.click()
-    until(lambda: page.session.phase is Phase.APART)
+    until(lambda: page.session.phase is CaptureState.APART)
     assert not window.capture.workspace.record_button.isEnabled()
     assert str(tmp_path / "none") in page.standing.sentences.text()
     assert page.connect_button.isEnabled()
@@ -308,7 +308,7 @@ def test_an_unfinished_recording_is_offered_and_recovered(app, study, tongs, unt
     (study / CAPTURES / "none.journal").write_bytes(header_bytes({"name": "none"}))
     window = Window("Ann", remembering=False)
     window.show()
-    window.begin(Start(project=study, workspace="label"))
+    window.begin(LaunchOptions(project=study, workspace="label"))
     assert "Recordings that a crash ended: 2" in window.statusBar().currentMessage()
     window.show_workspace("capture")
     page = window.capture.workspace
@@ -316,7 +316,7 @@ def test_an_unfinished_recording_is_offered_and_recovered(app, study, tongs, unt
         until(page.recover_button.isVisible)
         said = shown_on(page.record_button, page.session)
         page.recover_button.click()
-        until(lambda: page.session.phase is Phase.APART)
+        until(lambda: page.session.phase is CaptureState.APART)
         assert said[0] == "Recovering…"
         assert not page.recover_button.isVisible()
         assert [info.name for info in window.document.infos] == ["LEGO 01"]
@@ -359,7 +359,7 @@ def test_nothing_can_be_recorded_while_every_device_is_unplugged(window, connect
     assert "No device is plugged in" in page.record_button.toolTip()
     assert page.session.obstacle
     page.session.record_or_stop()
-    assert page.session.phase is Phase.READY
+    assert page.session.phase is CaptureState.READY
     assert "No device is plugged in" in page.session.sentences[-1][0]
     tongs.replug()
     until(page.record_button.isEnabled)

@@ -7,8 +7,7 @@ import pytest
 from forcelab.clock import ClockMap
 from forcelab.demonstration import Channel, Demonstration, VideoReference
 from forcelab.gui.document import Document
-from forcelab.gui.label.cameras import CameraChoice, Cameras
-from forcelab.gui.label.video import VideoPanel
+from forcelab.gui.label.video import CameraChoice, CameraSelection, VideoPanel
 from forcelab.project import Project
 from forcelab.project.loading import STAMPS, Camera, camera_stamps
 
@@ -48,7 +47,7 @@ def document(app, folder):
 
 def test_the_chosen_camera_is_shown_by_its_own_clock(document, until):
     document.open_demonstration("two")
-    cameras = Cameras(document)
+    cameras = CameraSelection(document)
     panel = VideoPanel(document, cameras)
     panel.resize(320, 240)
     panel.show()
@@ -70,7 +69,7 @@ def test_the_chosen_camera_is_shown_by_its_own_clock(document, until):
 
 def test_the_choice_is_there_only_among_several(document):
     document.open_demonstration("two")
-    cameras = Cameras(document)
+    cameras = CameraSelection(document)
     choice = CameraChoice(cameras)
     assert [choice.itemText(i) for i in range(choice.count())] == ["left", "right"]
     assert not choice.isHidden()
@@ -87,7 +86,7 @@ def test_the_choice_is_there_only_among_several(document):
 
 def test_a_long_name_stays_within_the_panel(document, until, app):
     document.open_demonstration("two")
-    cameras = Cameras(document)
+    cameras = CameraSelection(document)
     panel = VideoPanel(document, cameras)
     choice = panel.findChild(CameraChoice)
     choice.addItem("a camera with a name that is far too long for the panel, and for its list")
@@ -109,7 +108,7 @@ def test_a_long_name_stays_within_the_panel(document, until, app):
 
 def test_a_new_clock_of_the_first_camera_leaves_the_choice(document):
     document.open_demonstration("two")
-    cameras = Cameras(document)
+    cameras = CameraSelection(document)
     cameras.show(1)
     document.set_video_clock(ClockMap(0.1))
     assert cameras.shown == 1
@@ -124,7 +123,7 @@ def test_damaged_stamps_leave_the_first_video(document, folder):
     whole = stamps.read_bytes()
     stamps.write_bytes(b"junk")
     document.open_demonstration("two")
-    cameras = Cameras(document)
+    cameras = CameraSelection(document)
     stamps.write_bytes(whole)
     assert (cameras.all, cameras.video) == ((), document.demonstration.video)
     ((sentence, trouble),) = said
@@ -134,7 +133,7 @@ def test_damaged_stamps_leave_the_first_video(document, folder):
 
 def test_nothing_steps_by_the_frames_of_a_camera_that_is_not_shown(document, until):
     document.open_demonstration("two")
-    cameras = Cameras(document)
+    cameras = CameraSelection(document)
     panel = VideoPanel(document, cameras)
     panel.show()
     until(lambda: panel.settled)

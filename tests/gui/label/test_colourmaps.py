@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from forcelab.gui.label.colourmaps import magnitude_colours, oklch_to_srgb, phase_colours
+from forcelab.gui.label.scalogram_painting import magnitude_colours, oklch_to_srgb, phase_colours
 
 WHITE = np.array([0.95047, 1.0, 1.08883])
 XYZ = np.array(

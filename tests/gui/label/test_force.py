@@ -9,10 +9,9 @@ from PySide6.QtWidgets import QMenu
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.gui.document import Document
 from forcelab.gui.figures import text
-from forcelab.gui.label import force_channels
-from forcelab.gui.label.force import ForcePanel
-from forcelab.gui.label.force_axes import curve_ink
-from forcelab.gui.label.force_names import number_of
+from forcelab.gui.label import traces
+from forcelab.gui.label.lanes import curve_ink
+from forcelab.gui.label.traces import ForcePanel, number_format
 from forcelab.gui.theme import DARK, LIGHT, colours
 from forcelab.signals.minmax import Envelope
 
@@ -120,7 +119,7 @@ def test_a_glitch_leaves_the_curve_as_it_is_and_is_marked_at_the_edge(panel, unt
 
 def test_glitches_in_view_are_told(panel, monkeypatch):
     told = []
-    monkeypatch.setattr("forcelab.gui.label.force.paint_notes", lambda *a, **_: told.append(a[2]))
+    monkeypatch.setattr("forcelab.gui.label.traces.paint_notes", lambda *a, **_: told.append(a[2]))
     signals = np.array(recording().signals)
     signals[[5000, 7000], 2] = 1e16
     demonstration = Demonstration("g", "", recording().times, signals, CHANNELS)
@@ -251,13 +250,13 @@ def test_a_constant_channel_and_one_without_a_sample_can_be_drawn(panel):
 
 
 def test_a_note_gives_way_to_the_values_at_the_cursor_in_low_lanes(panel, monkeypatch):
-    places, put = {}, text.put
+    places, put = {}, text.draw_text
 
     def noting(painter, x, y, line, **how):
         places[line.split(" ")[0]] = x
         put(painter, x, y, line, **how)
 
-    monkeypatch.setattr(text, "put", noting)
+    monkeypatch.setattr(text, "draw_text", noting)
     panel.source.set_overlaid(True)
     panel.resize(600, 90)
     picture(panel)
@@ -269,9 +268,9 @@ def test_a_note_gives_way_to_the_values_at_the_cursor_in_low_lanes(panel, monkey
 
 def test_a_note_says_that_samples_share_a_pixel(panel, monkeypatch):
     notes = []
-    put = text.put
+    put = text.draw_text
     monkeypatch.setattr(
-        text, "put", lambda *args, **how: notes.append(args[3]) or put(*args, **how)
+        text, "draw_text", lambda *args, **how: notes.append(args[3]) or put(*args, **how)
     )
     picture(panel)
     assert any("min/max" in note for note in notes)
@@ -321,8 +320,8 @@ def test_the_menu_key_offers_every_choice(panel):
 
 
 def test_a_long_recording_is_shown_while_it_is_read(panel, monkeypatch):
-    monkeypatch.setattr(force_channels, "AT_ONCE", 1000)
-    monkeypatch.setattr(force_channels, "BREATH", 0.0)
+    monkeypatch.setattr(traces, "SYNCHRONOUS_SAMPLES", 1000)
+    monkeypatch.setattr(traces, "RANGE_MARGIN", 0.0)
     grown = []
     panel.source.grown.connect(lambda: grown.append(panel.source.read))
     show(panel.document, recording(300_000), "long")
@@ -363,19 +362,19 @@ def test_values_stand_behind_the_names_and_at_the_cursor_only_where_names_are_lo
     panel, monkeypatch, height
 ):
     said = []
-    put = text.put
+    put = text.draw_text
 
     def heard(painter, x, y, line, **more):
         said.append((line, x))
         put(painter, x, y, line, **more)
 
-    monkeypatch.setattr(text, "put", heard)
+    monkeypatch.setattr(text, "draw_text", heard)
     panel.resize(700, height)
     panel.document.seek(10.0)
     picture(panel)
     signals = panel.document.demonstration.signals
     for column, name in enumerate(NAMES):
-        value = number_of(signals[10_000, column], 1.0)
+        value = number_format(signals[10_000, column], 1.0)
         assert [x for line, x in said if line == value], name
         at_cursor = any(x > panel.plot.left() for line, x in said if line == value)
         assert at_cursor == (height < 200 and name == "temperature")
@@ -383,7 +382,7 @@ def test_values_stand_behind_the_names_and_at_the_cursor_only_where_names_are_lo
 
 @pytest.mark.parametrize("height", [80, 100, 120])
 def test_in_low_lanes_what_the_gutter_says_does_not_overlap(panel, monkeypatch, height):
-    boxes, put = [], text.put
+    boxes, put = [], text.draw_text
 
     def heard(painter, x, y, line, *, face, align=0.0, **more):
         wide = text.width(line, face)
@@ -391,8 +390,8 @@ def test_in_low_lanes_what_the_gutter_says_does_not_overlap(panel, monkeypatch, 
             boxes.append((line, QRectF(x - align * wide, y - 4, wide, 8)))
         put(painter, x, y, line, face=face, align=align, **more)
 
-    monkeypatch.setattr(text, "put", heard)
-    monkeypatch.setattr(text, "put_upwards", lambda *_, **__: None)  # left of all of it
+    monkeypatch.setattr(text, "draw_text", heard)
+    monkeypatch.setattr(text, "draw_text_upwards", lambda *_, **__: None)  # left of all of it
     panel.resize(700, height)
     panel.document.seek(10.0)
     picture(panel)

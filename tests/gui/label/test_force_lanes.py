@@ -9,10 +9,17 @@ from PySide6.QtGui import QColor, QImage, QPainter
 
 from forcelab.demonstration import Channel
 from forcelab.gui.figures.axes import Axis
-from forcelab.gui.label import force_axes
-from forcelab.gui.label.force_curves import Canvas, Curve, fill_columns
-from forcelab.gui.label.force_lanes import axis_of, group_of, lanes, spanning
-from forcelab.gui.label.force_names import number_of
+from forcelab.gui.label import lanes as lanes_module
+from forcelab.gui.label.lanes import (
+    Curve,
+    CurveCanvas,
+    axis_of,
+    fill_columns,
+    group_of,
+    lanes,
+    spanning,
+)
+from forcelab.gui.label.traces import number_format
 from forcelab.gui.theme import LIGHT
 from forcelab.signals.minmax import Extremes
 
@@ -76,7 +83,7 @@ def test_the_span_of_nothing_is_none():
     ],
 )
 def test_values_have_the_decimals_that_their_axis_can_tell_apart(value, span, shown):
-    assert number_of(value, span) == shown
+    assert number_format(value, span) == shown
 
 
 @given(data=st.data())
@@ -107,7 +114,7 @@ def test_curves_drawn_at_once_are_those_drawn_one_by_one(app):
         colour = QColor(("#0072b2", "#e69f00", "#009e73")[i % 3])
         curves.append(Curve(Extremes(low, low + thick), axis, colour, box))
     for ratio in (1.0, 2.0):
-        at_once, one_by_one = Canvas(plot, ratio), Canvas(plot, ratio)
+        at_once, one_by_one = CurveCanvas(plot, ratio), CurveCanvas(plot, ratio)
         if ratio == 2.0:
             curves = [
                 c._replace(found=Extremes(np.repeat(c.found.low, 2), np.repeat(c.found.high, 2)))
@@ -122,7 +129,7 @@ def test_curves_drawn_at_once_are_those_drawn_one_by_one(app):
 
 def test_a_canvas_that_is_used_again_is_empty(app):
     plot = QRectF(10, 0, 50, 30)
-    canvas = Canvas(plot, 1.0)
+    canvas = CurveCanvas(plot, 1.0)
     low = np.zeros(50)
     axis = Axis(-1.0, 1.0, 28.0, 2.0)
     canvas.draw([Curve(Extremes(low, low + 0.5), axis, QColor("red"), (0.0, 30.0))])
@@ -133,17 +140,19 @@ def test_a_canvas_that_is_used_again_is_empty(app):
 
 def test_numbers_of_neighbouring_axes_do_not_run_into_each_other(app, monkeypatch):
     written = []
-    monkeypatch.setattr(force_axes.text, "put", lambda *given, **_: written.append(given[2:]))
+    monkeypatch.setattr(
+        lanes_module.text, "draw_text", lambda *given, **_: written.append(given[2:])
+    )
     above, below = lanes(
         [Channel("fy1", "N"), Channel("fz1", "N")], ["fy1", "fz1"], 40.0, overlaid=False
     )
     picture = QImage(100, 40, QImage.Format.Format_RGB32)
     painter = QPainter(picture)
     for lane, low, high in ((above, -2.0, 12.0), (below, -12.0, 2.0)):
-        force_axes.paint_axis(
+        lanes_module.paint_axis(
             painter, lane, Axis(low, high, lane.bottom, lane.top), 80.0, (), LIGHT
         )
     painter.end()
     zeros = sorted(y for y, label in written if label == "0")
     assert len(zeros) == 2
-    assert zeros[1] - zeros[0] >= force_axes.NUMBER
+    assert zeros[1] - zeros[0] >= lanes_module.NUMBER

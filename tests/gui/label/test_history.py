@@ -7,12 +7,11 @@ from painted import opened, shown
 from PySide6.QtCore import QModelIndex, Qt
 from PySide6.QtTest import QTest
 
-from forcelab.gui.label import history_model
-from forcelab.gui.label.history import HistoryView
-from forcelab.gui.label.history_model import Standing, clock, standings
+from forcelab.gui.label import history as history_module
+from forcelab.gui.label.history import EditState, HistoryView, clock, edit_states
 from forcelab.project import Project
 
-DONE, UNDONE, ABANDONED = Standing.DONE, Standing.UNDONE, Standing.ABANDONED
+DONE, UNDONE, ABANDONED = EditState.DONE, EditState.UNDONE, EditState.ABANDONED
 
 
 @pytest.fixture
@@ -87,7 +86,7 @@ def test_standings_are_those_of_two_stacks_from_any_number_of_latest_edits(docum
     newest_first = edits[::-1]
     for known in range(len(edits) + 1):
         numbers = {e.id for e in newest_first[:known]}
-        assert standings(newest_first[:known]) == {
+        assert edit_states(newest_first[:known]) == {
             number: standing for number, standing in expected.items() if number in numbers
         }
 
@@ -155,7 +154,7 @@ def test_hidden_it_reads_nothing(app, document, monkeypatch):
 
 
 def test_a_long_history_is_read_by_pages(app, document, monkeypatch):
-    monkeypatch.setattr(history_model, "PAGE", 5)
+    monkeypatch.setattr(history_module, "PAGE", 5)
     paint(document, 23)
     with shown(app, HistoryView(document), size=(300, 120)) as view:
         model = view.model
@@ -204,7 +203,7 @@ def test_the_store_gives_the_latest_and_those_before(document):
 
 
 def test_more_undos_than_a_page_holds_can_all_be_redone(document, view, monkeypatch):
-    monkeypatch.setattr(history_model, "PAGE", 5)
+    monkeypatch.setattr(history_module, "PAGE", 5)
     paint(document, 10)
     for _ in range(8):
         document.undo()
@@ -217,9 +216,9 @@ def test_more_undos_than_a_page_holds_can_all_be_redone(document, view, monkeypa
 
 
 def test_an_edit_that_is_not_listed_any_more_is_not_gone_to(document, view, monkeypatch):
-    monkeypatch.setattr(history_model, "PAGE", 5)
+    monkeypatch.setattr(history_module, "PAGE", 5)
     # Else the list reads on by itself, as far as it has room.
-    monkeypatch.setattr(history_model.HistoryModel, "canFetchMore", lambda *_: False)
+    monkeypatch.setattr(history_module.HistoryModel, "canFetchMore", lambda *_: False)
     paint(document, 3)
     view.refresh()
     paint(document, 6, first=3)

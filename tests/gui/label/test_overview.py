@@ -9,9 +9,8 @@ from PySide6.QtWidgets import QApplication
 
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.gui.document import Document
-from forcelab.gui.label.force import ForcePanel
-from forcelab.gui.label.overview import Overview
-from forcelab.gui.label.overview_picture import HEIGHT, STRIP
+from forcelab.gui.label.overview import HEIGHT, TRACK_HEIGHT, Overview
+from forcelab.gui.label.traces import ForcePanel
 from forcelab.gui.theme import colours
 from forcelab.labels import Segment, Track
 from forcelab.project import Project
@@ -156,14 +155,14 @@ def test_the_wheel_zooms_and_pans(overview):
 def test_the_track_and_the_shown_channels_are_seen(overview):
     overview.document.fit()
     image = pixels(overview.grab().toImage())
-    row = image[round(HEIGHT - STRIP / 2) - 3]
+    row = image[round(HEIGHT - TRACK_HEIGHT / 2) - 3]
     for time, action in ((3.0, "grab"), (9.0, "hold")):
         colour = QColor(overview.document.vocabulary[action].colour).getRgb()[:3]
         assert np.abs(row[x_at(overview, time)] - np.array(colour)).max() <= 2
     x = x_at(overview, 15.0)
-    before = image[: round(HEIGHT - STRIP) - 2, x]
+    before = image[: round(HEIGHT - TRACK_HEIGHT) - 2, x]
     overview.force.source.set_shown("fy1", False)
-    after = pixels(overview.grab().toImage())[: round(HEIGHT - STRIP) - 2, x]
+    after = pixels(overview.grab().toImage())[: round(HEIGHT - TRACK_HEIGHT) - 2, x]
     assert (before != after).any()
 
 

@@ -7,15 +7,15 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QDialog, QLineEdit, QMessageBox
 
 from forcelab.gui.document import Document
+from forcelab.gui.label.actions import ActionList
 from forcelab.gui.label.history import HistoryView
-from forcelab.gui.label.vocabulary import VocabularyView
 from forcelab.labels import Segment
 from forcelab.project import Project
 
 
 @pytest.fixture
 def view(app, document):
-    with shown(app, VocabularyView(document)) as view:
+    with shown(app, ActionList(document)) as view:
         yield view
 
 

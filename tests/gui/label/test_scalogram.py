@@ -13,13 +13,11 @@ from waiting import PATIENCE
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.gui import theme
 from forcelab.gui.document import Document
-from forcelab.gui.label import scalogram_asking as asking
-from forcelab.gui.label import scalogram_job
-from forcelab.gui.label import scalogram_reading as reading
-from forcelab.gui.label import scalogram_scales as scales
-from forcelab.gui.label.scalogram import ScalogramPanel
-from forcelab.gui.label.scalogram_drawing import amount
-from forcelab.gui.label.scalogram_job import Wish, compute
+from forcelab.gui.label import scalogram as reading
+from forcelab.gui.label import scalogram as scalogram_module
+from forcelab.gui.label import scalogram_painting as scales
+from forcelab.gui.label.scalogram import ScalogramPanel, ScalogramRequest, compute
+from forcelab.gui.label.scalogram_painting import amount_text
 from forcelab.project import Project
 from forcelab.recognition.presets import preset
 from forcelab.signals import scalogram
@@ -89,7 +87,7 @@ def colour(panel, time, hertz):
 def test_a_hidden_panel_computes_nothing(panel, document, ran, app):
     document.set_span(1.0, 2.0)
     panel.set_channel("normal 1")
-    QTest.qWait(asking.PATIENCE + 20)
+    QTest.qWait(scalogram_module.LOADING_DELAY_MS + 20)
     assert not ran
     assert panel.picture is None
     assert panel.settled
@@ -98,7 +96,7 @@ def test_a_hidden_panel_computes_nothing(panel, document, ran, app):
 def test_hiding_ends_what_is_being_computed(panel, document, ran, jobs, until):
     panel.show()
     panel.hide()
-    QTest.qWait(asking.PATIENCE + 20)
+    QTest.qWait(scalogram_module.LOADING_DELAY_MS + 20)
     assert not ran
     assert panel.settled
     panel.show()
@@ -113,7 +111,7 @@ def test_hiding_ends_what_is_being_computed(panel, document, ran, jobs, until):
 def test_a_minimised_window_computes_nothing_until_it_comes_back(open_panel, document, ran, until):
     open_panel.showMinimized()
     document.set_span(1.0, 2.0)
-    QTest.qWait(asking.PATIENCE + 20)
+    QTest.qWait(scalogram_module.LOADING_DELAY_MS + 20)
     assert not ran
     assert open_panel.settled
     open_panel.showNormal()
@@ -161,7 +159,7 @@ def test_colours_do_not_jump_while_panning(open_panel, document, until):
 @pytest.fixture
 def long_from_little(monkeypatch):
     """Few samples make a long recording, of several chunks, that is worth a file."""
-    monkeypatch.setattr(scalogram_job, "KEPT", 1 << 12)
+    monkeypatch.setattr(scalogram_module, "CACHED_SCALOGRAMS", 1 << 12)
     monkeypatch.setattr(signals, "LONG", 1 << 12)
     monkeypatch.setattr(signals, "CHUNK", 1 << 12)
     monkeypatch.setattr(scalogram, "CHUNK", 1 << 12)
@@ -170,7 +168,7 @@ def long_from_little(monkeypatch):
 @pytest.mark.usefixtures("long_from_little")
 def test_a_long_recording_is_coarse_first_and_says_so(panel, document, until, monkeypatch):
     document.look(tone(60_000))
-    seen, heard, compute = [], threading.Event(), asking.compute
+    seen, heard, compute = [], threading.Event(), scalogram_module.compute
 
     def watched(wish, view):
         """The job, which waits with the fine picture until the coarse one was delivered."""
@@ -185,14 +183,14 @@ def test_a_long_recording_is_coarse_first_and_says_so(panel, document, until, mo
                 assert heard.wait(PATIENCE)
         return made[0]
 
-    monkeypatch.setattr(asking, "compute", watched)
+    monkeypatch.setattr(scalogram_module, "compute", watched)
     panel._asking.came.connect(lambda picture: (seen.append(picture), heard.set()))
     panel.show()
     until(lambda: panel.settled and panel.picture is not None)
     assert seen[0].coarse
-    assert "coarse" in reading.note(seen[0], 0.0)
+    assert "coarse" in reading.readout_note(seen[0], 0.0)
     assert not panel.picture.coarse
-    assert "largest of 150 samples" in reading.note(panel.picture, panel._range()[1])
+    assert "largest of 150 samples" in reading.readout_note(panel.picture, panel._range()[1])
 
 
 @pytest.mark.usefixtures("long_from_little")
@@ -286,7 +284,7 @@ def test_the_marked_scales_and_the_wavelet_are_those_of_the_paper():
     np.testing.assert_allclose(scales.MARKED, settings.scales)
     assert pytest.approx(settings.mother.fourier_factor, rel=1e-12) == scales.FOURIER_FACTOR
     assert np.sqrt(2) == scales.E_FOLDING
-    assert settings.parameter == scales.P
+    assert settings.parameter == scales.MORLET_P
 
 
 def test_marks_stand_at_their_frequencies(open_panel):
@@ -310,12 +308,12 @@ def test_trouble_is_one_sentence_on_the_panel(open_panel, document, until):
 
 def test_the_theme_changes_the_colours(app, open_panel, until):
     open_panel.set_channel("normal 1")
-    theme.apply(app, "light")
+    theme.use_theme(app, "light")
     until(lambda: open_panel.settled and open_panel.picture is not None)
     light = colour(open_panel, 0.5, 100.0).lightness()
-    theme.apply(app, "dark")
+    theme.use_theme(app, "dark")
     dark = colour(open_panel, 0.5, 100.0).lightness()
-    theme.apply(app, "light")
+    theme.use_theme(app, "light")
     assert light > dark + 80
 
 
@@ -332,7 +330,7 @@ def test_the_panel_loads_no_transform_before_it_computes():
     [(113.2, "113"), (15.0, "15"), (2.04, "2"), (0.00344, "0.0034"), (3e-7, "3e-07")],
 )
 def test_the_legend_is_short(value, text):
-    assert amount(value) == text
+    assert amount_text(value) == text
 
 
 @pytest.fixture
@@ -396,7 +394,7 @@ def test_nothing_is_kept_of_what_was_not_shown_to_the_end(in_project, jobs, unti
     until(lambda: not jobs.busy)
     kept = files(document)
     panel.set_channel("fx1")
-    QTest.qWait(asking.PATIENCE + 20)
+    QTest.qWait(scalogram_module.LOADING_DELAY_MS + 20)
     assert panel.settled
     assert files(document) == kept, "of the other channel, which nobody saw, there is none"
     panel.close()
@@ -416,7 +414,7 @@ def test_a_project_that_may_not_be_changed_stays_as_it_is(in_project, jobs, unti
 
 @pytest.mark.usefixtures("long_from_little")
 def test_of_what_is_soon_computed_nothing_is_kept(in_project, jobs, until, monkeypatch):
-    monkeypatch.setattr(scalogram_job, "KEPT", 60_001)
+    monkeypatch.setattr(scalogram_module, "CACHED_SCALOGRAMS", 60_001)
     document = in_project()
     panel = ScalogramPanel(document, jobs)
     panel.resize(88 + 400 + 8, 160)
@@ -438,7 +436,7 @@ def test_a_spike_without_a_colour_of_its_own_is_told_where_it_is_seen(panel, doc
     for start, seen in ((at / 1000 - 2, True), (60.0, False)):
         document.set_span(start, start + 4)
         until(lambda: panel.settled and panel.picture is not None)
-        assert (told in reading.note(panel.picture, panel._range()[1])) == seen
+        assert (told in reading.readout_note(panel.picture, panel._range()[1])) == seen
 
 
 def test_glitches_that_were_left_out_are_told(panel, document, until):
@@ -449,17 +447,17 @@ def test_glitches_that_were_left_out_are_told(panel, document, until):
     panel.set_channel("fz1")
     panel.show()
     until(lambda: panel.settled and panel.picture is not None)
-    assert reading.note(panel.picture, panel._range()[1]).endswith(", 2 glitches left out")
+    assert reading.readout_note(panel.picture, panel._range()[1]).endswith(", 2 glitches left out")
     assert panel.picture.view.high < 3
     document.set_span(3.0, 6.0)
     until(lambda: panel.settled)
-    assert reading.note(panel.picture, panel._range()[1]).endswith(", 1 glitch left out")
+    assert reading.readout_note(panel.picture, panel._range()[1]).endswith(", 1 glitch left out")
 
 
 @pytest.mark.usefixtures("long_from_little")
 def test_an_exact_picture_does_not_wait_for_what_is_not_seen(panel, document, monkeypatch):
     document.look(tone(60_000))
-    wish = Wish(document.demonstration, "fz1", (2.0, 4.0), 80, 400, False)
+    wish = ScalogramRequest(document.demonstration, "fz1", (2.0, 4.0), 80, 400, False)
     built = []
     build = scalogram.Tiles._build
     monkeypatch.setattr(scalogram.Tiles, "_build", lambda *a: built.append(a) or build(*a))

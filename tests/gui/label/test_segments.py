@@ -11,8 +11,15 @@ from PySide6.QtGui import QKeyEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QComboBox, QLineEdit
 
-from forcelab.gui.label.segment_model import ACTION, DURATION, END, NUMBER, START, SegmentModel
-from forcelab.gui.label.segments import SegmentTable
+from forcelab.gui.label.segment_list import (
+    ACTION,
+    DURATION,
+    END,
+    NUMBER,
+    START,
+    SegmentModel,
+    SegmentTable,
+)
 from forcelab.labels import Segment
 
 

@@ -4,7 +4,7 @@ from itertools import combinations
 
 import pytest
 
-from forcelab.gui.label.short_names import fitting, signs
+from forcelab.gui.label.track_rows import fitting, signs
 
 STYLUS = ("still", "grab", "pull", "slip", "slip transition", "slipped", "release")
 

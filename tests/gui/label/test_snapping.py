@@ -6,14 +6,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from forcelab.gui.document import Snap
-from forcelab.gui.label.snapping import Targets, on_target, rounded, snap
+from forcelab.gui.label.track_gestures import SnapTargets, is_on_target, rounded, snap
 from forcelab.labels import Segment
 
 SAMPLES = np.arange(1000) / 100
 
 
 def targets(**more):
-    return Targets(samples=SAMPLES, period=0.01, **more)
+    return SnapTargets(samples=SAMPLES, period=0.01, **more)
 
 
 def test_a_contact_event_wins_over_a_nearer_frame():
@@ -55,8 +55,8 @@ def test_the_start_and_end_of_the_demonstration_are_edges():
 
 
 def test_an_empty_document_offers_nothing():
-    assert snap(0.5, 1e6, Targets(samples=np.empty(0))) is None
-    assert rounded(0.5, Targets(samples=np.empty(0))) == 0.5
+    assert snap(0.5, 1e6, SnapTargets(samples=np.empty(0))) is None
+    assert rounded(0.5, SnapTargets(samples=np.empty(0))) == 0.5
 
 
 def test_a_time_that_snaps_to_nothing_is_rounded_to_its_sample():
@@ -70,14 +70,14 @@ def test_a_time_of_an_event_an_edge_a_frame_or_a_sample_is_on_target():
     events, frames = np.array([2.0044]), np.array([2.0351])
     there = targets(contacts=events, frames=frames, tracks=(track,), marks=(9.9999,))
     for time in (2.0044, 2.0351, 2.0712, 9.9999, 3.0, 3.0 + 1e-12):
-        assert on_target(time, there), time
+        assert is_on_target(time, there), time
     for time in (2.0045, 2.0352, 2.0711, 9.9998, 3.0 + 1e-6):
-        assert not on_target(time, there), time
-    assert not on_target(0.5, Targets(samples=np.empty(0)))
+        assert not is_on_target(time, there), time
+    assert not is_on_target(0.5, SnapTargets(samples=np.empty(0)))
 
 
 def test_in_a_gap_of_the_recording_a_time_stays():
-    gap = Targets(samples=np.array([0.0, 0.01, 0.02, 5.0, 5.01]), period=0.01)
+    gap = SnapTargets(samples=np.array([0.0, 0.01, 0.02, 5.0, 5.01]), period=0.01)
     assert rounded(3.0, gap) == 3.0
 
 

@@ -18,7 +18,7 @@ from PySide6.QtWidgets import (
 )
 
 from forcelab.gui import settings
-from forcelab.gui.label.strokes import KeyStrokes
+from forcelab.gui.label.key_labelling import KeyLabelling
 from forcelab.gui.label.tracks import TrackPanel
 from forcelab.labels import Segment
 from forcelab.vocabulary import Vocabulary
@@ -49,7 +49,7 @@ class Desk:
         inside = QWidget()
         inside.setLayout(column)
         self.window.setCentralWidget(inside)
-        self.keys = KeyStrokes(document, self.window, lambda: 100.0, clock=lambda: self.now)
+        self.keys = KeyLabelling(document, self.window, lambda: 100.0, clock=lambda: self.now)
         self.window.show()
         self.window.activateWindow()
         self.go(self.panel)
@@ -221,7 +221,7 @@ def test_keys_paint_from_a_list_that_was_taken_out_of_the_window(document, desk)
 
 def test_keys_do_nothing_while_another_workspace_is_shown(document):
     window = QMainWindow()
-    keys = KeyStrokes(document, window, lambda: 100.0, shown=lambda: False)
+    keys = KeyLabelling(document, window, lambda: 100.0, shown=lambda: False)
     window.show()
     QTest.keyClick(window, GRAB)
     assert document.stroke is None
@@ -257,7 +257,7 @@ def test_esc_forgets_the_stroke(document, desk):
 
 
 def test_while_playing_the_reaction_time_is_taken_off(document, desk):
-    settings.put("labelling/reaction_ms", 200.0)
+    settings.store("labelling/reaction_ms", 200.0)
     document.set_speed(0.5)
     document.set_playing(True)
     desk.tap(GRAB, 1.0)
@@ -266,7 +266,7 @@ def test_while_playing_the_reaction_time_is_taken_off(document, desk):
 
 
 def test_the_reaction_time_never_turns_a_stroke_around(document, desk):
-    settings.put("labelling/reaction_ms", 500.0)
+    settings.store("labelling/reaction_ms", 500.0)
     document.seek(1.0)
     desk.tap(GRAB)  # paused: begins at 1.0 s
     document.set_playing(True)
@@ -375,7 +375,7 @@ def test_a_held_arrow_is_left_to_lists_though_an_action_has_no_key(document, des
 
 
 def test_a_key_that_is_held_on_x11_paints_one_segment(document, monkeypatch, until):
-    monkeypatch.setattr("forcelab.gui.repeats.QGuiApplication.platformName", lambda: "xcb")
+    monkeypatch.setattr("forcelab.gui.key_events.QGuiApplication.platformName", lambda: "xcb")
     desk = Desk(document)
 
     def send(kind, at):

@@ -8,7 +8,7 @@ from PySide6.QtTest import QTest
 
 from forcelab.clock import ClockMap, fit_clock
 from forcelab.gui.document import Document
-from forcelab.gui.label.synchronising import SynchroniseDialog, TapRow
+from forcelab.gui.label.video_sync import SynchroniseDialog, TapRow
 from forcelab.project import Project
 
 FRAME = 1 / 30

@@ -1,7 +1,7 @@
 import pytest
 from PySide6.QtWidgets import QWidget
 
-from forcelab.gui.label.timeline import Timeline
+from forcelab.gui.label.workspace import Timeline
 
 
 class Part(QWidget):

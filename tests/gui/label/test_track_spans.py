@@ -2,7 +2,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from forcelab.gui.label.track_spans import spans_of
+from forcelab.gui.label.track_rows import track_spans
 from forcelab.labels import Segment
 
 
@@ -13,7 +13,7 @@ def track(count, shift=0.0):
 
 
 def agree(segments):
-    spans = spans_of(segments)
+    spans = track_spans(segments)
     assert spans.starts.tolist() == [segment.start for segment in segments]
     assert spans.ends.tolist() == [segment.end for segment in segments]
     assert [spans.names[code] for code in spans.codes] == [s.action for s in segments]
@@ -43,4 +43,4 @@ def test_other_tracks_and_none_are_read_by_themselves():
 
 def test_a_track_that_is_known_is_not_read_again():
     segments = track(50)
-    assert spans_of(segments) is spans_of(segments)
+    assert track_spans(segments) is track_spans(segments)

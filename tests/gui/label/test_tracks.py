@@ -13,9 +13,9 @@ from PySide6.QtWidgets import QApplication
 
 from forcelab.gui.document import Snap
 from forcelab.gui.figures import text
-from forcelab.gui.label import track_menu, tracks
+from forcelab.gui.key_events import kept_keys
+from forcelab.gui.label import tracks
 from forcelab.gui.label.tracks import TrackPanel
-from forcelab.gui.typing_guard import kept
 from forcelab.labels import Segment
 from forcelab.vocabulary import Vocabulary
 
@@ -119,7 +119,7 @@ def test_the_words_of_a_drag_cover_neither_pointer_nor_segment(
     document, hand, panel, monkeypatch, start, end
 ):
     plates = []
-    monkeypatch.setattr(tracks, "put_plate", lambda _, at, words, *__: plates.append((at, words)))
+    monkeypatch.setattr(tracks, "draw_plate", lambda _, at, words, *__: plates.append((at, words)))
     document.set_action("hold")
     hand.press(start)
     hand.move(end)
@@ -160,7 +160,7 @@ def test_esc_is_kept_for_the_drag_whatever_else_it_is_bound_to(hand, panel):
     def wanted():
         none = Qt.KeyboardModifier.NoModifier
         event = QKeyEvent(QEvent.Type.ShortcutOverride, Qt.Key.Key_Escape, none)
-        return kept(panel, event)
+        return kept_keys(panel, event)
 
     assert not wanted()
     hand.press(3.5)
@@ -472,7 +472,7 @@ def test_a_menu_does_not_keep_its_panel(document):
     document.set_range(3.2, 3.7)
     for made in (
         lambda panel: panel.menu_at(panel.rows()[0], 1.5),
-        lambda panel: track_menu.range_menu(panel, document),
+        lambda panel: tracks.range_menu(panel, document),
     ):
         panel = TrackPanel(document)
         panel.menu, gone = made(panel), weakref.ref(panel)
@@ -483,7 +483,7 @@ def test_a_menu_does_not_keep_its_panel(document):
 
 def test_what_is_dragged_out_of_view_is_still_told_in_its_row(document, hand, panel, monkeypatch):
     plates = []
-    monkeypatch.setattr(tracks, "put_plate", lambda _, at, *__: plates.append(at.y()))
+    monkeypatch.setattr(tracks, "draw_plate", lambda _, at, *__: plates.append(at.y()))
     document.set_span(4.0, 8.0)
     hand.press(5.5, ALT)
     hand.move(2.0, ALT)

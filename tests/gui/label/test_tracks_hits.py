@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from forcelab.gui.label.track_hits import Hit, gap_at, hit, index_at
+from forcelab.gui.label.track_gestures import Hit, gap_at, hit, index_at
 from forcelab.labels import Segment
 
 TRACK = (Segment(1.0, 2.0, "grab"), Segment(2.0, 3.0, "hold"), Segment(5.0, 6.0, "release"))

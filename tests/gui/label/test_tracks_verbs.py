@@ -8,11 +8,10 @@ from PySide6.QtTest import QTest
 
 from forcelab.gui import editing
 from forcelab.gui.commands import COMMANDS
-from forcelab.gui.label import segment_verbs, verbs
-from forcelab.gui.label.history_model import HistoryModel
-from forcelab.gui.label.track_menu import copy_menu
-from forcelab.gui.label.tracks import TrackPanel
-from forcelab.gui.player import Player
+from forcelab.gui.label import commands, segment_commands
+from forcelab.gui.label.history import HistoryModel
+from forcelab.gui.label.playback import Player
+from forcelab.gui.label.tracks import TrackPanel, copy_menu
 from forcelab.labels import Segment
 
 TRACK = (Segment(1.0, 2.0, "grab"), Segment(2.0, 3.0, "hold"), Segment(5.0, 6.0, "release"))
@@ -35,7 +34,7 @@ def tracks(document):
 
 @pytest.fixture
 def do(document, tracks):
-    handlers = verbs.handlers(document, tracks, Player(document), tracks)
+    handlers = commands.handlers(document, tracks, Player(document), tracks)
     return lambda name: handlers[name]()
 
 
@@ -48,7 +47,7 @@ def said(document):
 
 def test_every_handler_is_a_command_of_the_table(document, tracks):
     known = {command.id for command in COMMANDS}
-    assert set(verbs.handlers(document, tracks, Player(document), tracks)) <= known
+    assert set(commands.handlers(document, tracks, Player(document), tracks)) <= known
 
 
 def test_walking_along_the_segments(document, do, said):
@@ -116,10 +115,10 @@ def test_merging_needs_a_next_one(document, do, said):
 
 def test_gaps_are_filled_in_the_range_or_everywhere(document, said):
     document.set_range(0.0, 2.5)
-    assert not segment_verbs.fill_gaps(document, 3.0)
+    assert not segment_commands.fill_gaps(document, 3.0)
     assert said[-1] == ("There is no gap of at most 3 s to fill.", False)
     document.clear_range()
-    assert segment_verbs.fill_gaps(document, 3.0)
+    assert segment_commands.fill_gaps(document, 3.0)
     assert shown(document) == [TIMES[0], (2.0, 4.0, "hold"), (4.0, 6.0, "release")]
 
 
@@ -297,7 +296,7 @@ def test_of_several_authors_enter_copies_from_the_same_one_as_last(app):
         tracks = TrackPanel(document)
         tracks.resize(1096, 100)
         tracks.show()
-        copy = verbs.handlers(document, tracks, Player(document), tracks)["copy_from"]
+        copy = commands.handlers(document, tracks, Player(document), tracks)["copy_from"]
 
         def copied(*keys):
             document.erase(*document.bounds)

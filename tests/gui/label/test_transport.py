@@ -10,8 +10,7 @@ from PySide6.QtTest import QTest
 
 from forcelab.errors import InputError
 from forcelab.gui import settings, theme
-from forcelab.gui.label.transport import Transport
-from forcelab.gui.player import SPEEDS, Player
+from forcelab.gui.label.playback import SPEEDS, Player, Transport
 from forcelab.project import Project
 
 
@@ -199,13 +198,13 @@ def test_everything_has_a_name_for_screen_readers(bar):
 def test_icons_that_are_there_already_follow_the_theme(app, bar):
     try:
         for choice, colours in (("dark", theme.DARK), ("light", theme.LIGHT)):
-            theme.apply(app, choice)
+            theme.use_theme(app, choice)
             app.processEvents()
             image = bar.buttons["play"].grab().toImage()
             centre = image.pixelColor(image.rect().center())
             assert centre.name() == colours.text
     finally:
-        theme.apply(app, "light")
+        theme.use_theme(app, "light")
 
 
 def test_a_click_leaves_the_keyboard_where_it_is(bar):

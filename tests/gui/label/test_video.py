@@ -10,15 +10,14 @@ from PySide6.QtGui import QGuiApplication, QImage
 from PySide6.QtTest import QTest
 from waiting import PATIENCE
 
-import forcelab.gui.label.frame_thread
 import forcelab.gui.label.picture_view
+import forcelab.gui.label.video_frames
 from forcelab.clock import ClockMap
 from forcelab.demonstration import Channel, Demonstration, VideoReference
-from forcelab.gui.label.cameras import Cameras
-from forcelab.gui.label.frames import Frames
 from forcelab.gui.label.picture_view import scaled
-from forcelab.gui.label.preview import VideoPreview
-from forcelab.gui.label.video import VideoPanel
+from forcelab.gui.label.video import CameraSelection, VideoPanel
+from forcelab.gui.label.video_frames import VideoFrames
+from forcelab.gui.label.video_sync import VideoPreview
 
 COUNT = 200
 ODD = films.odd_times(COUNT)
@@ -83,7 +82,7 @@ def document(app):
 
 @pytest.fixture
 def panel(document):
-    panel = VideoPanel(document, Cameras(document))
+    panel = VideoPanel(document, CameraSelection(document))
     panel.resize(400, 200)
     panel.show()
     yield panel
@@ -343,7 +342,7 @@ def test_the_frame_can_be_copied(panel, document, video):
 
 def test_a_long_index_tells_how_far_it_is_and_shows_the_first_frame_at_once(app, folder):
     path = films.write_with_opencv(folder / "long.mp4", "mp4v", 1200)
-    frames, told = Frames(), []
+    frames, told = VideoFrames(), []
     frames.indexed.connect(lambda done, total: told.append(("indexed", done, total)))
     frames.frame_ready.connect(lambda number, _: told.append(("frame", number)))
     frames.opened.connect(lambda times: told.append(("opened", len(times))))
@@ -363,7 +362,7 @@ def test_neighbours_are_decoded_while_nothing_is_asked_for(app, video, monkeypat
     monkeypatch.setattr(
         VideoReader, "__init__", lambda self, *given: readers.append(self) or start(self, *given)
     )
-    frames = Frames()
+    frames = VideoFrames()
     frames.frame_ready.connect(lambda number, _: ready.append(number))
     frames.open(video)
     frames.want(150)
@@ -381,7 +380,7 @@ def test_a_step_to_a_neighbour_scales_nothing_in_the_gui_s_thread(
     panel, document, video, monkeypatch
 ):
     scaling = []
-    for module in (forcelab.gui.label.frame_thread, forcelab.gui.label.picture_view):
+    for module in (forcelab.gui.label.video_frames, forcelab.gui.label.picture_view):
         monkeypatch.setattr(
             module,
             "scaled",
@@ -425,7 +424,7 @@ def test_the_preview_shows_the_frame_that_is_stepped_to_when_it_is_given_at_once
 
 
 def test_a_video_that_was_left_keeps_no_pictures_and_one_that_was_deleted_ends(app, video):
-    frames = Frames()
+    frames = VideoFrames()
     frames.open(video)
     decoder = frames._decoder
     wait(lambda: decoder._sketches is not None and len(decoder._sketches) > 0)

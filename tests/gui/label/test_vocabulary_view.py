@@ -7,8 +7,7 @@ from PySide6.QtGui import QKeyEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QMenu, QPushButton
 
-from forcelab.gui.label.vocabulary import VocabularyView
-from forcelab.gui.label.vocabulary_dialogs import KeyDialog, colour_menu
+from forcelab.gui.label.actions import ActionList, KeyDialog, colour_menu
 from forcelab.labels import Segment
 from forcelab.project import Project
 from forcelab.vocabulary import COLOURS, Vocabulary
@@ -16,7 +15,7 @@ from forcelab.vocabulary import COLOURS, Vocabulary
 
 @pytest.fixture
 def view(app, document):
-    with shown(app, VocabularyView(document)) as view:
+    with shown(app, ActionList(document)) as view:
         yield view
 
 
@@ -204,7 +203,7 @@ def test_the_menu_offers_what_can_be_done(view, document):
 
 
 def test_an_empty_vocabulary_is_begun_from_the_glossary(app, tmp_path):
-    with opened(tmp_path, ()) as document, shown(app, VocabularyView(document)) as view:
+    with opened(tmp_path, ()) as document, shown(app, ActionList(document)) as view:
         buttons = {button.text(): button for button in view.findChildren(QPushButton)}
         assert buttons["grab"].isVisible()
         assert "close on the object" in buttons["grab"].toolTip()
@@ -216,7 +215,7 @@ def test_an_empty_vocabulary_is_begun_from_the_glossary(app, tmp_path):
 
 
 def test_hidden_it_counts_nothing(app, document):
-    view = VocabularyView(document)
+    view = ActionList(document)
     document.paint(9.0, 9.5, "grab")
     assert not view._counting.isActive()
     assert view.model.counts == {}
@@ -243,7 +242,7 @@ def test_suggestions_stay_until_the_coder_paints_or_has_enough(app, tmp_path):
         folder.mkdir()
         with opened(folder, segments=()) as document:
             document.set_vocabulary(Vocabulary())
-            with shown(app, VocabularyView(document)) as view:
+            with shown(app, ActionList(document)) as view:
                 buttons = view.suggestions.buttons
                 assert not view.suggestions.enough.isVisible()
                 for name in ("grab", "hold"):

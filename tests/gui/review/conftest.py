@@ -59,11 +59,11 @@ def work(document):
 @pytest.fixture
 def learning(document, jobs, work, until, monkeypatch):
     """The trainer of `document`, which is to be one that may be changed."""
-    from forcelab.gui.review import edit_count
-    from forcelab.gui.review.learning import Learning
+    from forcelab.gui.review import trainer
+    from forcelab.gui.review.trainer import Trainer
 
-    monkeypatch.setattr(edit_count, "COUNTING", 50)
-    learning = Learning(document, jobs, work=work)
+    monkeypatch.setattr(trainer, "COUNT_DELAY", 50)
+    learning = Trainer(document, jobs, work=work)
     until(lambda: not jobs.busy)
     yield learning
     learning.cancel()

@@ -12,10 +12,9 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QMenu
 
 from forcelab.errors import InputError
-from forcelab.gui.removing import Removal
-from forcelab.gui.review.bar import TrainBar
-from forcelab.gui.review.bar_texts import run_text
-from forcelab.gui.review.training_jobs import Kept
+from forcelab.gui.removal_dialog import Removal
+from forcelab.gui.review.training_backend import RunInfo, run_text
+from forcelab.gui.review.training_bar import TrainingBar
 from forcelab.labels import Segment
 from forcelab.project import Verdict
 from forcelab.recognition.dataset import Choice
@@ -30,13 +29,13 @@ def document(app):
 
 @pytest.fixture
 def bar(document, learning, up, app):
-    bar = up(TrainBar(document, learning), 1300, 40)
+    bar = up(TrainingBar(document, learning), 1300, 40)
     app.processEvents()
     return bar
 
 
 def kept(number, task="foam", f1=0.9):
-    return Kept(number, datetime(2026, 3, 1, 12, tzinfo=timezone.utc), task, (task,), f1)
+    return RunInfo(number, datetime(2026, 3, 1, 12, tzinfo=timezone.utc), task, (task,), f1)
 
 
 def test_the_button_trains_and_cancel_answers_at_once(bar, learning, work, until):
@@ -93,24 +92,24 @@ def test_how_up_to_date_the_recogniser_is_always_stands_there(bar, learning, doc
 def test_whose_labels_are_trained_on_stands_beside_the_button_among_several(
     bar, learning, document, until, app
 ):
-    assert bar.whose.text == ""
-    assert not bar.whose.isVisible()
+    assert bar.author.text == ""
+    assert not bar.author.isVisible()
     document.set_author("Root")
-    assert bar.whose.text == "Labels of Ann"  # Root has labelled nothing yet
+    assert bar.author.text == "Labels of Ann"  # Root has labelled nothing yet
     document.paint(0, 3, "grab")
-    assert bar.whose.text == "Labels of Ann"  # of one demonstration, while Ann has more
+    assert bar.author.text == "Labels of Ann"  # of one demonstration, while Ann has more
     other = next(i for i in document.infos if i.task == "foam" and i.id != document.id)
     document.project.edit(other.id, "Root", (), (Segment(0.0, 3.0, "grab"),), "made")
     document.refresh_listing()
-    until(lambda: bar.whose.text == "Labels of Root")
-    assert bar.whose.isVisible()
+    until(lambda: bar.author.text == "Labels of Root")
+    assert bar.author.isVisible()
     assert "Labels of Root" in bar.train.toolTip()
     document.set_author("Ann")
-    assert bar.whose.text == "Labels of Ann"
+    assert bar.author.text == "Labels of Ann"
     for width in (1300, 700, 420):
         bar.resize(width, 40)
         app.processEvents()
-        assert not bar.whose.isVisible() or bar.whose.width() >= bar.whose.sizeHint().width()
+        assert not bar.author.isVisible() or bar.author.width() >= bar.author.sizeHint().width()
     learning.train()
     until(lambda: not learning.training)
     assert learning._work.asked[-1][2].author == "Ann"
@@ -128,7 +127,7 @@ def test_at_no_width_is_anything_cut_off(bar, learning, work, until, app, traini
     for width in (1600, 1000, 700, 560):
         bar.resize(width, 40)
         app.processEvents()
-        shown = [w for w in (*bar._parts, bar.more) if w.isVisible()]
+        shown = [w for w in (*bar._parts, bar.overflow_button) if w.isVisible()]
         boxes = sorted((w.geometry() for w in shown), key=lambda box: box.left())
         assert boxes[-1].right() <= width
         assert all(a.right() < b.left() for a, b in pairwise(boxes))
@@ -144,7 +143,7 @@ def test_what_has_no_room_is_in_the_menu(bar, learning, work, until, app):
     bar.resize(420, 40)
     app.processEvents()
     assert not bar.settings.isVisible()
-    assert bar.more.isVisible()
+    assert bar.overflow_button.isVisible()
     bar._fill_menu()
     texts = [action.text() for action in bar._menu.actions()]
     assert texts == [
@@ -159,7 +158,7 @@ def test_what_has_no_room_is_in_the_menu(bar, learning, work, until, app):
     assert learning.automatic
     assert bar.automatic.isChecked()
     bar.resize(1600, 40)
-    assert not bar.more.isVisible()
+    assert not bar.overflow_button.isVisible()
 
 
 def test_a_refusal_stands_beneath_until_it_is_dismissed(bar, learning, work, until):

@@ -15,10 +15,9 @@ from PySide6.QtWidgets import QApplication, QLineEdit, QMessageBox
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
-from forcelab.gui.review import coders as coders_module
-from forcelab.gui.review.coders import CodersView
-from forcelab.gui.review.coders_alone import AloneView
-from forcelab.gui.review.coders_histogram import bins
+from forcelab.gui.review import agreement as coders_module
+from forcelab.gui.review.agreement import AgreementView
+from forcelab.gui.review.agreement_details import ConsistencyView, histogram_bins
 from forcelab.labels import Segment, Track
 from forcelab.project import Incoming, Project
 from forcelab.review.agreement import Agreement, Consistency, Durations
@@ -36,7 +35,7 @@ CLEO = track((0, 2, "grab"), (2, 5, "hold"))
 @dataclass
 class Bench:
     document: Document
-    view: CodersView
+    view: AgreementView
     ids: tuple[str, ...]
     path: Path
 
@@ -73,7 +72,7 @@ def bench(app, until, *tracks, blind=()):
         document, jobs = Document("Ann"), Jobs()
         document.open_project(path)
         document.open_demonstration(ids[0])
-        view = CodersView(document, jobs)
+        view = AgreementView(document, jobs)
         view.resize(460, 700)
         view.show()
         until(lambda: view.found is not None)
@@ -234,7 +233,7 @@ def test_of_a_long_name_the_task_is_cut_and_not_the_action(app):
     long = "assembling the cartridge of the printer"
     own = Consistency("Ann", tuple(Durations(t, "grab", 1, 1.0, None) for t in (long, "")), (), ())
     document = Document("Ann")
-    view = AloneView(document)
+    view = ConsistencyView(document)
     view.show_agreement(Agreement(("Ann",), (), (), None, own=(own,)), {})
     table = view.durations
     names = [table.model().index(row, 0).data() for row in range(2)]
@@ -248,20 +247,20 @@ def test_of_a_long_name_the_task_is_cut_and_not_the_action(app):
 
 def test_nothing_is_compared_while_nobody_looks(app, until, monkeypatch):
     asked = []
-    real = coders_module._compared
+    real = coders_module._compare_coders
     monkeypatch.setattr(
-        coders_module, "_compared", lambda *given: asked.append(given) or real(*given)
+        coders_module, "_compare_coders", lambda *given: asked.append(given) or real(*given)
     )
     with bench(app, until, {"Ann": ANN, "Ben": BEN}) as b:
         count = len(asked)
         b.view.pair.places.wanted.emit(
             b.view.pair.places.rows[0].place
         )  # opening and looking changes no label
-        QTest.qWait(coders_module.PAUSE + 50)
+        QTest.qWait(coders_module.COMPARE_DELAY + 50)
         assert len(asked) == count
         b.view.hide()
         b.document.paint(8, 9, "grab")
-        QTest.qWait(coders_module.PAUSE + 50)
+        QTest.qWait(coders_module.COMPARE_DELAY + 50)
         assert len(asked) == count
         b.view.show()
         until(lambda: b.view.found.pairs[0].only == pytest.approx((1.0, 1.0)))
@@ -397,7 +396,7 @@ def test_a_consensus_whose_name_is_nearly_a_coder_s_is_asked_about(
 
 def test_bins_lie_about_zero_and_hold_every_offset():
     offsets = np.array([-120.0, -0.5, 0.0, 0.5, 19.9, 20.0, 130.0])
-    counts, edges = bins(offsets)
+    counts, edges = histogram_bins(offsets)
     assert counts.sum() == len(offsets)
     assert edges[0] == -edges[-1]
     assert 0.0 in edges

@@ -9,10 +9,13 @@ from painted import opened
 from PySide6.QtGui import QColor
 
 from forcelab.errors import InputError
-from forcelab.gui.review.comparing import ComparingDialog
-from forcelab.gui.review.comparing_table import by_metric, settings_text
-from forcelab.gui.review.metric_words import rates
-from forcelab.gui.review.training_jobs import Kept, Work
+from forcelab.gui.review.comparison_dialog import (
+    ComparisonDialog,
+    metric_rows,
+    settings_differences,
+)
+from forcelab.gui.review.metric_texts import agreement_metrics
+from forcelab.gui.review.training_backend import Backend, RunInfo
 from forcelab.gui.theme import colours
 from forcelab.recognition.settings import Settings
 from forcelab.review.run_comparison import compare
@@ -32,7 +35,7 @@ def work(outcomes):
     def listed(_path):
         yield None
         time = datetime(2026, 1, 2, 12, tzinfo=timezone.utc)
-        runs = [Kept(o.number, time, o.title, o.tasks, 0.5) for o in outcomes]
+        runs = [RunInfo(o.number, time, o.title, o.tasks, 0.5) for o in outcomes]
         return tuple(reversed(runs))
 
     def load(_path, number):
@@ -42,7 +45,7 @@ def work(outcomes):
             raise InputError(f"There is no run {number}.")
         return found
 
-    return Work(lambda *_: iter(()), load, listed, lambda *_: 0)
+    return Backend(lambda *_: iter(()), load, listed, lambda *_: 0)
 
 
 @pytest.fixture
@@ -57,7 +60,7 @@ def runs(document):
 
 @pytest.fixture
 def dialog(document, jobs, runs, until, up):
-    dialog = up(ComparingDialog(document, jobs, work=work(runs)))
+    dialog = up(ComparisonDialog(document, jobs, work=work(runs)))
     until(lambda: dialog.comparison is not None)
     return dialog
 
@@ -76,7 +79,7 @@ def test_at_first_a_run_is_compared_with_an_older_one_of_the_same_tasks(
     document, jobs, runs, until, up
 ):
     runs[1] = replace(runs[1], title="stylus", tasks=("stylus",))
-    dialog = up(ComparingDialog(document, jobs, work=work(runs)))
+    dialog = up(ComparisonDialog(document, jobs, work=work(runs)))
     until(lambda: dialog.comparison is not None)
     assert (dialog.one.currentData(), dialog.other.currentData()) == (1, 3)
     dialog.one.resize(120, dialog.one.height())
@@ -106,11 +109,11 @@ def test_fewer_errors_are_better_and_the_other_way_round_worse(dialog, until):
 
 def test_what_may_be_chance_is_called_neither_better_nor_worse(dialog, runs):
     comparison = compare(*runs[1:])
-    metric = next(metric for metric in rates() if metric.title.startswith("Accuracy"))
+    metric = next(metric for metric in agreement_metrics() if metric.title.startswith("Accuracy"))
 
     def row(low, high):
         changed = replace(comparison, intervals={"filtered": {metric.path: (low, high)}})
-        return by_metric(changed, "filtered", [metric])[0]
+        return metric_rows(changed, "filtered", [metric])[0]
 
     unsure = row(-0.049, 0.9)
     assert unsure.cells[3].startswith("no clear difference  +")
@@ -136,7 +139,7 @@ def test_settings_that_differ_are_called_as_in_the_dialog_where_they_are_chosen(
     comparison = compare(
         replace(runs[0], settings=plain), replace(runs[1], settings=changed, author="Ben")
     )
-    told = settings_text(comparison)
+    told = settings_differences(comparison)
     assert "Learn where actions change: no → yes" in told
     assert "Classifier: Multilayer perceptron → Extra trees" in told
     assert "Preset: paper → best" in told
@@ -164,13 +167,13 @@ def test_blind_demonstrations_are_not_listed(dialog, document):
 
 
 def test_one_run_is_not_enough(document, jobs, runs, until):
-    dialog = ComparingDialog(document, jobs, work=work(runs[:1]))
+    dialog = ComparisonDialog(document, jobs, work=work(runs[:1]))
     until(lambda: "Two runs are needed" in dialog.settings.text())
     dialog.close()
 
 
 def test_a_run_that_cannot_be_read_is_told(document, jobs, runs, until):
-    dialog = ComparingDialog(document, jobs, work=work(runs))
+    dialog = ComparisonDialog(document, jobs, work=work(runs))
     until(lambda: dialog.one.count() == 3)
     dialog.one.setItemData(2, 9)
     dialog.one.setCurrentIndex(2)

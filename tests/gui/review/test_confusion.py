@@ -9,8 +9,7 @@ from PySide6.QtGui import QGuiApplication
 from PySide6.QtTest import QTest
 
 from forcelab.gui.figures.confusion import ConfusionMatrix
-from forcelab.gui.review.confusion import ConfusionView
-from forcelab.gui.review.confusion_painting import fitted
+from forcelab.gui.review.confusion import ConfusionView, fit_figure
 from forcelab.gui.theme import DARK
 from forcelab.recognition.probability_trace import Certainty
 
@@ -218,7 +217,7 @@ def test_the_matrix_fits_its_room(app, k, room):
 
     names = tuple(f"action {i}" for i in range(k))
     figure = ConfusionMatrix("t", names, np.ones((k, k + 1)), headed=False, theme=DARK)
-    size = fitted(figure, QSize(*room)).size
+    size = fit_figure(figure, QSize(*room)).size
     assert size.width() <= room[0]
     assert size.height() <= room[1]
     assert max(size.width() / room[0], size.height() / room[1]) > 0.6

@@ -6,8 +6,8 @@ from PySide6.QtGui import QKeyEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QWidget
 
-from forcelab.gui.review.fitting_tabs import FittingTabs
-from forcelab.gui.typing_guard import kept
+from forcelab.gui.key_events import kept_keys
+from forcelab.gui.widgets import OverflowTabs
 
 #: As in the review.
 TITLES = ("Queue", "Confusion", "Scores", "Why", "Proposals", "Coders", "Training")
@@ -15,7 +15,7 @@ TITLES = ("Queue", "Confusion", "Scores", "Why", "Proposals", "Coders", "Trainin
 
 @pytest.fixture
 def tabs(app, up):
-    tabs = FittingTabs()
+    tabs = OverflowTabs()
     for title in TITLES:
         tabs.addTab(QWidget(), title)
     up(tabs, 1000, 100)
@@ -34,7 +34,7 @@ def offered(tabs):
 
 def test_where_all_have_room_there_is_no_menu(tabs):
     assert seen(tabs) == list(TITLES)
-    assert tabs.more.isHidden()
+    assert tabs.overflow_button.isHidden()
 
 
 @pytest.mark.parametrize("width", [260, 340, 420])
@@ -48,7 +48,7 @@ def test_where_not_all_have_room_whole_ones_are_seen_and_the_others_offered(tabs
     for at in range(len(shown)):
         box = tabs.tabBar().tabRect(at)
         assert box.left() >= 0
-        assert box.right() < tabs.more.x()
+        assert box.right() < tabs.overflow_button.x()
 
 
 def test_what_is_chosen_in_the_menu_is_in_front_and_seen_whole(tabs, app):
@@ -63,7 +63,7 @@ def test_what_is_chosen_in_the_menu_is_in_front_and_seen_whole(tabs, app):
         assert tabs.tabText(tabs.currentIndex()) == title
         boxes = [tabs.tabBar().tabRect(TITLES.index(name)) for name in seen(tabs)]
         assert boxes[0].left() == 0
-        assert boxes[-1].right() < tabs.more.x()
+        assert boxes[-1].right() < tabs.overflow_button.x()
         assert seen(tabs)[0] == "Queue"  # nothing is scrolled away
     tabs.resize(1000, 100)
     app.processEvents()
@@ -77,7 +77,7 @@ def test_arrows_go_to_either_end_of_the_tabs_with_and_without_room(tabs, app):
     for key, end in ((Qt.Key.Key_Right, len(TITLES) - 1), (Qt.Key.Key_Left, 0)):
         before = tabs.currentIndex()
         wanted = QKeyEvent(QEvent.Type.KeyPress, key, Qt.KeyboardModifier.NoModifier)
-        assert kept(bar, wanted)  # else it is the window's, and moves the cursor
+        assert kept_keys(bar, wanted)  # else it is the window's, and moves the cursor
         reached = []
         for _ in TITLES:
             QTest.keyClick(bar, key)

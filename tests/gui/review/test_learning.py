@@ -10,12 +10,11 @@ from forcelab.errors import InputError
 from forcelab.gui import settings
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
-from forcelab.gui.review import remembered, unasked
-from forcelab.gui.review.bar import TrainBar
-from forcelab.gui.review.learning import Learning
-from forcelab.gui.review.standing import Standing
-from forcelab.gui.review.training_jobs import Kept
-from forcelab.gui.review.wanted import whose_labels
+from forcelab.gui.review import trainer, training_preferences
+from forcelab.gui.review.tab import TrainingIndicator
+from forcelab.gui.review.trainer import Trainer, default_author
+from forcelab.gui.review.training_backend import RunInfo
+from forcelab.gui.review.training_bar import TrainingBar
 from forcelab.labels import Segment
 from forcelab.project import Project, Verdict
 from forcelab.recognition import groups
@@ -31,7 +30,7 @@ def document(app):
 
 
 def kept(number, task, title=""):
-    return Kept(number, datetime(2026, 3, 1, tzinfo=timezone.utc), title or task, (task,), 0.9)
+    return RunInfo(number, datetime(2026, 3, 1, tzinfo=timezone.utc), title or task, (task,), 0.9)
 
 
 def test_training_ends_with_the_outcome_in_the_document(learning, document, work, until):
@@ -41,7 +40,7 @@ def test_training_ends_with_the_outcome_in_the_document(learning, document, work
     until(lambda: not learning.training)
     assert document.outcome is work.result
     assert learning.edits == 0
-    assert [step.epoch for step in learning.trail] == [1, 2, 3]
+    assert [step.epoch for step in learning.step_history] == [1, 2, 3]
     path, settings, choice, name = work.asked[0]
     assert path == document.project.path
     assert settings == preset("best")
@@ -153,7 +152,7 @@ def test_after_a_long_training_none_comes_by_itself_for_as_long(
     learning, document, work, until, monkeypatch
 ):
     now = [1000.0]
-    monkeypatch.setattr(unasked, "monotonic", lambda: now[0])
+    monkeypatch.setattr(trainer, "monotonic", lambda: now[0])
     learning._quiet.setInterval(1)
     learning.set_automatic(True)
     work.gate = False
@@ -250,7 +249,7 @@ def test_a_reopened_project_shows_its_last_result(document, work, until):
     work.kept = (kept(9, "stylus"), kept(7, "foam"), kept(3, "foam"))
     work.outcomes = {n: outcome_of(document.project, n, "foam") for n in (3, 7)}
     jobs = Jobs()
-    learning = Learning(document, jobs, work=work)
+    learning = Trainer(document, jobs, work=work)
     until(lambda: document.outcome is not None)
     assert document.outcome.number == 7
     learning.show_run(3)
@@ -270,7 +269,7 @@ def test_a_task_s_own_run_comes_before_a_later_one_that_tested_another_task(docu
         work.outcomes = {number: outcome_of(document.project, number, "foam")}
         document.set_outcome(None)
         jobs = Jobs()
-        learning = Learning(document, jobs, work=work)
+        learning = Trainer(document, jobs, work=work)
         until(lambda: document.outcome is not None)
         assert document.outcome.number == number
         assert learning.runs == runs
@@ -363,7 +362,7 @@ def test_settings_and_choice_are_remembered_for_the_next_time(learning, document
     learning.set_settings(Settings(stride=7, merge=Settings().merge))
     learning.set_choice(Choice(("foam",), "stylus", "Ann"))
     learning.set_automatic(True)
-    again = Learning(document, learning.jobs, work=work)
+    again = Trainer(document, learning.jobs, work=work)
     assert again.settings.stride == 7
     assert again.choice == Choice(("foam",), "stylus", "Ann")
     assert again.automatic
@@ -372,9 +371,9 @@ def test_settings_and_choice_are_remembered_for_the_next_time(learning, document
 
 def test_broken_settings_do_not_stand_in_the_way(learning, document, work):
     path = document.project.path
-    settings.put(remembered._key(path, "foam", "settings"), '{"stride": -3}')
-    settings.put(remembered._key(path, "foam", "choice"), '{"tasks": 5}')
-    again = Learning(document, learning.jobs, work=work)
+    settings.store(training_preferences._task_key(path, "foam", "settings"), '{"stride": -3}')
+    settings.store(training_preferences._task_key(path, "foam", "choice"), '{"tasks": 5}')
+    again = Trainer(document, learning.jobs, work=work)
     assert again.settings == preset("best")
     assert again.choice == Choice(("foam",))
 
@@ -421,7 +420,7 @@ def test_labels_painted_while_it_trains_are_not_overwritten(learning, document, 
 def test_the_status_bar_says_in_other_workspaces_how_training_stands(
     learning, document, work, until
 ):
-    line = Standing(learning)
+    line = TrainingIndicator(learning)
     assert line.isHidden()  # nothing was trained
     work.gate = False
     learning.train()
@@ -444,7 +443,7 @@ def test_where_no_recogniser_is_kept_none_is_said_to_be_up_to_date(
     learning, document, work, until, removed
 ):
     """Of what was only evaluated, or where it was removed: Capture says that there is none."""
-    line, bar = Standing(learning), TrainBar(document, learning)
+    line, bar = TrainingIndicator(learning), TrainingBar(document, learning)
     if removed:
         document.project.remove_recogniser(work.result.recogniser)
     else:
@@ -464,7 +463,7 @@ def test_where_no_recogniser_is_kept_none_is_said_to_be_up_to_date(
 def test_what_was_trained_with_other_settings_is_not_said_to_be_up_to_date(
     learning, document, work, until, kept
 ):
-    line, bar = Standing(learning), TrainBar(document, learning)
+    line, bar = TrainingIndicator(learning), TrainingBar(document, learning)
     line.set_elsewhere(True)
     document.set_outcome(work.result if kept else replace(work.result, recogniser=""))
     until(lambda: learning.edits == 0)
@@ -485,18 +484,18 @@ def test_who_labelled_most_is_trained_on(document):
         project.edit(info.id, "Cleo", (), project.track(info.id, "Ann").segments, "made")
     document.set_author("Ben")
     document.refresh_listing()
-    assert whose_labels(document, {"foam"}) == "Ann"
+    assert default_author(document, {"foam"}) == "Ann"
     document.set_author("Cleo")  # a single one, as after accepting a proposal, is no training
-    assert whose_labels(document, {"foam"}) == "Ann"
+    assert default_author(document, {"foam"}) == "Ann"
     another = next(i for i in document.infos if i.task == "foam" and i.id != other[0].id)
     begun = project.track(another.id, "Ann").segments[:1]
     project.edit(another.id, "Cleo", (), begun, "made")
     document.refresh_listing()
-    assert whose_labels(document, {"foam"}) == "Ann"  # the second one was only begun
+    assert default_author(document, {"foam"}) == "Ann"  # the second one was only begun
     project.edit(another.id, "Cleo", begun, project.track(another.id, "Ann").segments, "made")
     document.refresh_listing()
-    assert whose_labels(document, {"foam"}) == "Cleo"
-    assert whose_labels(document, {"no such task"}) is None
+    assert default_author(document, {"foam"}) == "Cleo"
+    assert default_author(document, {"no such task"}) is None
 
 
 def test_who_alone_has_labelled_trains_on_a_single_demonstration(document):
@@ -505,13 +504,13 @@ def test_who_alone_has_labelled_trains_on_a_single_demonstration(document):
         document.project.edit(info.id, "Ann", before, (), "began anew")
     document.refresh_listing()
     document.set_author("Cleo")
-    assert whose_labels(document, {"foam"}) is None
+    assert default_author(document, {"foam"}) is None
     document.paint(0.0, 1.0, "grab")  # which the list does not tell yet
-    assert whose_labels(document, {"foam"}) == "Cleo"
+    assert default_author(document, {"foam"}) == "Cleo"
 
 
 def test_what_was_trained_on_another_coder_is_not_up_to_date(learning, document, work, until, app):
-    line = Standing(learning)
+    line = TrainingIndicator(learning)
     line.set_elsewhere(True)
     learning.train()
     until(lambda: not learning.training)
@@ -524,7 +523,7 @@ def test_what_was_trained_on_another_coder_is_not_up_to_date(learning, document,
         document.project.edit(info.id, "Nora", (), labels, "made")
     document.refresh_listing()
     document.paint(2.0, 3.0, "hold")
-    assert learning.learnt_from == "Ann"
+    assert learning.reviewed_author == "Ann"
     assert line.text() == "Recogniser: trained on the labels of Ann"
     work.result = outcome_of(document.project, 2, author="Nora")
     until(lambda: len(work.asked) == 2)  # by itself, though no label of Ann's was edited
@@ -534,16 +533,16 @@ def test_what_was_trained_on_another_coder_is_not_up_to_date(learning, document,
 
 
 def test_the_first_training_is_with_the_best_preset_and_its_classifier_is_known(learning):
-    assert learning.classifier == preset(remembered.FIRST).classifier
-    assert learning.called == (remembered.FIRST, False)
+    assert learning.classifier == preset(training_preferences.DEFAULT_PRESET).classifier
+    assert learning.preset_used == (training_preferences.DEFAULT_PRESET, False)
 
 
 def test_demonstrations_of_no_task_are_trained_too(app, until):
     work, jobs = FakeWork(), Jobs()
     with study(tasks=("",)) as document:
         work.result = outcome_of(document.project, task="", title="no task")
-        learning = Learning(document, jobs, work=work)
-        bar = TrainBar(document, learning)
+        learning = Trainer(document, jobs, work=work)
+        bar = TrainingBar(document, learning)
         until(lambda: not jobs.busy)
         assert bar.train.isEnabled()
         assert bar.task.currentText() == "no task"
@@ -560,7 +559,7 @@ def test_without_demonstrations_there_is_nothing_to_train_on(app, tmp_path, unti
     Project.create(tmp_path / "empty.forcelab").close()
     document, jobs = Document("Ann"), Jobs()
     document.open_project(tmp_path / "empty.forcelab")
-    learning = Learning(document, jobs, work=FakeWork())
+    learning = Trainer(document, jobs, work=FakeWork())
     assert not learning.train()
     assert "import demonstrations" in learning.trouble
     document.close()

@@ -3,7 +3,7 @@
 import pytest
 from learning_bench import outcome_of, step, study
 
-from forcelab.gui.review.loss import LossView, losses
+from forcelab.gui.review.loss_plot import LossView, loss_curves
 from forcelab.recognition.settings import Settings
 
 
@@ -30,7 +30,7 @@ def test_each_fold_has_a_curve_and_the_final_fit_its_own():
         step(2, float("nan"), 2),
         step(1, 0.5, 2, phase="final fit"),
     ]
-    assert losses(steps) == (
+    assert loss_curves(steps) == (
         (False, 1, [(1, 2.0), (2, 1.0)]),
         (False, 2, [(1, 3.0)]),
         (True, 2, [(1, 0.5)]),

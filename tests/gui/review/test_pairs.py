@@ -16,12 +16,12 @@ from PySide6.QtTest import QTest
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.gui import settings, theme
 from forcelab.gui.document import Document
-from forcelab.gui.figures.fading import opacity
+from forcelab.gui.figures.tracks import opacity
 from forcelab.gui.jobs import Jobs
-from forcelab.gui.review import pairs_canvas
-from forcelab.gui.review.colouring import painted_by
+from forcelab.gui.review import pairs_list
 from forcelab.gui.review.pairs import PairsView
-from forcelab.gui.review.pairs_hits import told
+from forcelab.gui.review.pairs_list import hit_tooltip
+from forcelab.gui.review.reviewed_run import with_keys
 from forcelab.label_map import MergeMap
 from forcelab.labels import Segment
 from forcelab.project import Project
@@ -95,7 +95,7 @@ def shown(app, study, until):
     jobs, views = Jobs(), []
 
     def show(made=None, *, size=(1000, 500), look="light"):
-        theme.apply(app, look)
+        theme.use_theme(app, look)
         view = PairsView(study, jobs)
         views.append(view)
         view.resize(*size)
@@ -121,7 +121,7 @@ def shown(app, study, until):
     for view in views:
         view.close()
         view.deleteLater()
-    theme.apply(app, "light")
+    theme.use_theme(app, "light")
 
 
 def spot(view, row, time, part="human", height=0.2):
@@ -214,7 +214,7 @@ def test_the_legend_tells_the_keys_that_paint(shown, study):
 def test_an_action_kept_apart_by_its_task_has_the_key_of_that_task_alone():
     looks = Vocabulary().with_actions("grab_hard", "grab_soft", "slip_hard")
     keys_ = Vocabulary().with_actions("slip", "grab")
-    made = painted_by(looks, keys_, task="hard", apart=True)
+    made = with_keys(looks, keys_, task="hard", apart=True)
     assert [(a.name, a.key) for a in made] == [
         ("grab_hard", "2"), ("grab_soft", ""), ("slip_hard", "1")
     ]  # fmt: skip
@@ -315,7 +315,7 @@ def test_a_tooltip_tells_the_three_most_probable_actions_and_takes_no_name_for_m
     made = outcome(reviewed("x", "<b>odd</b> & name"))
     view = shown(made)
     found = view.area.hit_at(spot(view, 0, 5.5, "predicted", 0.5))
-    words = told(view.area.entries[0], found)
+    words = hit_tooltip(view.area.entries[0], found)
     assert "&lt;b&gt;odd&lt;/b&gt; &amp; name" in words
     assert "predicted: hold, 3.000" in words
     assert words.index("50 %&nbsp; hold") < words.index("0 %&nbsp; grab")
@@ -578,11 +578,11 @@ def test_a_row_that_was_skipped_is_painted_wholly_though_a_part_of_it_is_seen_fi
 ):
     view = shown(outcome(*(reviewed(f"id {i}", f"d {i}") for i in range(6))), size=(600, 420))
     area = view.area
-    monkeypatch.setattr(pairs_canvas, "BUDGET", -1.0)
+    monkeypatch.setattr(pairs_list, "PAINT_BUDGET", -1.0)
     area.repaint_all()
     area.viewport().repaint()  # all rows are skipped
     assert area.pictures.known("id 2") is None
-    monkeypatch.setattr(pairs_canvas, "BUDGET", 60.0)
+    monkeypatch.setattr(pairs_list, "PAINT_BUDGET", 60.0)
     events = Painted()
     area.viewport().installEventFilter(events)
     row = area.arrangement.row_box(2).toAlignedRect()

@@ -14,9 +14,9 @@ from PySide6.QtGui import QKeySequence, QShortcut
 from PySide6.QtTest import QTest
 
 from forcelab.gui.jobs import Jobs
+from forcelab.gui.key_events import guard_typing
 from forcelab.gui.review.queue import QueueView
-from forcelab.gui.review.queue_model import Section
-from forcelab.gui.typing_guard import guard
+from forcelab.gui.review.queue_list import QueueSection
 from forcelab.labels import Segment
 from forcelab.recognition.probability_trace import Certainty
 from forcelab.recognition.settings import Settings
@@ -121,13 +121,13 @@ def test_what_differs_is_listed_by_section(bench):
 def test_every_section_says_what_its_percentages_are(bench):
     with bench() as view:
         one = view.model.sections[0].listed[0]
-        suspected = Section("suspected", (one,), 1, {})
-        actions = Section("actions", (one,), 1, {})
-        assert (suspected.rated, actions.rated) == ("suspicion", "confidence")
+        suspected = QueueSection("suspected", (one,), 1, {})
+        actions = QueueSection("actions", (one,), 1, {})
+        assert (suspected.percentages, actions.percentages) == ("suspicion", "confidence")
         assert "error of the coder" in suspected.tip
         assert "how sure the model is" in actions.tip
-        unknown = Section("actions", (replace(one, confidence=None),), 1, {})
-        assert unknown.rated == ""
+        unknown = QueueSection("actions", (replace(one, confidence=None),), 1, {})
+        assert unknown.percentages == ""
         assert unknown.tip == unknown.explained
 
 
@@ -353,7 +353,7 @@ def test_a_verdict_is_withdrawn_and_the_place_is_open_again(bench, until):
 
 def test_delete_in_the_queue_withdraws_the_verdict_and_erases_no_label(bench, until):
     with bench() as view:
-        guard()
+        guard_typing()
         document = view.document
         erased = QShortcut(QKeySequence("Del"), view)
         erased.activated.connect(lambda: document.delete(document.segments[0]))
@@ -414,13 +414,13 @@ def test_the_keyboard_opens_a_row_and_leaves_letters_to_the_window(bench):
 def test_of_thousands_of_places_only_those_in_view_are_made_into_rows(bench, app, monkeypatch):
     """Otherwise each step and each verdict would take a fifth of a second."""
     made = []
-    item = Section.item
+    item = QueueSection.item
     with bench() as view:
         many = tuple(
             Difference(view.document.id, t, t + 0.01, "grab", "hold", 0.5)
             for t in np.linspace(0.5, 9.5, 4000).tolist()
         )
-        monkeypatch.setattr(Section, "item", lambda *args: made.append(args) or item(*args))
+        monkeypatch.setattr(QueueSection, "item", lambda *args: made.append(args) or item(*args))
         view.reader.put_away(Queue(actions=many))
         app.processEvents()
         assert view.model.rowCount() == 4001

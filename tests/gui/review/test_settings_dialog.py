@@ -7,8 +7,7 @@ from PySide6.QtGui import QWheelEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QLineEdit
 
-from forcelab.gui.review.settings_dialog import SettingsDialog
-from forcelab.gui.review.settings_facts import Facts, facts_of
+from forcelab.gui.review.settings_dialog import SettingsDialog, TrainingFacts, training_facts
 from forcelab.label_map import MergeMap
 from forcelab.recognition.dataset import Choice
 from forcelab.recognition.presets import PRESETS, preset
@@ -17,7 +16,9 @@ from forcelab.recognition.settings import Settings
 
 @pytest.fixture
 def facts(app):
-    return Facts(("tangential 1", "normal 1"), 1000.0, 60.0, frozenset({"grab", "hold", "hodl"}))
+    return TrainingFacts(
+        ("tangential 1", "normal 1"), 1000.0, 60.0, frozenset({"grab", "hold", "hodl"})
+    )
 
 
 @pytest.fixture
@@ -186,23 +187,25 @@ def test_a_merge_is_written_by_mouse_and_keys(app, dialog, until):
 
 def test_the_demonstrations_say_what_there_is(app):
     with study() as document:
-        facts = facts_of(document, Choice(("foam", "stylus")))
+        facts = training_facts(document, Choice(("foam", "stylus")))
         assert facts.channels == ("tangential", "normal")
         assert facts.rate == pytest.approx(100.0)
         assert facts.labelled == pytest.approx(4 * 5.0)
         assert facts.spellings == {"grab", "hold"}
-        assert facts_of(document, Choice(("nothing",))).channels == ()
+        assert training_facts(document, Choice(("nothing",))).channels == ()
 
 
 def test_only_the_time_that_is_trained_on_is_counted(app):
     with study() as document:
         document.set_author("Root")
-        assert facts_of(document, Choice(("foam",))).labelled == pytest.approx(2 * 5.0)
+        assert training_facts(document, Choice(("foam",))).labelled == pytest.approx(2 * 5.0)
         for info in document.infos[:2]:
             document.open_demonstration(info.id)
             document.paint(0, 3, "grab")
-        assert facts_of(document, Choice(("foam",))).labelled == pytest.approx(2 * 3.0)
-        assert facts_of(document, Choice(("foam",), author="Ann")).labelled == pytest.approx(10.0)
+        assert training_facts(document, Choice(("foam",))).labelled == pytest.approx(2 * 3.0)
+        assert training_facts(document, Choice(("foam",), author="Ann")).labelled == pytest.approx(
+            10.0
+        )
 
 
 @pytest.mark.parametrize(

@@ -3,8 +3,8 @@
 import pytest
 from learning_bench import study
 
-from forcelab.gui.review.task_choice import TaskChoice, TaskChoiceDialog
-from forcelab.gui.review.wanted import OWN, whose_labels
+from forcelab.gui.review.task_choice import TaskChoiceDialog, TaskChoiceForm
+from forcelab.gui.review.trainer import OWN_MINIMUM, default_author
 from forcelab.labels import Segment
 from forcelab.recognition import groups
 from forcelab.recognition.dataset import Choice
@@ -18,7 +18,7 @@ def document(app):
 
 @pytest.fixture
 def ask(document, up):
-    return lambda choice: up(TaskChoice(document, choice))
+    return lambda choice: up(TaskChoiceForm(document, choice))
 
 
 @pytest.fixture
@@ -118,7 +118,7 @@ def test_one_that_codes_blind_does_not_learn_who_else_labelled(document, ask):
     assert form.coder.findData("Ben") == -1
 
 
-@pytest.mark.parametrize("own", [OWN - 1, OWN])
+@pytest.mark.parametrize("own", [OWN_MINIMUM - 1, OWN_MINIMUM])
 def test_whose_labels_are_taken_unless_somebody_is_chosen_is_told_as_it_is(document, ask, own):
     for info in document.infos[:own]:
         labels = document.project.track(info.id, "Ann").segments
@@ -126,6 +126,6 @@ def test_whose_labels_are_taken_unless_somebody_is_chosen_is_told_as_it_is(docum
     document.set_author("Cleo")
     document.refresh_listing()
     tasks = {info.task for info in document.infos}
-    assert (whose_labels(document, tasks) == "Cleo") == (own >= OWN)
+    assert (default_author(document, tasks) == "Cleo") == (own >= OWN_MINIMUM)
     form = ask(Choice(("foam",)))
-    assert f"once I have completed {OWN}" in form.coder.itemText(0)
+    assert f"once I have completed {OWN_MINIMUM}" in form.coder.itemText(0)

@@ -12,11 +12,10 @@ from waiting import PATIENCE
 
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
-from forcelab.gui.review import why as why_module
-from forcelab.gui.review import why_words
-from forcelab.gui.review.why import WhyView
-from forcelab.gui.review.why_jobs import Shelf
-from forcelab.gui.review.why_painting import balance_colours
+from forcelab.gui.review import explanation as why_module
+from forcelab.gui.review import explanation_plots
+from forcelab.gui.review.explanation import ExplanationView, ModelCache
+from forcelab.gui.review.explanation_plots import balance_colours
 from forcelab.jobs import Progress, finish
 from forcelab.review.differences import Interval, place_at
 from forcelab.review.explanation import withholding
@@ -61,7 +60,7 @@ class Trainings:
 @pytest.fixture
 def trainings(monkeypatch, trained):
     made = Trainings(trained)
-    monkeypatch.setattr(why_module, "withhold", made)
+    monkeypatch.setattr(why_module, "train_without", made)
     return made
 
 
@@ -82,7 +81,7 @@ def jobs(app):
 
 @pytest.fixture
 def view(document, jobs, trainings, until):
-    view = WhyView(document, jobs)
+    view = ExplanationView(document, jobs)
     view.resize(460, 800)
     yield view
     view.close()
@@ -188,7 +187,9 @@ def test_what_is_explained_is_what_was_examined(explained, study):
     assert view.page.sentence.text().endswith("coded hold, predicted grab with 0.83")
     assert (view.why.favoured, view.why.against) == ("grab", "hold")
     lines = view.page.strongest.text().splitlines()
-    assert [why_words.band(band, view.why) for band in view.why.strongest()] == lines
+    assert [
+        explanation_plots.band_sentence(band, view.why) for band in view.why.strongest()
+    ] == lines
     assert "Permutation" in view.page.method.text()
     assert "predicts the same" in view.page.method.text()
     actions = [card.neighbour.place.human for card in view.page.neighbours.cards]
@@ -312,7 +313,7 @@ def test_a_band_is_told_where_the_pointer_is(explained):
     bands, why = explained.page.bands, explained.why
     first = why.strongest()[0]
     cell = bands.cell(why.channels.index(first.channel), why.hertz.tolist().index(first.hertz))
-    assert bands.told(cell.center()) == why_words.band(first, why)
+    assert bands.told(cell.center()) == explanation_plots.band_sentence(first, why)
     assert bands.told(QPointF(1, 1)) == ""
 
 
@@ -333,7 +334,7 @@ def test_the_shelf_keeps_what_was_used_last(study):
     class Heavy:
         bytes = 50 * 2**20
 
-    shelf, (path, outcome) = Shelf(), study
+    shelf, (path, outcome) = ModelCache(), study
     for name in "abc":
         shelf.put(path, outcome, name, Heavy())
         shelf.get(path, outcome, "a")
@@ -342,9 +343,11 @@ def test_the_shelf_keeps_what_was_used_last(study):
 
 def test_time_left_is_that_of_a_fold_of_the_run(study):
     outcome = replace(study[1], seconds={"features": 3.0, "fit": 30.0})
-    told = why_words.left(Progress(3, 200, "fit"), "foam 01", 4.0, outcome)
+    told = explanation_plots.held_out_progress(Progress(3, 200, "fit"), "foam 01", 4.0, outcome)
     assert told == "Training without foam 01 … about 9 s left"
-    halves = why_words.left(Progress(3, 200, "fit"), "foam 01", 4.0, replace(outcome, folds=2))
+    halves = explanation_plots.held_out_progress(
+        Progress(3, 200, "fit"), "foam 01", 4.0, replace(outcome, folds=2)
+    )
     assert halves == "Training without foam 01 … about 14 s left"
-    late = why_words.left(Progress(3, 200, "fit"), "foam 01", 40.0, outcome)
+    late = explanation_plots.held_out_progress(Progress(3, 200, "fit"), "foam 01", 40.0, outcome)
     assert late == "Training without foam 01 … nearly done"

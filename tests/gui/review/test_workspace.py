@@ -23,7 +23,7 @@ from forcelab.clock import ClockMap
 from forcelab.demonstration import VideoReference
 from forcelab.gui import settings
 from forcelab.gui.label.workspace import LAYOUT
-from forcelab.gui.start import Start
+from forcelab.gui.launch_options import LaunchOptions
 from forcelab.gui.window import Window
 from forcelab.jobs import finish
 from forcelab.labels import Track
@@ -65,7 +65,7 @@ def windows(app, until):
         window.resize(780, 700)  # less than the screen, else the next one opens smaller
         window.restore_layout()
         window.show()
-        window.begin(Start(project=path, workspace=workspace, demonstration=demonstration))
+        window.begin(LaunchOptions(project=path, workspace=workspace, demonstration=demonstration))
         until(lambda: window.settled and not window.jobs.busy)
         return window
 
@@ -255,7 +255,7 @@ import json, sys, threading, time
 from pathlib import Path
 from PySide6.QtWidgets import QApplication
 app = QApplication([])
-from forcelab.gui.start import Start
+from forcelab.gui.launch_options import LaunchOptions as Start
 from forcelab.gui.window import Window
 window = Window("Ada", remembering=False)
 window.show()

@@ -122,12 +122,12 @@ def jobs(app, until):
 
 @pytest.fixture
 def measuring(document, jobs, work, until, monkeypatch):
-    from forcelab.gui.review.learning import Learning
+    from forcelab.gui.review.trainer import Trainer
     from forcelab.gui.tradeoff import measuring as module
 
-    monkeypatch.setattr("forcelab.gui.review.remembered.FIRST", "paper")
+    monkeypatch.setattr("forcelab.gui.review.training_preferences.DEFAULT_PRESET", "paper")
     monkeypatch.setattr(module, "COUNTING", 20)
-    learning = Learning(document, jobs, work=FakeWork())
+    learning = Trainer(document, jobs, work=FakeWork())
     until(lambda: not jobs.busy)
     measuring = module.Measuring(document, jobs, learning, work=work)
     yield measuring

@@ -142,14 +142,14 @@ def test_adopting_changes_what_is_trained_with_and_can_be_taken_back(measuring, 
 
 
 def test_adopted_settings_are_remembered_for_the_task(measuring, until):
-    from forcelab.gui.review.remembered import recall_called
+    from forcelab.gui.review.training_preferences import recall_preset
 
     measuring.set_front(True)
     until(lambda: measuring.measured is not None)
     measuring.adopt(1)
     path = measuring.document.project.path
-    assert recall_called(path, "foam") == ("fast", False)
-    assert recall_called(path, "stylus") == ("paper", False)
+    assert recall_preset(path, "foam") == ("fast", False)
+    assert recall_preset(path, "stylus") == ("paper", False)
 
 
 def test_a_coder_who_is_blind_measures_on_his_own_labels_alone(measuring, document):
@@ -177,7 +177,7 @@ def study(tmp_path_factory):
 
 
 def latest(path, viewer, task="foam"):
-    from forcelab.gui.tradeoff.jobs import BACKGROUND
+    from forcelab.gui.tradeoff.measuring import BACKGROUND
 
     return finish(BACKGROUND.latest(path, task, viewer))
 

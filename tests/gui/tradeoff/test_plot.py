@@ -10,9 +10,9 @@ from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtTest import QTest
 
 from forcelab.gui.figures import text
-from forcelab.gui.figures.label_places import covered
-from forcelab.gui.tradeoff.layout import MARK, laid_out
-from forcelab.gui.tradeoff.points import ERRORS, TIMES, Point, points_of
+from forcelab.gui.figures.axes import covered_area
+from forcelab.gui.tradeoff.measuring import ERRORS, TIMES, Point, points_of
+from forcelab.gui.tradeoff.plot import MARK, lay_out
 from forcelab.measure.rows import Row
 
 from .conftest import FIGURES, row_of, spot_of
@@ -52,12 +52,12 @@ def test_names_cover_neither_each_other_nor_marks(app, seed, size):
         for i in range(22)
     ]  # fmt: skip
     faces = text.font(11), text.font(11, bold=True)
-    layout = laid_out(points, QRectF(0, 0, *size), *faces, 1)
+    layout = lay_out(points, QRectF(0, 0, *size), *faces, 1)
     marks = [QRectF(s.x() - MARK, s.y() - MARK, 2 * MARK, 2 * MARK) for s in layout.spots]
     for one, other in combinations(layout.names.values(), 2):
-        assert not covered(one, [other])
+        assert not covered_area(one, [other])
     for name in layout.names.values():
-        assert not covered(name, marks)
+        assert not covered_area(name, marks)
         assert layout.box.contains(name)
     assert all(layout.box.contains(spot) for spot in layout.spots)
     assert size[0] < 300 or len(layout.names) > 8  # in a thumbnail there is no room
@@ -66,7 +66,7 @@ def test_names_cover_neither_each_other_nor_marks(app, seed, size):
 @pytest.mark.parametrize("count", [1, 2])
 def test_points_in_one_place_have_axes_too(app, count):
     points = [Point(i, "preset", f"p{i}", 0.5, 0.0, True) for i in range(count)]
-    layout = laid_out(points, QRectF(0, 0, 500, 400), text.font(11), text.font(11), None)
+    layout = lay_out(points, QRectF(0, 0, 500, 400), text.font(11), text.font(11), None)
     assert layout.across.start < 0.5 < layout.across.end
     assert layout.box.contains(layout.spots[0])
     assert layout.across.marks(10.0, upright=False)

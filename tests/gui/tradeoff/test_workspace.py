@@ -139,10 +139,10 @@ def test_without_labels_or_project_it_says_what_is_missing(workspace, measuring,
 
 
 def test_the_tab_builds_nothing_before_it_is_shown(app, document, jobs, until):
-    from forcelab.gui.review.learning import Learning
+    from forcelab.gui.review.trainer import Trainer
     from forcelab.gui.tradeoff.tab import TradeoffTab
 
-    tab = TradeoffTab(document, jobs, Learning(document, jobs, work=FakeWork()))
+    tab = TradeoffTab(document, jobs, Trainer(document, jobs, work=FakeWork()))
     tab.come_to_front(False)
     tab.reset_layout()
     assert tab._built is None

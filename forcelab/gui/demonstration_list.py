@@ -1,0 +1,991 @@
+"""The list at the left: demonstrations by task, how far each is labelled, and by whom."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from PySide6.QtCore import (
+    QItemSelectionModel,
+    QModelIndex,
+    QObject,
+    QPoint,
+    QPointF,
+    QRectF,
+    QSize,
+    Qt,
+    QTimer,
+    Signal,
+)
+from PySide6.QtGui import (
+    QAction,
+    QActionGroup,
+    QColor,
+    QFont,
+    QFontMetricsF,
+    QKeyEvent,
+    QPainter,
+    QPen,
+)
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QApplication,
+    QHBoxLayout,
+    QInputDialog,
+    QLabel,
+    QLineEdit,
+    QMenu,
+    QPushButton,
+    QStackedWidget,
+    QStyle,
+    QStyledItemDelegate,
+    QStyleOptionViewItem,
+    QToolButton,
+    QTreeView,
+    QVBoxLayout,
+    QWidget,
+)
+
+from forcelab.errors import ForcelabError
+from forcelab.gui import settings
+from forcelab.gui.demonstration_model import (
+    DemonstrationModel,
+    DemonstrationRow,
+    ListFilter,
+    ListOrder,
+    TaskGroup,
+    grouped,
+    next_to_do,
+    ordered,
+    percent,
+    rows_of,
+)
+from forcelab.gui.dialogs import confirm_reveal
+from forcelab.gui.document import Document
+from forcelab.gui.figures.colormap import translucent
+from forcelab.gui.figures.text import NAMES
+from forcelab.gui.file_dialogs import ask_file
+from forcelab.gui.icons import icon, paint_icon
+from forcelab.gui.item_views import (
+    ABOVE,
+    GAP,
+    HOVERED,
+    SELECTED,
+    SIDE,
+    SMALL,
+    STRIPE,
+    Index,
+    draw_line,
+    paint_chevron,
+    smaller,
+)
+from forcelab.gui.label.track_rows import track_spans
+from forcelab.gui.layout import page_layout
+from forcelab.gui.text import escape_ampersands, settle_name
+from forcelab.gui.theme import Colours, colours, themes
+from forcelab.gui.widgets import ElidedComboBox
+from forcelab.project import DemonstrationInfo, Project
+
+#: The bar's width and thickness, in heights of the smaller line, and its most of a row's width.
+BAR_WIDTH, BAR_THICKNESS, BAR_SHARE = 3.6, 0.32, 0.18
+
+
+class RowPainter(QStyledItemDelegate):
+    """Paints tasks as headings and demonstrations as two lines each."""
+
+    def __init__(self, model: DemonstrationModel, parent: QObject) -> None:
+        super().__init__(parent)
+        self._model = model
+
+    def sizeHint(self, option: QStyleOptionViewItem, index: Index) -> QSize:
+        """One line for a task, two for a demonstration."""
+        height = QFontMetricsF(option.font).height()
+        if isinstance(self._model.at(index), TaskGroup):
+            return QSize(0, round(height * 1.7))
+        return QSize(0, round(height * (1 + SMALL + 3 * ABOVE)))
+
+    def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: Index) -> None:
+        """Paint one row."""
+        item = self._model.at(index)
+        painter.save()
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        is_open = isinstance(item, DemonstrationRow) and item.info.id == self._model.opened
+        _paint_ground(painter, option, is_open)
+        if isinstance(item, TaskGroup):
+            _paint_group(painter, option, item)
+        elif item is not None:
+            _paint_row(painter, option, item, is_open)
+        painter.restore()
+
+
+def _paint_ground(painter: QPainter, option: QStyleOptionViewItem, is_open: bool) -> None:
+    """A row's ground: under the pointer, selected, open."""
+    box, state = QRectF(option.rect), option.state
+    accent = QColor(colours().accent)
+    selected = bool(state & QStyle.StateFlag.State_Selected)
+    share = SELECTED * selected + HOVERED * bool(state & QStyle.StateFlag.State_MouseOver)
+    if share:
+        tint = translucent(accent, share)
+        painter.fillRect(box, tint)
+    if is_open:
+        painter.fillRect(QRectF(box.left(), box.top(), STRIPE, box.height()), accent)
+    if selected and state & QStyle.StateFlag.State_HasFocus:
+        painter.setPen(QPen(accent, 1))
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+        painter.drawRect(box.adjusted(0.5, 0.5, -0.5, -0.5))
+
+
+def _paint_group(painter: QPainter, option: QStyleOptionViewItem, group: TaskGroup) -> None:
+    """A task: whether it is folded, its name, and how many of it are done."""
+    theme, box = colours(), QRectF(option.rect)
+    face = QFont(option.font)
+    face.setBold(True)
+    height = QFontMetricsF(option.font).height()
+    expanded = bool(option.state & QStyle.StateFlag.State_Open)
+    left, right = box.left() + SIDE * height, box.right() - SIDE * height
+    paint_chevron(painter, QPointF(left + 0.25 * height, box.center().y()), height, expanded)
+    left += height * 0.9
+    count = f"{group.finished}/{len(group.rows)}"
+    small = smaller(option.font)
+    room = QFontMetricsF(small).horizontalAdvance(count)
+    draw_line(
+        painter,
+        QRectF(right - room - 1, box.top(), room + 1, box.height()),
+        count,
+        small,
+        theme.muted,
+    )
+    name = group.task or "No task"
+    where = QRectF(left, box.top(), right - room - GAP * height - left, box.height())
+    draw_line(painter, where, name, face, theme.text, elide=NAMES)
+
+
+def _paint_row(
+    painter: QPainter, option: QStyleOptionViewItem, row: DemonstrationRow, is_open: bool
+) -> None:
+    """A demonstration: name and marks above; bar, percent and the other authors below."""
+    theme, box = colours(), QRectF(option.rect)
+    face = QFont(option.font)
+    face.setBold(is_open)
+    height = QFontMetricsF(option.font).height()
+    left, right = box.left() + SIDE * height + 0.9 * height, box.right() - SIDE * height
+    top = box.top() + ABOVE * height
+    side = 0.85 * height
+    edge = right
+    for mark, ink in _marks(row, theme):
+        where = QRectF(edge - side, top + (height - side) / 2, side, side)
+        paint_icon(painter, where, mark, QColor(ink))
+        edge -= side + GAP * height
+    where = QRectF(left, top, edge - left, height)
+    draw_line(painter, where, row.info.name, face, theme.text, elide=NAMES)
+
+    small = smaller(option.font)
+    sizes = QFontMetricsF(small)
+    line = QRectF(left, top + height + ABOVE * height, right - left, sizes.height())
+    wide = min(BAR_WIDTH * height, BAR_SHARE * box.width())
+    bar = QRectF(line.left(), 0, wide, BAR_THICKNESS * height)
+    bar.moveCenter(QPointF(bar.center().x(), line.center().y()))
+    _paint_bar(painter, bar, row.share, theme)
+    digits = sizes.horizontalAdvance("100 %")
+    where = QRectF(bar.right() + GAP * height, line.top(), digits + 1, line.height())
+    ink = theme.text if row.share else theme.muted
+    draw_line(painter, where, f"{percent(row.share)} %", small, ink, Qt.AlignmentFlag.AlignRight)
+    names = ", ".join(name for name, _ in row.others)
+    if row.blind:
+        names = "others hidden"
+    start = where.right() + 1.5 * GAP * height
+    draw_line(
+        painter,
+        QRectF(start, line.top(), right - start, line.height()),
+        names,
+        small,
+        theme.muted,
+        elide=Qt.TextElideMode.ElideRight,
+    )
+
+
+def _marks(row: DemonstrationRow, theme: Colours) -> list[tuple[str, str]]:
+    """The icons of a demonstration with their inks, from the right."""
+    marks = [("video", theme.muted)] if row.info.has_video else []
+    if row.done:
+        marks.append(("check", theme.text))
+    elif row.blind:
+        marks.append(("eye-off", theme.warning))
+    elif row.assignment is not None:
+        marks.append(("person", theme.text))
+    if row.notes:
+        marks.append(("note", theme.text))
+    return marks
+
+
+def _paint_bar(painter: QPainter, bar: QRectF, share: float, theme: Colours) -> None:
+    """How far a demonstration is labelled."""
+    radius = bar.height() / 2
+    painter.setPen(Qt.PenStyle.NoPen)
+    rest = translucent(theme.frame, 0.6)
+    painter.setBrush(rest)
+    painter.drawRoundedRect(bar, radius, radius)
+    if share > 0:
+        # Never shorter than it is thick, so that a beginning is seen.
+        length = max(bar.width() * share, bar.height())
+        painter.setBrush(QColor(theme.curves[0]))
+        painter.drawRoundedRect(QRectF(bar.left(), bar.top(), length, bar.height()), radius, radius)
+
+
+#: Where the settings keep what the list is sorted by.
+ORDER_TEXTS = "list/order"
+#: Letters of what is shown that are always seen.
+NARROW_WIDTH = 4
+
+
+class Search(QLineEdit):
+    """The search; Escape empties it and leaves it, Down leaves it for what was found."""
+
+    leaving = Signal()
+
+    def keeps(self, event: QKeyEvent) -> bool:
+        """Escape is for the search; in the window it means something else."""
+        return event.key() == Qt.Key.Key_Escape
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Escape and Down; everything else edits."""
+        if event.key() in (Qt.Key.Key_Down, Qt.Key.Key_Escape):
+            if event.key() == Qt.Key.Key_Escape:
+                self.clear()
+            self.leaving.emit()
+        else:
+            super().keyPressEvent(event)
+
+
+class OrderButton(QToolButton):
+    """The choice of what the list is sorted by, which is remembered."""
+
+    changed = Signal()
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setIcon(icon("sort"))
+        self.setStyleSheet("QToolButton::menu-indicator { image: none; }")  # it lies on the icon
+        self.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
+        names: dict[ListOrder, str] = {
+            "name": "By name",
+            "share": "Least labelled by me first",
+            "edit": "Last labelled by me first",
+        }
+        menu = QMenu(self)
+        self._choices = QActionGroup(menu)
+        stored = settings.text(ORDER_TEXTS)
+        for order, name in names.items():
+            choice = menu.addAction(name)
+            choice.setData(order)
+            choice.setCheckable(True)
+            choice.setChecked(order in (stored, "name"))  # of two the later counts
+            self._choices.addAction(choice)
+        self.setMenu(menu)
+        self._choices.triggered.connect(self._chosen)
+        self._tell()
+
+    @property
+    def order(self) -> ListOrder:
+        """What the list is sorted by."""
+        chosen: ListOrder = self._choices.checkedAction().data()
+        return chosen
+
+    def _chosen(self, choice: QAction) -> None:
+        """Sort by something else from now on."""
+        settings.store(ORDER_TEXTS, str(choice.data()))
+        self._tell()
+        self.changed.emit()
+
+    def _tell(self) -> None:
+        """Say what the list is sorted by."""
+        self.setAccessibleName("Order of the demonstrations")
+        chosen = self._choices.checkedAction().text()
+        self.setToolTip(f"Order within each task: {chosen}")
+
+
+class ListTools(QWidget):
+    """What stands above the list: search, what is shown, how many, and in which order."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.search, self.count, self.order = Search(), QLabel(), OrderButton()
+        self.search.setPlaceholderText("Search names and tasks")
+        self.search.setAccessibleName("Search names, tasks, notes and ids")
+        self.search.setToolTip(self.search.accessibleName())
+        self.search.setClearButtonEnabled(True)
+        self.shown = ElidedComboBox()
+        self.shown.setFocusPolicy(Qt.FocusPolicy.TabFocus)  # after a click keys paint, as before
+        self.shown.setMinimumContentsLength(NARROW_WIDTH)
+        self.shown.setAccessibleName("Which demonstrations are shown")
+        names: dict[ListFilter, str] = {
+            "all": "All",
+            "unlabelled": "Not labelled by me",
+            "begun": "Begun, not done",
+            "assigned": "Assigned to me, to do",
+            "done": "Done by me",
+        }
+        for what, name in names.items():
+            self.shown.addItem(name, what)
+        choice = QHBoxLayout()
+        choice.addWidget(self.shown, 1)
+        choice.addWidget(self.count)
+        choice.addWidget(self.order)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(6, 6, 6, 6)
+        column.setSpacing(4)
+        column.addWidget(self.search)
+        column.addLayout(choice)
+
+
+class DemonstrationTree(QTreeView):
+    """The view; opens with Enter, and its menu with the menu key."""
+
+    opening = Signal(QModelIndex)
+    menu_asked = Signal(QPoint)
+
+    def __init__(self, parent: QWidget) -> None:
+        super().__init__(parent)
+        self.setHeaderHidden(True)
+        self.setIndentation(0)
+        self.setRootIsDecorated(False)
+        self.setExpandsOnDoubleClick(False)
+        self.setSelectionMode(QAbstractItemView.SelectionMode.ExtendedSelection)
+        self.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
+        self.setVerticalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
+        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
+        self.setFrameShape(QTreeView.Shape.NoFrame)
+        self.setMouseTracking(True)
+        self.setTabKeyNavigation(False)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Enter opens; the menu key shows the menu at the row and not at the pointer."""
+        if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
+            self.opening.emit(self.currentIndex())
+        elif event.key() == Qt.Key.Key_Menu:
+            self.menu_asked.emit(self.visualRect(self.currentIndex()).center())
+        else:
+            super().keyPressEvent(event)
+
+
+class EmptyNote(QWidget):
+    """What is shown where there is no demonstration: why, and what to do."""
+
+    importing = Signal()
+    showing_all = Signal()
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._label = QLabel()
+        self._label.setWordWrap(True)
+        self._label.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        self._import = QPushButton("Import demonstrations…")
+        self._import.clicked.connect(self.importing)
+        self._all = QPushButton("Show all")
+        self._all.clicked.connect(self.showing_all)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(16, 16, 16, 16)
+        column.addStretch(1)
+        column.addWidget(self._label)
+        column.addSpacing(8)
+        for button in (self._import, self._all):
+            column.addWidget(button, 0, Qt.AlignmentFlag.AlignHCenter)
+        column.addStretch(2)
+
+    def say(self, has_project: bool, has_demonstrations: bool, search: str = "") -> None:
+        """Say what is missing; `search` is what was searched for in vain."""
+        self._import.setVisible(has_project and not has_demonstrations)
+        self._all.setVisible(has_demonstrations)
+        if has_demonstrations and search:
+            text = f"Among those shown, no name, task, note or id has '{search}' in it."
+        elif has_demonstrations:
+            text = "No demonstration is of this kind."
+        elif has_project:
+            text = (
+                "This project has no demonstrations yet. Import them: tables (CSV, TSV), ROS "
+                "bags, raw OptoForce dumps, *.pdl or archives."
+            )
+        else:
+            text = "No project is open. Open one, or make a new one, from the menu."
+        self._label.setText(text)
+
+
+#: A note has so many pixels' room while it is written.
+NOTE_WIDTH = 480
+
+
+class DemonstrationMenu(QObject):
+    """The context menu and its verbs; each verb is a call of the project and asks nothing."""
+
+    def __init__(self, document: Document, parent: QWidget) -> None:
+        super().__init__(parent)
+        self._document, self._window = document, parent
+        self._left: dict[str, str] = {}  # by id, the task that a demonstration was taken from
+
+    def made_for(
+        self, item: DemonstrationRow | TaskGroup, several: Sequence[DemonstrationRow] = ()
+    ) -> QMenu:
+        """The menu of a demonstration, of several, or of a task; once closed it deletes itself."""
+        menu = QMenu(self._window)
+        menu.aboutToHide.connect(menu.deleteLater)
+        project = self._document.project
+        if several or isinstance(item, TaskGroup):
+            self._fill_many(menu, item.rows if isinstance(item, TaskGroup) else several)
+        else:
+            self._fill(menu, item)
+        if project is None or project.read_only:
+            for action in menu.actions():
+                action.setEnabled(action.data() == "open")
+        return menu
+
+    # Verbs
+
+    def assign(self, ids: list[str], author: str) -> bool:
+        """Assign demonstrations to a coder, blind; gives whether that could be done."""
+        return self._each(ids, lambda project, id_: project.assign(id_, author))
+
+    def unassign(self, ids: list[str], author: str) -> bool:
+        """Take a coder's assignments of some demonstrations back."""
+        return self._each(ids, lambda project, id_: project.unassign(id_, author))
+
+    def set_done(self, ids: list[str], done: bool) -> bool:
+        """Mark demonstrations as done by the coder, or as not done."""
+        author = self._document.author
+
+        return self._each(ids, lambda project, id_: project.set_done(id_, author, done))
+
+    def rename(self, id_: str, name: str) -> bool:
+        """Give a demonstration another name."""
+        return self._each([id_], lambda project, id_: project.rename(id_, name))
+
+    def set_note(self, id_: str, text: str) -> bool:
+        """Write the coder's note on a demonstration; ``""`` takes it away."""
+        author = self._document.author
+        return self._each([id_], lambda project, id_: project.set_note(id_, author, text))
+
+    def set_task(self, ids: list[str], task: str) -> bool:
+        """Put demonstrations into another task; the menu of each offers the way back."""
+        old = {info.id: info.task for info in self._document.infos}
+
+        def carry_out(project: Project, id_: str) -> None:
+            project.set_task(id_, task)
+            self._left[id_] = old.get(id_, "")
+
+        done = self._each(ids, carry_out)
+        if done and self._document.id not in ids:
+            self._document.reread()  # both tasks may list other actions now
+        return done
+
+    def remove(self, heads: Mapping[str, Mapping[str, int]]) -> bool:
+        """Remove demonstrations for good, by their ids, with the labels that have these heads."""
+        return self._do(heads, lambda project: project.remove_all(heads))
+
+    def attach_video(self, id_: str, path: Path) -> bool:
+        """Copy a video into the project; its clock is set by synchronising."""
+        from forcelab.video.validate import check_video
+
+        damage = ""
+
+        def attach(project: Project, id_: str) -> None:
+            nonlocal damage
+            # What is no video is not copied, and takes no video's place.
+            damage = check_video(path, project.info(id_).duration)
+            project.attach_video(id_, path)
+
+        done = self._each([id_], attach)
+        if done and damage:
+            self._document.say(damage, True)
+        return done
+
+    # Inside
+
+    def _fill(self, menu: QMenu, row: DemonstrationRow) -> None:
+        """The menu of a demonstration."""
+        info, document = row.info, self._document
+        first = menu.addAction("Open", lambda: document.open_demonstration(info.id))
+        first.setData("open")
+        first.setEnabled(info.id != document.id)
+        menu.addSeparator()
+        if row.done:
+            menu.addAction("Mark as not done", lambda: self.set_done([info.id], False))
+        else:
+            menu.addAction("Mark as done", lambda: self._ask_done([info.id]))
+        menu.addAction("Assign blind…", lambda: self._ask_assign([info.id]))
+        for one in row.assignments:
+            taking = f"Withdraw the assignment ({escape_ampersands(one.author)})"
+            menu.addAction(taking, self._taking([info.id], one.author))
+        menu.addSeparator()
+        menu.addAction("Note…", lambda: self.ask_note(row))
+        menu.addAction("Rename…", lambda: self._ask_name(row))
+        video = "Replace video…" if info.has_video else "Attach video…"
+        menu.addAction(video, lambda: self.ask_video(info))
+        menu.addAction("Task…", lambda: self._ask_task([row]))
+        before = self._left.get(info.id, info.task)
+        if before != info.task:
+            back = "Back to task '{}'".format(escape_ampersands(before) or "No task")
+            menu.addAction(back, lambda: self.set_task([info.id], before))
+        menu.addSeparator()
+        menu.addAction("Remove from the project…", lambda: self._ask_remove([row]))
+
+    def _fill_many(self, menu: QMenu, rows: Sequence[DemonstrationRow]) -> None:
+        """The menu of several demonstrations: what is of use to all of them at once."""
+        ids = [row.info.id for row in rows]
+        done = [row.info.id for row in rows if row.done]
+        undone = [row.info.id for row in rows if not row.done]
+        if undone:
+            text = f"Mark {len(undone)} as done"
+            menu.addAction(text, lambda: self._ask_done(undone))
+        if done:
+            text = f"Mark {len(done)} as not done"
+            menu.addAction(text, lambda: self.set_done(done, False))
+        text = f"Assign {len(ids)} blind…"
+        menu.addAction(text, lambda: self._ask_assign(ids))
+        held: dict[str, list[str]] = {}
+        for row in rows:
+            for one in row.assignments:
+                held.setdefault(one.author, []).append(row.info.id)
+        for author, of in held.items():
+            text = f"Withdraw {len(of)} assignments ({escape_ampersands(author)})"
+            if len(of) == 1:
+                text = f"Withdraw the assignment ({escape_ampersands(author)})"
+            menu.addAction(text, self._taking(of, author))
+        menu.addSeparator()
+        text = f"Move {len(ids)} to another task…"
+        menu.addAction(text, lambda: self._ask_task(rows))
+        menu.addSeparator()
+        text = f"Remove {len(ids)} from the project…"
+        menu.addAction(text, lambda: self._ask_remove(rows))
+
+    def _taking(self, ids: list[str], author: str) -> Callable[[], object]:
+        """A call that takes these assignments back."""
+        return lambda: self.unassign(ids, author)
+
+    def _each(self, ids: list[str], verb: Callable[[Project, str], object]) -> bool:
+        """Change demonstrations one after the other."""
+        return self._do(ids, lambda project: [verb(project, id_) for id_ in ids])
+
+    def _do(self, ids: Collection[str], verb: Callable[[Project], object]) -> bool:
+        """Change demonstrations of the project, and let everybody see it."""
+        project = self._document.project
+        if project is None:
+            return False
+        try:
+            verb(project)
+        except ForcelabError as error:
+            self._document.say(str(error), True)
+            return False
+        finally:
+            here = self._document.id in ids
+            self._document.reread() if here else self._document.refresh_listing()
+        return True
+
+    def _ask_done(self, ids: list[str]) -> None:
+        """Mark demonstrations as done, once the coder agrees to what that shows of others."""
+        if confirm_reveal(self._document, ids, self._window):
+            self.set_done(ids, True)
+
+    def _ask_assign(self, ids: list[str]) -> None:
+        """Ask to whom demonstrations are assigned."""
+        project, document = self._document.project, self._document
+        if project is None:
+            return
+        names = list(dict.fromkeys([document.author, *project.people()]))
+        name, agreed = QInputDialog.getItem(
+            self._window,
+            "Assign blind",
+            (
+                "Until it is done, the coder sees nobody else's labels or notes, and no "
+                "predictions.\nCoder:"
+            ),
+            names,
+            0,
+            True,
+        )
+        coder = settle_name(self._window, name, names) if agreed else ""
+        if agreed and self.assign(ids, coder):  # of which nothing is seen but by that coder
+            one = "The demonstration is assigned to {1}."
+            many = "{0} demonstrations are assigned to {1}."
+            document.say((one if len(ids) == 1 else many).format(len(ids), coder))
+
+    def _ask_name(self, row: DemonstrationRow) -> None:
+        """Ask for a demonstration's new name."""
+        name, agreed = QInputDialog.getText(
+            self._window,
+            "Rename demonstration",
+            "Name:",
+            QLineEdit.EchoMode.Normal,
+            row.info.name,
+        )
+        if agreed and name.strip() != row.info.name:
+            self.rename(row.info.id, name)
+
+    def ask_note(self, row: DemonstrationRow) -> QInputDialog | None:
+        """Ask for the coder's note on a demonstration; nothing waits for the answer."""
+        if not self._do((), Project.refuse_read_only):
+            return None
+        author = self._document.author
+        dialog = QInputDialog(self._window)
+        dialog.setWindowTitle(f"Note on {row.info.name}")
+        dialog.setLabelText("What others should know; leave it empty for no note.")
+        dialog.setTextValue(next((note.text for note in row.notes if note.author == author), ""))
+        dialog.resize(NOTE_WIDTH, dialog.sizeHint().height())
+
+        def write() -> None:
+            if self.set_note(row.info.id, dialog.textValue()):
+                dialog.deleteLater()
+            else:
+                dialog.open()  # what was typed is not lost
+
+        dialog.accepted.connect(write)
+        dialog.rejected.connect(dialog.deleteLater)
+        dialog.open()
+        for line in dialog.findChildren(QLineEdit):
+            line.deselect()  # what is typed first must not replace all of it
+        return dialog
+
+    def _ask_task(self, rows: Sequence[DemonstrationRow]) -> None:
+        """Ask into which task demonstrations belong."""
+        project = self._document.project
+        if project is None:
+            return
+        tasks = list(dict.fromkeys([rows[0].info.task, *project.tasks()]))
+        title = f"Task of {rows[0].info.name}"
+        if len(rows) > 1:
+            title = f"Task of these {len(rows)}"
+        task, agreed = QInputDialog.getItem(
+            self._window,
+            title,
+            "Labels stay; the task gets the actions it lacks.\nTask:",
+            tasks,
+            0,
+            True,
+        )
+        if agreed:
+            name = settle_name(self._window, task, project.tasks())
+            self.set_task([row.info.id for row in rows], name)
+
+    def _ask_remove(self, rows: Sequence[DemonstrationRow]) -> None:
+        """Ask whether demonstrations are to go, and say what goes with them."""
+        from forcelab.gui.removal_dialog import confirm_removal
+
+        agreed: dict[str, dict[str, int]] = {}
+
+        def ask(project: Project) -> None:
+            # Read before anything is asked: labels painted meanwhile are not among what was told.
+            heads = {
+                row.info.id: {name: project.head(row.info.id, name) for name in row.info.authors}
+                for row in rows
+            }
+            if confirm_removal(rows, self._document.author, project, self._window):
+                agreed.update(heads)
+
+        if self._do((), ask) and agreed and self.remove(agreed):
+            told = f"'{rows[0].info.name}' was removed."
+            if len(rows) > 1:
+                told = f"{len(rows)} demonstrations were removed."
+            self._document.say(told)
+
+    def ask_video(self, info: DemonstrationInfo) -> None:
+        """Ask for a video of a demonstration."""
+        path = ask_file(
+            self._window,
+            f"Video of {info.name}",
+            "video",
+            "Videos ({});;All files (*)".format("*.mp4 *.avi *.mkv *.mov *.webm *.m4v"),
+        )
+        if path is not None and self.attach_video(info.id, path):
+            self._document.say(
+                f"'{info.name}' has its video; Labelling > Synchronise the video puts it in time."
+            )
+
+
+#: The share of the open demonstration is added up when nothing was painted for so many ms.
+PAUSE = 100
+#: Keys that with a click choose several demonstrations, and open none.
+CHOOSING_TEXT = Qt.KeyboardModifier.ControlModifier | Qt.KeyboardModifier.ShiftModifier
+
+
+class DemonstrationList(QWidget):
+    """Demonstrations to open, to assign and to put right.
+
+    Parameters
+    ----------
+    document : Document
+        What is open.
+
+    Attributes
+    ----------
+    importing : Signal
+        Somebody wants to import recordings into the project.
+    """
+
+    importing = Signal()
+
+    def __init__(self, document: Document) -> None:
+        super().__init__()
+        self._document = document
+        self._rows: tuple[DemonstrationRow, ...] = ()
+        self._folded: set[str] = set()
+        self._soon = QTimer(self, singleShot=True, interval=PAUSE)
+        self.model = DemonstrationModel(self)
+        self.view = DemonstrationTree(self)
+        self.view.setModel(self.model)
+        self.view.setItemDelegate(RowPainter(self.model, self.view))
+        self.view.setAccessibleName("Demonstrations by task")
+        self.menu = DemonstrationMenu(document, self)
+        self._tools = ListTools()
+        self.search, self.shown = self._tools.search, self._tools.shown
+        self._order, self._count = self._tools.order, self._tools.count
+        self._ranks: dict[str, int] = {}  # by id, the place in the list
+        self._sorted: object = None  # whose view of what the ranks are
+        self._empty = EmptyNote()
+        self._lay_out()
+        self._connect()
+        self._read()
+
+    # Verbs of the window
+
+    def focus_search(self) -> None:
+        """Begin to search."""
+        self.search.setFocus(Qt.FocusReason.ShortcutFocusReason)
+        self.search.selectAll()
+
+    def choose_all(self) -> None:
+        """Choose every demonstration that is listed, for the menu of them all.
+
+        Folded tasks are unfolded: what is chosen is seen.
+        """
+        self.view.setFocus(Qt.FocusReason.ShortcutFocusReason)
+        for g in range(self.model.rowCount()):
+            self.view.setExpanded(self.model.index(g, 0), True)
+        self.view.selectAll()
+
+    def open_next(self) -> None:
+        """Open the demonstration below the open one."""
+        self._open_neighbour(1)
+
+    def open_previous(self) -> None:
+        """Open the demonstration above the open one."""
+        self._open_neighbour(-1)
+
+    def open_to_label(self) -> None:
+        """Open the next demonstration that is shown and left to label, the first after the last."""
+        row = next_to_do(list(self.model.rows), self._document.id)
+        if row is not None:
+            self._document.open_demonstration(row.info.id)
+            return
+        self._document.say("Of the demonstrations shown, no other one is left to label.")
+
+    def ask_video(self) -> None:
+        """Ask for a video of the open demonstration."""
+        opened = (info for info in self._document.infos if info.id == self._document.id)
+        if (info := next(opened, None)) is not None:
+            self.menu.ask_video(info)
+        else:
+            self._document.say("Open a demonstration first; a video belongs to one.", True)
+
+    def ask_note(self) -> None:
+        """Ask for a note on the open demonstration."""
+        opened = (row for row in self._rows if row.info.id == self._document.id)
+        if (row := next(opened, None)) is not None:
+            self.menu.ask_note(row)
+        else:
+            self._document.say("Open a demonstration first; a note belongs to one.", True)
+
+    # Inside
+
+    def _lay_out(self) -> None:
+        """Search above, list below it or what to do where there is none."""
+        self._stack = QStackedWidget()
+        self._stack.addWidget(self.view)
+        self._stack.addWidget(self._empty)
+        page_layout(self, self._tools, self._stack, growing=self._stack)
+
+    def _connect(self) -> None:
+        """Listen to the document and to what is pressed."""
+        document = self._document
+        document.listing_changed.connect(self._read)
+        document.project_changed.connect(self._forget)
+        document.author_changed.connect(self._read)
+        document.demonstration_changed.connect(self._mark_opened)
+        document.tracks_changed.connect(self._soon.start)
+        self._soon.timeout.connect(self._update_own)
+        self.search.textChanged.connect(self._filter)
+        self.search.returnPressed.connect(self._open_first)
+        self.search.leaving.connect(self._enter_list)
+        self.shown.currentIndexChanged.connect(self._filter)
+        self._order.changed.connect(self._sort)
+        self._order.changed.connect(self._show)
+        self.view.clicked.connect(self._clicked)
+        self.view.selectionModel().selectionChanged.connect(self._tell_count)
+        self.view.opening.connect(self._open)
+        self.view.collapsed.connect(lambda index: self._fold(index, True))
+        self.view.expanded.connect(lambda index: self._fold(index, False))
+        self.view.customContextMenuRequested.connect(self._show_menu)
+        self.view.menu_asked.connect(self._show_menu)
+        self._empty.importing.connect(self.importing)
+        self._empty.showing_all.connect(self._show_all)
+        themes().changed.connect(self.view.viewport().update)
+
+    def _forget(self) -> None:
+        """Another project is open: nothing of the old one's list matters."""
+        self._folded.clear()
+        self._show_all()
+
+    def _read(self) -> None:
+        """Take over what the project tells."""
+        project = self._document.project
+        author = self._document.author
+        assignments = project.assignments() if project is not None else ()
+        notes = project.notes(author) if project is not None else ()
+        self._rows = rows_of(self._document.infos, assignments, author, notes)
+        self._update_own(show=False)
+        now = (author, [(row.info.id, row.info.task) for row in self._rows])
+        if self._sorted != now:
+            self._sorted = now
+            self._sort()
+        self._show()
+
+    def _update_own(self, show: bool = True) -> None:
+        """Follow what is painted now; the list of the project is read more seldom."""
+        document = self._document
+        for i, row in enumerate(self._rows):
+            if row.info.id == document.id:
+                seconds = track_spans(document.segments).seconds
+                share = min(seconds / row.info.duration, 1.0)
+                if share != row.share:
+                    self._rows = (*self._rows[:i], replace(row, share=share), *self._rows[i + 1 :])
+                    if show:
+                        self._show()
+                return
+
+    def _sort(self) -> None:
+        """Give each demonstration its place; none moves while the open one is being labelled."""
+        rows = ordered(self._rows, self._order.order)
+        self._ranks = {row.info.id: rank for rank, row in enumerate(rows)}
+
+    def _filter(self) -> None:
+        """Show what is searched for now; nothing of it seems open that is not."""
+        self.view.selectionModel().clear()
+        self._show()
+        self._select(self._document.id)
+
+    def _show(self) -> None:
+        """Show what is searched for."""
+        what: ListFilter = self.shown.currentData()
+        rows = sorted(self._rows, key=lambda row: self._ranks[row.info.id])
+        groups = grouped(rows, self.search.text(), what, self._document.id)
+        selected = self._selected()
+        if self.model.show(groups):
+            for g, group in enumerate(groups):
+                # What is searched for is not hidden in a folded task.
+                folded = group.task in self._folded and not self.search.text()
+                self.view.setExpanded(self.model.index(g, 0), not folded)
+            self._select(selected or self._document.id)
+        self._tell_count()
+        self._tools.setVisible(bool(self._rows))
+        self._stack.setCurrentIndex(0 if groups else 1)
+        if not groups:
+            there = self._document.project is not None
+            self._empty.say(there, bool(self._rows), self.search.text().strip())
+
+    def _tell_count(self) -> None:
+        """Say how many are chosen where there are several, else how many are shown."""
+        here, chosen = len(self.model.ids()), len(self._chosen())
+        several = f"{chosen} chosen"
+        self._count.setText(several if chosen > 1 else f"{here}/{len(self._rows)}")
+        self._count.setHidden(chosen < 2 and here == len(self._rows))
+
+    def _chosen(self) -> tuple[DemonstrationRow, ...]:
+        """The demonstrations that are selected, in the order of the list."""
+        chosen, place = self.view.selectionModel().isSelected, self.model.index_of
+        return tuple(row for row in self.model.rows if chosen(place(row.info.id)))
+
+    def _selected(self) -> str:
+        """Id of the demonstration with the keyboard's cursor; ``""`` without one."""
+        item = self.model.at(self.view.currentIndex())
+        return item.info.id if isinstance(item, DemonstrationRow) else ""
+
+    def _select(self, id_: str) -> None:
+        """Put the keyboard's cursor on a demonstration and bring it into view."""
+        index = self.model.index_of(id_)
+        if index.isValid():
+            # Said outright: the view would add to what is chosen while a shortcut's Ctrl is down.
+            alone = QItemSelectionModel.SelectionFlag.ClearAndSelect
+            rows = QItemSelectionModel.SelectionFlag.Rows
+            self.view.selectionModel().setCurrentIndex(index, alone | rows)
+            self.view.scrollTo(index, QAbstractItemView.ScrollHint.EnsureVisible)
+
+    def _mark_opened(self) -> None:
+        """Follow the document to another demonstration."""
+        if self.model.opened != self._document.id:
+            self.model.set_opened(self._document.id)
+            self._update_own(show=False)
+            self._sort()
+            self._show()  # what was open until now is shown only if it fits
+            self._select(self._document.id)
+
+    def _fold(self, index: QModelIndex, folded: bool) -> None:
+        """Remember which tasks are folded, while nothing is searched for."""
+        if not self.search.text():
+            task = str(index.data())
+            (self._folded.add if folded else self._folded.discard)(task)
+
+    def _clicked(self, index: QModelIndex) -> None:
+        """Open a demonstration, fold a task or unfold it; not where several are being chosen."""
+        if QApplication.keyboardModifiers() & CHOOSING_TEXT:
+            return
+        if isinstance(self.model.at(index), DemonstrationRow):
+            self._open(index)
+        else:
+            self.view.setExpanded(index, not self.view.isExpanded(index))
+
+    def _open(self, index: QModelIndex) -> None:
+        """Open the demonstration that stands there, if it is not open already."""
+        item = self.model.at(index)
+        if isinstance(item, DemonstrationRow) and item.info.id != self._document.id:
+            self._document.open_demonstration(item.info.id)
+
+    def _open_first(self) -> None:
+        """Open the first demonstration that was found."""
+        if ids := self.model.ids():
+            self._open(self.model.index_of(ids[0]))
+            self.view.setFocus(Qt.FocusReason.OtherFocusReason)
+
+    def _enter_list(self) -> None:
+        """Go from the search to the first demonstration that was found."""
+        if ids := self.model.ids():
+            if self._selected() not in ids:
+                self._select(ids[0])
+            self.view.setFocus(Qt.FocusReason.OtherFocusReason)
+
+    def _open_neighbour(self, step: int) -> None:
+        """Open what stands below or above the open one, among what is shown."""
+        ids = self.model.ids()
+        if not ids:
+            self._document.say("No demonstration is shown in the list.")
+            return
+        if self._document.id not in ids:
+            target = 0 if step > 0 else len(ids) - 1
+        else:
+            target = ids.index(self._document.id) + step
+        if 0 <= target < len(ids):
+            self._document.open_demonstration(ids[target])
+        elif step > 0:
+            self._document.say("This is the last demonstration of the list.")
+        else:
+            self._document.say("This is the first demonstration of the list.")
+
+    def _show_all(self) -> None:
+        """Search for nothing any more."""
+        self.search.clear()
+        self.shown.setCurrentIndex(0)
+
+    def _show_menu(self, where: QPoint) -> None:
+        """Show what can be done with a demonstration or a task."""
+        item, chosen = self.model.at(self.view.indexAt(where)), self._chosen()
+        if item is not None:
+            several = chosen if len(chosen) > 1 and item in chosen else ()
+            self.menu.made_for(item, several).popup(self.view.viewport().mapToGlobal(where))

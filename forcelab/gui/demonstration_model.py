@@ -1,0 +1,424 @@
+"""The demonstrations of a project as rows in groups, and their Qt model."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from html import escape
+from itertools import groupby
+from typing import Any, Literal
+
+from PySide6.QtCore import (
+    QAbstractItemModel,
+    QModelIndex,
+    QObject,
+    Qt,
+)
+
+from forcelab.gui.item_views import NOWHERE, Index
+from forcelab.project import Assignment, DemonstrationInfo, Note, left_to_label
+
+#: What of the list can be shown, and what it can be sorted by.
+ListFilter = Literal["all", "unlabelled", "begun", "assigned", "done"]
+ListOrder = Literal["name", "share", "edit"]
+
+#: So many letters of an id are searched for on purpose.
+ID_TYPED = 6
+
+
+@dataclass(frozen=True, slots=True)
+class DemonstrationRow:
+    """A demonstration as the coder may see it.
+
+    Parameters
+    ----------
+    info : DemonstrationInfo
+        Everything that the project tells of it.
+    share : float
+        Of its duration, what the coder has labelled: 0 to 1.
+    others : tuple of (str, float)
+        The other authors and their shares; empty while the coder is blind to them.
+    assignment : Assignment or None
+        The coder's own.
+    assigned_to : tuple of Assignment
+        The other coders'; empty while the coder is blind to them.
+    edited : int
+        The coder's last edit of it: the larger, the later; 0 where there was none.
+    notes : tuple of Note
+        What was written about it, by the coder and by others to whom the coder is not blind.
+    """
+
+    info: DemonstrationInfo
+    share: float = 0.0
+    others: tuple[tuple[str, float], ...] = ()
+    assignment: Assignment | None = None
+    assigned_to: tuple[Assignment, ...] = ()
+    edited: int = 0
+    notes: tuple[Note, ...] = ()
+
+    @property
+    def assignments(self) -> tuple[Assignment, ...]:
+        """The coder's own, and those of others that may be seen."""
+        own = () if self.assignment is None else (self.assignment,)
+        return (*own, *self.assigned_to)
+
+    @property
+    def done(self) -> bool:
+        """Whether the coder has marked it as done."""
+        return self.assignment is not None and self.assignment.done is not None
+
+    @property
+    def blind(self) -> bool:
+        """Whether the coder must not see what the others labelled."""
+        return self.assignment is not None and self.assignment.blind and not self.done
+
+    @property
+    def finished(self) -> bool:
+        """Whether the coder has labelled all of it, or marked it as done."""
+        return self.done or percent(self.share) == 100
+
+    @property
+    def half_done(self) -> bool:
+        """Whether the coder has begun it, left time unlabelled and not marked it as done."""
+        return 0 < percent(self.share) < 100 and not self.done
+
+    @property
+    def to_do(self) -> bool:
+        """Whether the coder has not begun it, or has it assigned and has not said it is done."""
+        return left_to_label(self.share, self.assignment)
+
+    def shows(self, what: ListFilter) -> bool:
+        """Whether it is among what is to be shown."""
+        if what == "unlabelled":
+            return self.share == 0.0
+        if what == "begun":
+            return self.half_done
+        if what == "assigned":
+            return self.assignment is not None and not self.done
+        return what == "all" or self.done
+
+
+@dataclass(frozen=True, slots=True)
+class TaskGroup:
+    """The demonstrations of one task that are shown."""
+
+    task: str
+    rows: tuple[DemonstrationRow, ...]
+
+    @property
+    def labelled(self) -> int:
+        """How many of them the coder has begun to label."""
+        return sum(row.share > 0 for row in self.rows)
+
+    @property
+    def finished(self) -> int:
+        """How many of them the coder has labelled to the end, or marked as done."""
+        return sum(row.finished for row in self.rows)
+
+
+def rows_of(
+    infos: Iterable[DemonstrationInfo],
+    assignments: Iterable[Assignment],
+    author: str,
+    notes: Iterable[Note] = (),
+) -> tuple[DemonstrationRow, ...]:
+    """What a coder may see of each demonstration, in their order.
+
+    Parameters
+    ----------
+    infos : iterable of DemonstrationInfo
+        All demonstrations.
+    assignments : iterable of Assignment
+        Everybody's.
+    author : str
+        The coder who looks.
+    notes : iterable of Note
+        Those that the coder may see.
+    """
+    noted: dict[str, tuple[Note, ...]] = {}
+    for note in notes:
+        noted[note.demonstration] = (*noted.get(note.demonstration, ()), note)
+    assigned: dict[str, list[Assignment]] = defaultdict(list)
+    for one in assignments:
+        assigned[one.demonstration].append(one)
+    return tuple(
+        _row(info, assigned.get(info.id, ()), author, noted.get(info.id, ())) for info in infos
+    )
+
+
+def ordered(rows: Sequence[DemonstrationRow], order: ListOrder) -> tuple[DemonstrationRow, ...]:
+    """The same rows in another order, those of a task still one after the other.
+
+    Parameters
+    ----------
+    rows : sequence of Row
+        By task and name.
+    order : "name", "share" or "edit"
+        ``"share"``: what the coder has labelled least comes first in its task. ``"edit"``: what the
+        coder edited last comes first, and so does its task. What is alike stays by name.
+    """
+    if order == "edit":
+        rows = sorted(rows, key=lambda row: -row.edited)
+    tasks = {task: i for i, task in enumerate(dict.fromkeys(row.info.task for row in rows))}
+    if order == "share":
+        rows = sorted(rows, key=lambda row: row.share)
+    return tuple(sorted(rows, key=lambda row: tasks[row.info.task]))
+
+
+def grouped(
+    rows: Iterable[DemonstrationRow], search: str, shown: ListFilter, opened: str = ""
+) -> tuple[TaskGroup, ...]:
+    """What is to be shown, by task, in the order of the rows.
+
+    Parameters
+    ----------
+    rows : iterable of Row
+        Those of one task one after the other.
+    search : str
+        Words that name, task and notes must all contain, whatever their case; or the beginning
+        of an id.
+    shown : "all", "unlabelled", "begun", "assigned" or "done"
+        Which of them.
+    opened : str
+        Id of the demonstration that is open: it is shown as long as it is found, whatever `shown`
+        says, as it would otherwise vanish with the first segment that is painted.
+    """
+    words = search.casefold().split()
+    fitting = [
+        row for row in rows if (row.info.id == opened or row.shows(shown)) and _matches(row, words)
+    ]
+    return tuple(
+        TaskGroup(task, tuple(of_task))
+        for task, of_task in groupby(fitting, lambda row: row.info.task)
+    )
+
+
+def next_to_do(rows: Sequence[DemonstrationRow], opened: str) -> DemonstrationRow | None:
+    """The next row that is left to label, the first after the last; None where there is no other.
+
+    Parameters
+    ----------
+    rows : sequence of Row
+        Those shown, in order.
+    opened : str
+        Id of the demonstration that is open, after which the search begins.
+    """
+    at = next((i for i, row in enumerate(rows) if row.info.id == opened), -1)
+    others = (*rows[at + 1 :], *rows[: max(at, 0)])
+    return next((row for row in others if row.to_do), None)
+
+
+def percent(share: float) -> int:
+    """A share in percent; 0 and 100 only where there is nothing and everything."""
+    if share <= 0.0:
+        return 0
+    return 100 if share >= 0.9999 else min(max(round(100 * share), 1), 99)
+
+
+def _row(
+    info: DemonstrationInfo, assigned: Iterable[Assignment], author: str, notes: tuple[Note, ...]
+) -> DemonstrationRow:
+    """A demonstration as `author` may see it."""
+    # Whoever painted past the end of the recording has labelled all of it, and not more.
+    shares = {name: min(s / info.duration, 1.0) for name, s in info.labelled.items()}
+    own = next((one for one in assigned if one.author == author), None)
+    edited = info.edited.get(author, 0)
+    row = DemonstrationRow(
+        info, shares.pop(author, 0.0), assignment=own, edited=edited, notes=notes
+    )
+    if row.blind:
+        return row
+    others = tuple((name, share) for name, share in shares.items() if share > 0)
+    elsewhere = tuple(one for one in assigned if one.author != author)
+    return replace(row, others=others, assigned_to=elsewhere)
+
+
+def _matches(row: DemonstrationRow, words: list[str]) -> bool:
+    """Whether a demonstration has all these words."""
+    if not words:
+        return True
+    told = (row.info.name, row.info.task, *(note.text for note in row.notes))
+    text = "\n".join(told).casefold()
+    return all(word in text or _id_starts_with(row, word) for word in words)
+
+
+def _id_starts_with(row: DemonstrationRow, word: str) -> bool:
+    """Whether it is the beginning of a demonstration's id, and too long to be one by chance."""
+    # In 32 digits any short number stands somewhere: "12" would find 45 of 400 demonstrations.
+    return len(word) >= ID_TYPED and row.info.id.startswith(word)
+
+
+#: The role under which a :class:`DemonstrationRow` or :class:`TaskGroup` itself is asked for.
+ROW_ROLE = Qt.ItemDataRole.UserRole
+
+#: What an index of a task holds; that of a demonstration holds its task's place and one more.
+_TASK = 0
+
+
+class DemonstrationModel(QAbstractItemModel):
+    """Groups of rows as a tree of two levels and one column.
+
+    Attributes
+    ----------
+    groups : tuple of Group
+        What is shown.
+    opened : str
+        Id of the demonstration that is open; ``""`` without one.
+    """
+
+    def __init__(self, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self.groups: tuple[TaskGroup, ...] = ()
+        self.opened = ""
+        self._places: dict[str, tuple[int, int]] = {}
+
+    def show(self, groups: tuple[TaskGroup, ...]) -> bool:
+        """Show these groups; gives whether others than before are there, and not only news."""
+        if _shape(groups) == _shape(self.groups):
+            old, self.groups = self.groups, groups
+            for g, (before, after) in enumerate(zip(old, groups, strict=True)):
+                if before != after:
+                    self._tell_changes(g, before, after)
+            return False
+        self.beginResetModel()
+        self.groups = groups
+        self._places = {
+            row.info.id: (g, r)
+            for g, group in enumerate(groups)
+            for r, row in enumerate(group.rows)
+        }
+        self.endResetModel()
+        return True
+
+    def set_opened(self, id_: str) -> None:
+        """Mark a demonstration as open."""
+        old, self.opened = self.opened, id_
+        for index in (self.index_of(old), self.index_of(id_)):
+            if index.isValid():
+                self.dataChanged.emit(index, index)
+
+    def index_of(self, id_: str) -> QModelIndex:
+        """Where a demonstration is; invalid where it is not shown."""
+        if id_ not in self._places:
+            return NOWHERE
+        g, r = self._places[id_]
+        return self.createIndex(r, 0, g + 1)
+
+    def at(self, index: Index) -> DemonstrationRow | TaskGroup | None:
+        """What stands there."""
+        if not index.isValid():
+            return None
+        inside = int(index.internalId())
+        if inside == _TASK:
+            return self.groups[index.row()]
+        return self.groups[inside - 1].rows[index.row()]
+
+    def ids(self) -> list[str]:
+        """The demonstrations that are shown, in order."""
+        return list(self._places)
+
+    @property
+    def rows(self) -> Iterator[DemonstrationRow]:
+        """What is told of them, in the same order."""
+        return (row for group in self.groups for row in group.rows)
+
+    # What Qt asks
+
+    def index(self, row: int, column: int, parent: Index = NOWHERE) -> QModelIndex:
+        """The index of a row below a parent."""
+        if column != 0 or not 0 <= row < self.rowCount(parent):
+            return NOWHERE
+        return self.createIndex(row, column, parent.row() + 1 if parent.isValid() else _TASK)
+
+    def parent(self, index: Index = NOWHERE) -> QModelIndex:  # type: ignore[override]
+        """The index of the task of a demonstration."""
+        inside = int(index.internalId()) if index.isValid() else _TASK
+        return NOWHERE if inside == _TASK else self.createIndex(inside - 1, 0, _TASK)
+
+    def rowCount(self, parent: Index = NOWHERE) -> int:
+        """How many tasks there are, or demonstrations of one."""
+        if not parent.isValid():
+            return len(self.groups)
+        return len(self.groups[parent.row()].rows) if parent.internalId() == _TASK else 0
+
+    def columnCount(self, parent: Index = NOWHERE) -> int:
+        """One column."""
+        return 1
+
+    def data(self, index: Index, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
+        """What is shown, told and read aloud of a row."""
+        item = self.at(index)
+        if item is None:
+            return None
+        if role == ROW_ROLE:
+            return item
+        if role == Qt.ItemDataRole.DisplayRole:
+            return item.info.name if isinstance(item, DemonstrationRow) else item.task
+        if role == Qt.ItemDataRole.AccessibleTextRole:
+            return "; ".join(_facts(item, open_=self._is_open(item)))
+        if role == Qt.ItemDataRole.ToolTipRole:
+            lines = [escape(line) for line in _facts(item, open_=self._is_open(item))]
+            lines += [escape(line) for line in _details(item)]
+            return f"<p style='white-space: pre-wrap'><b>{lines[0]}</b><br/>" + (
+                "<br/>".join(lines[1:]) + "</p>"
+            )
+        return None
+
+    def _is_open(self, item: DemonstrationRow | TaskGroup) -> bool:
+        """Whether it is the demonstration that is open."""
+        return isinstance(item, DemonstrationRow) and item.info.id == self.opened
+
+    def _tell_changes(self, g: int, before: TaskGroup, after: TaskGroup) -> None:
+        """Tell which rows of a group have news."""
+        for r, (old, new) in enumerate(zip(before.rows, after.rows, strict=True)):
+            if old != new:
+                index = self.createIndex(r, 0, g + 1)
+                self.dataChanged.emit(index, index)
+        index = self.createIndex(g, 0, _TASK)
+        self.dataChanged.emit(index, index)
+
+
+def _shape(groups: tuple[TaskGroup, ...]) -> list[tuple[str, list[str]]]:
+    """Which demonstrations are shown, and where."""
+    return [(group.task, [row.info.id for row in group.rows]) for group in groups]
+
+
+def _facts(item: DemonstrationRow | TaskGroup, open_: bool) -> list[str]:
+    """What a row shows, in words."""
+    if isinstance(item, TaskGroup):
+        facts = [
+            item.task or "No task",
+            f"{item.finished} of {len(item.rows)} done by you",
+        ]
+        if item.labelled:
+            facts.append(f"{item.labelled} started")
+        return facts
+    facts = [item.info.name]
+    if open_:
+        facts.append("Open now")
+    facts += [f"Note by {note.author}: {note.text}" for note in item.notes]
+    facts.append(f"Labelled by you: {percent(item.share)} %")
+    facts += [f"Labelled by {name}: {percent(share)} %" for name, share in item.others]
+    if item.blind:
+        facts.append("Assigned to you, blind: the others' labels are hidden until it is done")
+    elif item.done:
+        facts.append("Done")
+    elif item.assignment is not None:
+        facts.append("Assigned to you")
+    for one in item.assigned_to:
+        sentence = "Assigned to {0}" if one.done is None else "Done by {0}"
+        facts.append(sentence.format(one.author))
+    facts.append("With video" if item.info.has_video else "No video")
+    return facts
+
+
+def _details(item: DemonstrationRow | TaskGroup) -> list[str]:
+    """What only the tool tip tells."""
+    if isinstance(item, TaskGroup):
+        return []
+    info = item.info
+    details = [f"{info.duration:.2f} s, {info.rate:.6g} Hz, {len(info.channels)} channels"]
+    if info.source:
+        details.append(f"From {info.source}")
+    return [*details, f"Id {info.id}"]

@@ -1,0 +1,164 @@
+"""The dialogs that commands open; each is loaded when first opened."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from functools import partial
+
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import QMessageBox, QWidget
+
+from forcelab.gui.document import Document
+from forcelab.gui.jobs import Jobs
+from forcelab.gui.shortcuts import keys
+
+
+def handlers(
+    document: Document,
+    jobs: Jobs,
+    window: QWidget,
+    commands: Callable[[], Mapping[str, QAction]],
+    shown: Callable[[], Iterable[str]],
+) -> dict[str, Callable[[], object]]:
+    """What the commands that open a dialog do, by their id.
+
+    Parameters
+    ----------
+    document : Document
+        What the dialogs are about.
+    jobs : Jobs
+        Works in the background for them.
+    window : QWidget
+        Over which they appear.
+    commands : callable
+        Gives the actions that the window has, by the command's id.
+    shown : callable
+        Gives the ids of the demonstrations that the list shows.
+    """
+    return {
+        "export_labels": lambda: _export(document, jobs, window, tuple(shown())),
+        "save": partial(_report_stored, document),
+        "done": partial(_toggle_done, document, window),
+        "synchronise": partial(_synchronise, document, jobs, window),
+        "change_keys": lambda: _change_keys(document, window, commands()),
+        "help": lambda: _help(document, window, commands()),
+        "manual": lambda: show_manual(document, window),
+        "about": lambda: _about(window),
+    }
+
+
+def confirm_reveal(document: Document, ids: Collection[str], window: QWidget) -> bool:
+    """Whether the coder agrees to see what others labelled, where it is hidden in blind coding.
+
+    Parameters
+    ----------
+    document : Document
+    ids : collection of str
+        The demonstrations that are to be marked as done.
+    window : QWidget
+        Over which the question appears, if there is anything to ask.
+    """
+    project = document.project
+    hidden = set() if project is None else project.blind_to(document.author) & set(ids)
+    if not hidden:
+        return True
+    names = [f"'{info.name}'" for info in document.infos if info.id in hidden]
+    text = f"Mark {names[0]} as done and end blind coding?"
+    if len(names) > 1:
+        text = f"Mark {len(names)} demonstrations as done and end blind coding of them?"
+    box = QMessageBox(window)
+    box.setIcon(QMessageBox.Icon.Question)
+    box.setWindowTitle("End blind coding")
+    box.setTextFormat(Qt.TextFormat.PlainText)
+    box.setText(text)
+    box.setInformativeText(
+        "You will see the labels and notes of others and the predictions. What has been seen "
+        "cannot be hidden again."
+    )
+    mark = box.addButton("Mark as done", QMessageBox.ButtonRole.AcceptRole)
+    cancel = box.addButton(QMessageBox.StandardButton.Cancel)
+    box.setDefaultButton(cancel)
+    box.setEscapeButton(cancel)
+    box.exec()
+    agreed = box.clickedButton() is mark
+    box.deleteLater()
+    return agreed
+
+
+def _toggle_done(document: Document, window: QWidget) -> None:
+    """Mark the open demonstration as done, once the coder agrees to what that shows."""
+    if confirm_reveal(document, {document.id}, window):
+        document.set_done()
+
+
+def _report_stored(document: Document) -> None:
+    """Say that there is nothing to save."""
+    if document.project is None:
+        document.say("No project is open.")
+        return
+    stored = "Everything is saved already: each change is, as it is made."
+    document.say(stored)
+
+
+def _export(document: Document, jobs: Jobs, window: QWidget, shown: Sequence[str]) -> None:
+    """Let the user write labels into a folder."""
+    from forcelab.gui.export_dialog import ExportDialog
+
+    if document.project is None or not document.infos:
+        document.say("There are no labels to export yet.", True)
+        return
+    dialog = ExportDialog(document, jobs, shown, window)
+    dialog.exec()
+    dialog.deleteLater()
+
+
+def _synchronise(document: Document, jobs: Jobs, window: QWidget) -> None:
+    """Let the user synchronise video and forces, with the panels at hand."""
+    from forcelab.gui.label.video_sync import SynchroniseDialog
+
+    demonstration = document.demonstration
+    if demonstration is None or demonstration.video is None:
+        document.say("There is no video to synchronise here.", True)
+        return
+    SynchroniseDialog(document, jobs, window).show()
+
+
+def _change_keys(document: Document, window: QWidget, commands: Mapping[str, QAction]) -> None:
+    """Let the user change keys."""
+    from forcelab.gui.keys_dialog import KeysDialog
+
+    dialog = KeysDialog(document, keys(), window, commands)
+    dialog.exec()
+    dialog.deleteLater()
+
+
+def _help(document: Document, window: QWidget, commands: Mapping[str, QAction]) -> None:
+    """Show the page of keys and gestures."""
+    from forcelab.gui.help import HelpPage
+
+    page = HelpPage(document, keys(), window, commands)
+    page.exec()
+    page.deleteLater()
+
+
+def _about(window: QWidget) -> None:
+    """Say which version this is, and where its manual, settings and log lie."""
+    from forcelab.gui.help import AboutDialog
+
+    dialog = AboutDialog(window)
+    dialog.exec()
+    dialog.deleteLater()
+
+
+def show_manual(document: Document, window: QWidget | None) -> None:
+    """Show the manual beside the window, which can be worked in meanwhile."""
+    from forcelab.gui.help import ManualDialog, manual
+
+    text = manual()
+    if not text:
+        document.say("The manual is not installed here.", True)
+        return
+    dialog = ManualDialog(text, window)
+    dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+    dialog.show()

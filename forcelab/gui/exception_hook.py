@@ -1,0 +1,325 @@
+"""Unexpected errors: logged with all that helps to mend them and shown once; the program goes on.
+
+A fault is known by the place where it was raised. The first at a place is shown, unless another is
+being shown; all are counted, and the log names the second, fourth, eighth... so that a fault in
+something that is drawn fifty times a second fills neither screen nor disk.
+"""
+
+from __future__ import annotations
+
+import logging
+import os
+import platform
+import sys
+import threading
+import traceback
+from collections import Counter
+from collections.abc import Callable
+from logging.handlers import RotatingFileHandler
+from pathlib import Path
+from types import TracebackType
+
+from PySide6.QtCore import (
+    QMessageLogContext,
+    QObject,
+    QStandardPaths,
+    Qt,
+    QtMsgType,
+    Signal,
+    Slot,
+    qInstallMessageHandler,
+    qVersion,
+)
+from PySide6.QtGui import QFontDatabase, QGuiApplication
+from PySide6.QtWidgets import (
+    QDialog,
+    QHBoxLayout,
+    QLabel,
+    QPlainTextEdit,
+    QPushButton,
+    QSizePolicy,
+    QStyle,
+    QVBoxLayout,
+    QWidget,
+)
+
+from forcelab import __version__
+from forcelab.errors import ForcelabError
+from forcelab.gui.layout import copyable, emphasise
+
+log = logging.getLogger("forcelab")
+
+#: The log is cut at this many bytes, and so many older pieces are kept.
+LARGEST, OLDER = 1_000_000, 3
+_LEVELS = {
+    QtMsgType.QtDebugMsg: logging.DEBUG,
+    QtMsgType.QtInfoMsg: logging.INFO,
+    QtMsgType.QtWarningMsg: logging.WARNING,
+    QtMsgType.QtCriticalMsg: logging.ERROR,
+    QtMsgType.QtFatalMsg: logging.CRITICAL,
+}
+
+
+def log_file() -> Path:
+    """Where the log lies: in the platform's folder for state, or beside the named settings."""
+    if named := os.environ.get("FORCELAB_SETTINGS"):
+        return Path(named).with_name("forcelab.log")
+    folder = QStandardPaths.writableLocation(QStandardPaths.StandardLocation.GenericStateLocation)
+    return Path(folder) / "forcelab" / "forcelab.log"
+
+
+class ExceptionHook(QObject):
+    """Takes over what nobody else catches, in all threads, until the window is gone.
+
+    Parameters
+    ----------
+    window : QWidget
+        Above which a fault is shown, and with which this ends.
+    say : callable
+        Told the sentence of a :class:`ForcelabError`, which is no fault of the program.
+
+    Attributes
+    ----------
+    counts : Counter of str
+        How often something went wrong at each place.
+    """
+
+    _caught = Signal(object)
+
+    def __init__(self, window: QWidget, say: Callable[[str], object]) -> None:
+        super().__init__(window)
+        self.counts: Counter[str] = Counter()
+        self._window = window
+        self._say = say
+        self._open: FaultDialog | None = None
+        self._reporting = threading.local()
+        self._lock = threading.Lock()
+        handler = _handler(log_file())
+        log.addHandler(handler)
+        level = log.level
+        log.setLevel(logging.INFO)
+        self._caught.connect(self._take, Qt.ConnectionType.QueuedConnection)
+        self._before = sys.excepthook, threading.excepthook
+        sys.excepthook = self._on_error
+        threading.excepthook = self._on_thread
+        qInstallMessageHandler(self._on_message)
+        # Not a method: this object is gone by then, and its methods with it.
+        window.destroyed.connect(_uninstall(self._before, handler, level))
+
+    def _on_error(
+        self, kind: type[BaseException], error: BaseException, trace: TracebackType | None
+    ) -> None:
+        """What ``sys.excepthook`` gets: also errors in slots and in Qt's virtual methods."""
+        if issubclass(kind, KeyboardInterrupt) or getattr(self._reporting, "busy", False):
+            self._before[0](kind, error, trace)
+            return
+        self._reporting.busy = True
+        try:
+            self._report(error)
+        finally:
+            self._reporting.busy = False
+
+    def _on_thread(self, what: threading.ExceptHookArgs) -> None:
+        """What ``threading.excepthook`` gets."""
+        if what.exc_value is not None and not isinstance(what.exc_value, SystemExit):
+            self._on_error(what.exc_type, what.exc_value, what.exc_traceback)
+
+    def _on_message(self, kind: QtMsgType, context: QMessageLogContext, message: str) -> None:
+        """What Qt says of itself: for the log only, since no coder can do anything about it."""
+        del context  # empty in Qt's release builds
+        log.log(_LEVELS.get(kind, logging.WARNING), "Qt: %s", message)
+
+    def _report(self, error: BaseException) -> None:
+        """Log an error, in whatever thread it was raised, and have it shown in the GUI's."""
+        if isinstance(error, ForcelabError):
+            log.warning("%s", error)
+            self._caught.emit(error)
+            return
+        place = _place(error)
+        with self._lock:
+            self.counts[place] += 1
+            count = self.counts[place]
+        if count == 1:
+            log.error("Unexpected error at %s", place, exc_info=error)
+            self._caught.emit(error)
+        elif count & (count - 1) == 0:
+            log.error("The unexpected error at %s was met %d times.", place, count)
+
+    @Slot(object)
+    def _take(self, error: BaseException) -> None:
+        """Show one error."""
+        if isinstance(error, ForcelabError):
+            self._say(str(error))
+        elif self._open is not None:
+            self._open.add()
+        else:
+            self._open = FaultDialog(error_report(error), log_file(), self._window)
+            self._open.finished.connect(self._closed)
+            self._open.show()
+
+    def _closed(self) -> None:
+        """The next fault may be shown."""
+        self._open = None
+
+
+def error_report(error: BaseException) -> str:
+    """What somebody needs who mends it: versions, platform and where it happened."""
+    head = (
+        f"forcelab {__version__}, Python {platform.python_version()}, Qt {qVersion()}, "
+        f"{platform.platform()}\n"
+    )
+    return head + "".join(traceback.format_exception(error))
+
+
+def _place(error: BaseException) -> str:
+    """Where an error was raised: the innermost line of this program, and the error's type."""
+    frames = traceback.extract_tb(error.__traceback__)
+    own = [frame for frame in frames if "forcelab" in Path(frame.filename).parts]
+    where = [f"{frame.filename}:{frame.lineno}" for frame in own or frames]
+    return f"{where[-1] if where else 'an unknown place'} ({type(error).__name__})"
+
+
+def _handler(path: Path) -> logging.Handler:
+    """The log on disk; where there can be none, what is logged goes to the terminal."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        made: logging.Handler = RotatingFileHandler(
+            path, maxBytes=LARGEST, backupCount=OLDER, encoding="utf-8"
+        )
+    except OSError:
+        made = logging.StreamHandler()
+    made.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(threadName)s %(message)s"))
+    return made
+
+
+def _uninstall(
+    before: tuple[Callable[..., object], Callable[..., object]],
+    handler: logging.Handler,
+    level: int,
+) -> Callable[[], None]:
+    """What puts back the hooks and closes the log."""
+
+    def undo() -> None:
+        sys.excepthook, threading.excepthook = before
+        qInstallMessageHandler(None)
+        log.removeHandler(handler)
+        log.setLevel(level)
+        handler.close()
+
+    return undo
+
+
+class FaultDialog(QDialog):
+    """Says that the labels are safe, where the log lies, and what can be sent on.
+
+    It stops nobody from working on: it is not modal.
+
+    Parameters
+    ----------
+    details : str
+        For whoever mends it; can be copied.
+    log_file : Path
+        Where more is written.
+    """
+
+    def __init__(self, details: str, log_file: Path, parent: QWidget) -> None:
+        super().__init__(parent)
+        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        self.setWindowTitle("Something went wrong")
+        self._details = details
+        self._further = 0
+        layout = QVBoxLayout(self)
+        layout.setSpacing(14)
+        layout.addLayout(self._words(log_file))
+        self._text = self._folded(details)
+        layout.addWidget(self._text, 1)
+        layout.addLayout(self._buttons())
+
+    def _words(self, log_file: Path) -> QHBoxLayout:
+        """What is said, beside a sign."""
+        headline = _wrapped("Something went wrong.")
+        emphasise(headline, 1.2)
+        lines = (
+            "Your labels are safe: every stroke was stored when it was made.",
+            "You can go on working. If it happens again, start forcelab anew.",
+            f"What happened is written down in {log_file}",
+        )
+        self._more = _wrapped("")
+        self._more.hide()
+        words = QVBoxLayout()
+        for line in (headline, *map(_wrapped, lines), self._more):
+            words.addWidget(line)
+        sign = QLabel()
+        size = self.style().pixelMetric(QStyle.PixelMetric.PM_LargeIconSize)
+        icon = self.style().standardIcon(QStyle.StandardPixmap.SP_MessageBoxWarning)
+        sign.setPixmap(icon.pixmap(size, size))
+        sign.setAlignment(Qt.AlignmentFlag.AlignTop)
+        top = QHBoxLayout()
+        top.setSpacing(16)
+        top.addWidget(sign)
+        top.addLayout(words, 1)
+        return top
+
+    def _folded(self, details: str) -> QPlainTextEdit:
+        """The details, folded away."""
+        text = QPlainTextEdit(details)
+        text.setReadOnly(True)
+        text.setFont(QFontDatabase.systemFont(QFontDatabase.SystemFont.FixedFont))
+        text.setLineWrapMode(QPlainTextEdit.LineWrapMode.NoWrap)
+        text.setAccessibleName("Details")
+        text.setTabChangesFocus(True)
+        metrics = self.fontMetrics()
+        text.setMinimumSize(metrics.averageCharWidth() * 80, metrics.lineSpacing() * 12)
+        text.hide()
+        return text
+
+    def _buttons(self) -> QHBoxLayout:
+        """Unfold, copy, close."""
+        buttons = QHBoxLayout()
+        self._show = QPushButton("Show details", self)
+        self._show.setCheckable(True)
+        self._show.toggled.connect(self._show_details)
+        self._copy = QPushButton("Copy details", self)
+        self._copy.clicked.connect(self._copy_details)
+        close = QPushButton("Close")
+        close.setDefault(True)
+        close.clicked.connect(self.accept)
+        buttons.addWidget(self._show)
+        buttons.addWidget(self._copy)
+        buttons.addStretch(1)
+        buttons.addWidget(close)
+        for button in (self._show, self._copy, close):
+            button.setAccessibleName(button.text())
+        close.setFocus()
+        return buttons
+
+    def add(self) -> None:
+        """Say that something else went wrong while this is open."""
+        self._further += 1
+        self._more.setText(
+            f"Further errors since then, written down in the same file: {self._further}"
+        )
+        self._more.show()
+
+    def _show_details(self, shown: bool) -> None:
+        """Unfold what is meant for whoever mends it."""
+        self._text.setVisible(shown)
+        self._show.setText("Hide details" if shown else "Show details")
+        self.adjustSize()
+
+    def _copy_details(self) -> None:
+        """Copy the details, and say that it was done."""
+        QGuiApplication.clipboard().setText(self._details)
+        self._copy.setText("Copied")
+
+
+def _wrapped(text: str) -> QLabel:
+    """A paragraph that can be copied, by keys too."""
+    label = copyable(text)
+    label.setMinimumWidth(label.fontMetrics().averageCharWidth() * 56)
+    label.setTextInteractionFlags(
+        Qt.TextInteractionFlag.TextSelectableByMouse
+        | Qt.TextInteractionFlag.TextSelectableByKeyboard
+    )
+    label.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Minimum)
+    return label

@@ -1,0 +1,138 @@
+"""The dialog that exports labels into a folder."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from PySide6.QtWidgets import (
+    QCheckBox,
+    QComboBox,
+    QDialog,
+    QDialogButtonBox,
+    QFormLayout,
+    QVBoxLayout,
+    QWidget,
+)
+
+from forcelab.formats.exporting import FORMATS, exporting
+from forcelab.gui.document import Document
+from forcelab.gui.file_dialogs import ask_folder
+from forcelab.gui.jobs import Jobs
+from forcelab.gui.layout import ProgressBar, copyable
+from forcelab.gui.widgets import ElidedComboBox
+
+
+class ExportDialog(QDialog):
+    """Which labels, as what, and where; what is hidden from the coder is left out.
+
+    Parameters
+    ----------
+    document : Document
+        Its project's labels are written.
+    jobs : Jobs
+        Writes in the background.
+    shown : sequence of str
+        Ids of the demonstrations that the list shows.
+    """
+
+    def __init__(
+        self,
+        document: Document,
+        jobs: Jobs,
+        shown: Sequence[str],
+        parent: QWidget | None = None,
+    ) -> None:
+        super().__init__(parent)
+        self.setWindowTitle("Export labels")
+        self._document, self._jobs = document, jobs
+        # The name of a demonstration may be longer than the screen is wide.
+        self.which = ElidedComboBox()
+        if document.demonstration is not None:
+            here = f"The open one, '{document.demonstration.name}'"
+            self.which.addItem(here, (document.id,))
+        if shown:
+            listed = f"Those shown in the list ({len(shown)})"
+            self.which.addItem(listed, tuple(shown))
+        if len(shown) < len(document.infos):  # the list is searched or narrowed
+            all_ = f"The whole project ({len(document.infos)})"
+            self.which.addItem(all_, tuple(info.id for info in document.infos))
+        self.form = QComboBox()
+        names = {
+            "csv": "CSV: start, end, action, author; a file a demonstration",
+            "table": "One table for statistics: CSV, a line a segment",
+            "elan": "ELAN: a file a demonstration, a tier a coder, with the video",
+            "boris": "BORIS: one project, an observation per coder and demonstration",
+            "audacity": "Audacity: a label track a coder and demonstration",
+            "archive": "Archive: the whole project as one file, to be imported again",
+        }
+        for kind in FORMATS:
+            self.form.addItem(names[kind], kind)
+        self.form.currentIndexChanged.connect(self._match)
+        self.replacing = QCheckBox("Replace files that are there already")
+        self._bar = ProgressBar("Progress of the export")
+        self._told = copyable()
+        form = QFormLayout()
+        form.addRow("Labels of", self.which)
+        form.addRow("Written as", self.form)
+        form.addRow("", self.replacing)
+        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
+        self.go = buttons.addButton("Choose a folder…", QDialogButtonBox.ButtonRole.ActionRole)
+        self.go.clicked.connect(self._choose)
+        buttons.rejected.connect(self.reject)
+        column = QVBoxLayout(self)
+        column.addLayout(form)
+        column.addWidget(self._bar)
+        column.addWidget(self._told)
+        column.addStretch(1)
+        column.addWidget(buttons)
+        # Only now: a button that is in no dialog yet cannot be its default.
+        self.go.setDefault(True)
+
+    def export(self, folder: Path) -> None:
+        """Write into a folder in the background, and say what became of it."""
+        project = self._document.project
+        if project is None:
+            return
+        self.go.setEnabled(False)
+        self._bar.setVisible(True)
+        self._told.clear()
+        job = exporting(
+            project.path,
+            folder,
+            self.form.currentData(),
+            self.which.currentData(),
+            self._document.author,
+            self.replacing.isChecked(),
+        )
+        self._jobs.run(job, self._written, self._failed, self._bar.show_progress, key="export")
+
+    def reject(self) -> None:
+        """Stop an export that goes on, and close."""
+        self._jobs.cancel("export")
+        super().reject()
+
+    def _match(self) -> None:
+        """An archive holds the whole project."""
+        self.which.setEnabled(self.form.currentData() != "archive")
+
+    def _choose(self) -> None:
+        """Let the user choose a folder."""
+        chosen = ask_folder(self, "Folder to write into", "export")
+        if chosen is not None:
+            self.export(chosen)
+
+    def _written(self, files: tuple[Path, ...]) -> None:
+        """Say what was written."""
+        more = f" and {len(files) - 1} more" if len(files) > 1 else ""
+        self._tell(f"Written: {files[0]}{more}")
+
+    def _failed(self, error: Exception) -> None:
+        """Say what stands in the way."""
+        self._tell(str(error))
+
+    def _tell(self, text: str) -> None:
+        """Say what became of it."""
+        self._bar.setVisible(False)
+        self.go.setEnabled(True)
+        self._told.setText(text)

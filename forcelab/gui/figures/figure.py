@@ -1,0 +1,203 @@
+"""A figure: a size and a way to paint itself, saved as SVG, PDF or PNG by the same painting."""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from pathlib import Path
+
+from PySide6.QtCore import QBuffer, QIODevice, QMarginsF, QRectF, QSize, QSizeF
+from PySide6.QtGui import (
+    QColor,
+    QImage,
+    QImageWriter,
+    QPageSize,
+    QPainter,
+    QPdfWriter,
+)
+from PySide6.QtSvg import QSvgGenerator
+
+from forcelab.errors import InputError
+from forcelab.gui.figures import text
+from forcelab.io import write_atomically
+
+#: Figures are laid out in pixels of 1/96 inch, as in CSS.
+PIXELS_PER_INCH = 96
+#: What is left free around a figure, in pixels.
+MARGIN = 24.0
+#: Fine enough that no edge in a PDF is moved by more than a hundredth of a pixel.
+PDF_DOTS_PER_INCH = 9600
+#: Qt's limit for the side of an image is 32767.
+LARGEST_SIDE = 32_000
+
+
+@dataclass(frozen=True)
+class Theme:
+    """The colours of a figure apart from its data, each as ``"#rrggbb"``.
+
+    Parameters
+    ----------
+    background : str
+        Behind everything.
+    text, muted : str
+        Names and numbers; what is said in passing.
+    grid, frame : str
+        Lines behind the data; lines around it.
+    unlabelled : str
+        Time that no segment covers.
+    """
+
+    background: str
+    text: str
+    muted: str
+    grid: str
+    frame: str
+    unlabelled: str
+
+
+LIGHT = Theme(
+    background="#ffffff",
+    text="#1c1f24",
+    muted="#5c636e",
+    grid="#e7e9ed",
+    frame="#aab0ba",
+    unlabelled="#ffffff",
+)
+
+
+def check_suffix(path: Path) -> None:
+    """Make sure that a figure can be saved under `path`, before the work of making one.
+
+    Raises
+    ------
+    InputError
+        If the suffix is none of ``.svg``, ``.pdf`` and ``.png``.
+    """
+    if path.suffix.lower() not in (".svg", ".pdf", ".png"):
+        raise InputError(
+            f"A figure is saved as .svg, .pdf or .png, not as '{path.name}'; change the suffix."
+        )
+
+
+class Figure(ABC):
+    """Something drawn on paper of a fixed size, with one painting for screen and file."""
+
+    title: str
+    theme: Theme
+
+    @property
+    @abstractmethod
+    def size(self) -> QSizeF:
+        """Width and height in pixels of 1/96 inch."""
+
+    @abstractmethod
+    def paint(self, painter: QPainter) -> None:
+        """Draw everything but the background inside ``(0, 0, width, height)``."""
+
+    def paint_title(self, painter: QPainter) -> None:
+        """Draw the title at the top, as much of it as there is room for."""
+        face, ink = text.font(14, bold=True), QColor(self.theme.text)
+        title = text.elided(self.title, face, self.size.width() - 2 * MARGIN)
+        text.draw_text(painter, MARGIN, MARGIN + 6, title, face=face, ink=ink)
+
+    def draw(self, painter: QPainter) -> None:
+        """Draw the figure with its background, on screen or paper."""
+        text.ensure_application()
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter.setRenderHint(QPainter.RenderHint.TextAntialiasing)
+        painter.fillRect(QRectF(0, 0, *_whole(self.size)), QColor(self.theme.background))
+        self.paint(painter)
+
+    def image(self, scale: float = 2.0) -> QImage:
+        """Draw the figure into an image.
+
+        Parameters
+        ----------
+        scale : float
+            Image pixels for each pixel of the figure; less is taken where the image would be
+            larger than Qt can hold.
+        """
+        text.ensure_application()
+        wide, high = _whole(self.size)
+        scale = min(scale, LARGEST_SIDE / wide, LARGEST_SIDE / high)
+        image = QImage(
+            round(wide * scale), round(high * scale), QImage.Format.Format_ARGB32_Premultiplied
+        )
+        dots = round(PIXELS_PER_INCH * scale / 0.0254)
+        image.setDotsPerMeterX(dots)
+        image.setDotsPerMeterY(dots)
+        image.fill(QColor(self.theme.background))
+        with QPainter(image) as painter:
+            painter.scale(scale, scale)
+            self.draw(painter)
+        return image
+
+    def save(self, path: Path) -> None:
+        """Write the figure, in the format that the suffix names.
+
+        Parameters
+        ----------
+        path : Path
+            Ends in ``.svg``, ``.pdf`` or ``.png`` (two image pixels a pixel). What was there
+            before is replaced at once when all is written, and untouched otherwise.
+
+        Raises
+        ------
+        InputError
+            If the suffix is another, the file cannot be written, or the system has no font.
+        """
+        check_suffix(path)
+        encode = {".svg": self._svg, ".pdf": self._pdf, ".png": self._png}[path.suffix.lower()]
+        text.ensure_application()
+        write_atomically(path, encode())
+
+    def _svg(self) -> bytes:
+        """The figure as an SVG document; its text stays text."""
+        wide, high = _whole(self.size)
+        buffer = _buffer()
+        generator = QSvgGenerator()
+        generator.setOutputDevice(buffer)
+        generator.setResolution(PIXELS_PER_INCH)
+        generator.setSize(QSize(wide, high))
+        generator.setViewBox(QRectF(0, 0, wide, high))
+        generator.setTitle(text.printable(self.title))
+        generator.setDescription("Drawn by forcelab")
+        with QPainter(generator) as painter:
+            self.draw(painter)
+        return bytes(buffer.data().data())
+
+    def _pdf(self) -> bytes:
+        """The figure as a PDF document of one page with embedded fonts."""
+        wide, high = _whole(self.size)
+        buffer = _buffer()
+        writer = QPdfWriter(buffer)
+        writer.setTitle(text.printable(self.title))
+        writer.setCreator("forcelab")
+        writer.setResolution(PDF_DOTS_PER_INCH)
+        points = QSizeF(wide, high) * (72 / PIXELS_PER_INCH)
+        exact = QPageSize.SizeMatchPolicy.ExactMatch
+        writer.setPageSize(QPageSize(points, QPageSize.Unit.Point, "", exact))
+        writer.setPageMargins(QMarginsF(0, 0, 0, 0))
+        with QPainter(writer) as painter:
+            painter.scale(PDF_DOTS_PER_INCH / PIXELS_PER_INCH, PDF_DOTS_PER_INCH / PIXELS_PER_INCH)
+            self.draw(painter)
+        return bytes(buffer.data().data())
+
+    def _png(self) -> bytes:
+        """The figure as a PNG image."""
+        buffer = _buffer()
+        QImageWriter(buffer, b"PNG").write(self.image())
+        return bytes(buffer.data().data())
+
+
+def _whole(size: QSizeF) -> tuple[int, int]:
+    """The size rounded up to multiples of 4 pixels: whole points on a PDF page."""
+    return 4 * math.ceil(size.width() / 4), 4 * math.ceil(size.height() / 4)
+
+
+def _buffer() -> QBuffer:
+    """An open, empty buffer."""
+    buffer = QBuffer()
+    buffer.open(QIODevice.OpenModeFlag.WriteOnly)
+    return buffer

@@ -1,0 +1,114 @@
+"""Dialogs that choose files and folders, each beginning where the last of its kind ended."""
+
+from __future__ import annotations
+
+from collections.abc import Generator
+from pathlib import Path
+
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QDropEvent
+from PySide6.QtWidgets import QFileDialog, QWidget
+
+from forcelab.gui import settings
+from forcelab.gui.document import Document
+from forcelab.gui.figures.figure import Figure
+from forcelab.gui.jobs import Jobs
+
+
+def last_folder(kind: str) -> Path:
+    """Where a file of a kind was chosen last; else the folder in which the projects lie."""
+    last = settings.text(f"{kind}/folder")
+    if last and Path(last).is_dir():
+        return Path(last)
+    folders = (path.parent for path in settings.recent_projects() if settings.is_folder(path))
+    return next(folders, Path.home())
+
+
+def remember_folder(kind: str, folder: Path) -> None:
+    """Keep where a file of a kind was chosen, for the next time."""
+    settings.store(f"{kind}/folder", str(folder))
+
+
+def ask_file(parent: QWidget, title: str, kind: str, filters: str) -> Path | None:
+    """Let the user choose a file; None where he does not.
+
+    Parameters
+    ----------
+    title, filters : str
+        Of the dialog.
+    kind : str
+        Of the file, such as ``"video"``.
+    """
+    name, _ = QFileDialog.getOpenFileName(parent, title, str(last_folder(kind)), filters)
+    if name:
+        remember_folder(kind, Path(name).parent)
+    return Path(name) if name else None
+
+
+def ask_files(parent: QWidget, title: str, kind: str) -> list[Path]:
+    """Let the user choose files; as :func:`ask_file`."""
+    names, _ = QFileDialog.getOpenFileNames(parent, title, str(last_folder(kind)))
+    if names:
+        remember_folder(kind, Path(names[0]).parent)
+    return [Path(name) for name in names]
+
+
+def ask_folder(parent: QWidget, title: str, kind: str) -> Path | None:
+    """Let the user choose a folder; as :func:`ask_file`."""
+    name = QFileDialog.getExistingDirectory(parent, title, str(last_folder(kind)))
+    if name:
+        remember_folder(kind, Path(name))
+    return Path(name) if name else None
+
+
+def accept_as_copy(event: QDropEvent) -> list[Path]:
+    """The files and folders that are dragged or dropped, if any; they are answered with "copy".
+
+    Whoever drags deletes what was answered with "move", which many file managers propose.
+    """
+    paths = [Path(url.toLocalFile()) for url in event.mimeData().urls() if url.isLocalFile()]
+    if paths:
+        event.setDropAction(Qt.DropAction.CopyAction)
+        event.accept()
+    else:
+        event.ignore()
+    return paths
+
+
+def ask_picture(parent: QWidget, title: str, name: str) -> Path | None:
+    """Let the user name a file for a picture; None where he does not.
+
+    The dialog begins in the folder of the last picture, or else beside the last project.
+
+    Parameters
+    ----------
+    title : str
+        Of the dialog.
+    name : str
+        Of the file, as it is suggested; without a suffix the file gets ``.svg``.
+    """
+    kinds = "Pictures (*.svg *.pdf *.png)"
+    suggested = str(last_folder("pictures") / name)
+    chosen, _ = QFileDialog.getSaveFileName(parent, title, suggested, kinds)
+    if not chosen:
+        return None
+    path = Path(chosen)
+    remember_folder("pictures", path.parent)
+    return path if path.suffix else path.with_suffix(".svg")
+
+
+def save_picture(figure: Figure, path: Path, document: Document, jobs: Jobs) -> None:
+    """Save a figure in the background as its suffix says, and say what became of it."""
+    saved = f"Saved '{path.name}'."
+    jobs.run(
+        _saving(figure, path),
+        lambda _: document.say(saved),
+        lambda error: document.say(str(error), True),
+        key=f"saving {path}",
+    )
+
+
+def _saving(figure: Figure, path: Path) -> Generator[None, None, None]:
+    """Save a figure, as a job."""
+    yield
+    figure.save(path)

@@ -1,0 +1,559 @@
+"""The dialog that imports recordings into the open project, and the columns a table is read as."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+from PySide6.QtCore import QSize, Qt
+from PySide6.QtGui import QAction, QDragEnterEvent, QDragMoveEvent, QDropEvent, QKeySequence
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QCheckBox,
+    QComboBox,
+    QDialog,
+    QDialogButtonBox,
+    QDoubleSpinBox,
+    QFormLayout,
+    QHBoxLayout,
+    QHeaderView,
+    QLabel,
+    QLineEdit,
+    QListWidget,
+    QPushButton,
+    QScrollArea,
+    QTableWidget,
+    QTableWidgetItem,
+    QVBoxLayout,
+    QWidget,
+)
+
+from forcelab.errors import InputError
+from forcelab.formats import identify
+from forcelab.formats.importing import ImportReport, importing
+from forcelab.formats.recording import ReadOptions
+from forcelab.formats.table.columns import is_time_name
+from forcelab.formats.table.preview import ColumnUse, Use, preview, rate_in
+from forcelab.gui.document import Document
+from forcelab.gui.figures.text import NAMES
+from forcelab.gui.file_dialogs import accept_as_copy, ask_file, ask_files
+from forcelab.gui.jobs import Jobs
+from forcelab.gui.key_events import ignore_wheel
+from forcelab.gui.layout import ProgressBar, copyable, resize_on_screen, set_tone
+from forcelab.gui.text import settle_name
+from forcelab.gui.theme import colours
+
+#: Formats whose files have columns, or fields that are like them.
+_WITH_COLUMNS = frozenset(["table", "rosbag"])
+#: Free room above and below a choice, in pixels.
+CELL_PADDING = 3
+
+
+class ImportColumns(QWidget):
+    """The columns of one table or bag among the files, of the first one first; else hidden.
+
+    Attributes
+    ----------
+    table : QTableWidget
+        A row a column: its name, its first cells, and a choice of what it is.
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._path: Path | None = None
+        self._wishes: dict[str, Use] = {}
+        self._untouched: tuple[ColumnUse, ...] = ()
+        self._rate, self._trouble = 0.0, ""
+        self._rate_in_file: float | None = None
+        self.uses: tuple[ColumnUse, ...] = ()
+        self.heading = QLabel()
+        self.heading.setWordWrap(True)
+        self.table = QTableWidget(0, 3)
+        self.table.setAccessibleName("Columns of the table")
+        self.table.setHorizontalHeaderLabels(["Column", "First cells", "Read as"])
+        header = self.table.horizontalHeader()
+        header.setSectionResizeMode(0, QHeaderView.ResizeMode.ResizeToContents)
+        header.setSectionResizeMode(1, QHeaderView.ResizeMode.Stretch)
+        header.setSectionResizeMode(2, QHeaderView.ResizeMode.ResizeToContents)
+        header.setDefaultAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
+        header.setHighlightSections(False)
+        self.table.verticalHeader().hide()
+        self.table.setShowGrid(False)
+        self.table.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
+        self.table.setSelectionMode(QAbstractItemView.SelectionMode.NoSelection)
+        high = QComboBox().sizeHint().height() + 2 * CELL_PADDING
+        self.table.verticalHeader().setDefaultSectionSize(high)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.addWidget(self.heading)
+        column.addWidget(self.table, 1)
+        self.setVisible(False)
+
+    def show_first(self, files: Sequence[Path]) -> None:
+        """Show the columns of the first file that has any."""
+        if self._path in files:
+            return
+        self._path = next((file for file in files if _format(file) in _WITH_COLUMNS), None)
+        self._wishes.clear()
+        self._fill()
+
+    def show_file(self, path: Path) -> None:
+        """Show the columns of another file, if it has any; what was chosen is for all."""
+        if path != self._path and _format(path) in _WITH_COLUMNS:
+            self._path = path
+            self._fill()
+
+    def options(self, options: ReadOptions) -> ReadOptions:
+        """Add what was chosen; what is found by itself stays to be found in each file."""
+        chosen = {use: name for name, use in self._wishes.items()}
+        several: dict[Use, tuple[str, ...]] = {
+            use: tuple(name for name, wish in self._wishes.items() if wish == use)
+            for use in ("signal", "left out")
+        }
+        return replace(
+            options,
+            time=chosen.get("times"),
+            counter=chosen.get("counter"),
+            label=chosen.get("labels"),
+            leave_out=several["left out"],
+            signals=several["signal"],
+        )
+
+    def wish(self, name: str, use: Use) -> None:
+        """Have a column read as something else than it is taken for."""
+        taken = {one.name: one.use for one in self._untouched}
+        if use in ("times", "counter", "labels"):  # there is one of each
+            self._wishes = {n: u for n, u in self._wishes.items() if u != use}
+        if use in ("times", "counter"):  # one stands in for the other
+            other: Use = "counter" if use == "times" else "times"
+            self._wishes = {n: u for n, u in self._wishes.items() if u != other}
+        self._wishes.pop(name, None)
+        if taken.get(name) != use:
+            self._wishes[name] = use
+        self._fill()
+
+    def set_rate(self, rate: float) -> None:
+        """Take in the samples a second that are given for files without times; 0 for none."""
+        if rate != self._rate:
+            self._rate = rate
+            self._say()
+
+    def _fill(self) -> None:
+        """Show the columns as they are read now."""
+        self._untouched, trouble = self._previewed(ReadOptions())
+        self.uses = self._untouched
+        if self._wishes and self._untouched:
+            uses, trouble = self._previewed(self.options(ReadOptions()))
+            self.uses = uses or self._untouched
+        self.setVisible(bool(self.uses))
+        self.table.setRowCount(len(self.uses))
+        for row, one in enumerate(self.uses):
+            name = f"{one.name} [{one.unit}]" if one.unit else one.name
+            for place, text in enumerate((name, "   ".join(one.cells))):
+                item = QTableWidgetItem(text)
+                item.setToolTip(text)
+                self.table.setItem(row, place, item)
+            self.table.setCellWidget(row, 2, _pad_columns(self._choice(one)))
+        self._trouble = trouble
+        self._say()
+
+    def _say(self) -> None:
+        """Say what is shown, and what is still lacking."""
+        self.heading.setText(self._trouble or self._said())
+        wrong = self._trouble or not self._timed
+        self.heading.setStyleSheet(f"color: {colours().warning}" if wrong else "")
+
+    @property
+    def _timed(self) -> bool:
+        """Whether the times of the samples are known."""
+        rate = self._rate or self._rate_in_file
+        return bool(rate) or any(one.use == "times" for one in self.uses)
+
+    def _previewed(self, options: ReadOptions) -> tuple[tuple[ColumnUse, ...], str]:
+        """The columns as the importer reads them, or none and why."""
+        self._rate_in_file = None
+        if self._path is None:
+            return (), ""
+        try:
+            if _format(self._path) == "rosbag":
+                from forcelab.formats.rosbag.preview import preview as of_bag
+
+                return of_bag(self._path, options), ""
+            self._rate_in_file = rate_in(self._path)
+            return preview(self._path, options), ""
+        except (InputError, OSError) as error:
+            return (), str(error)
+
+    def _said(self) -> str:
+        """One sentence on which file this is and how its times are known."""
+        name = self._path.name if self._path else ""
+        kinds = [one.use for one in self.uses]
+        if self._timed:
+            return f"Columns of {name}, and what each is read as:"
+        if "counter" in kinds:
+            return f"{name} has no times but counts its samples; give their rate:"
+        if stuck := self._stuck():
+            return (
+                f"{name} has in '{stuck}' one and the same time; choose a column, or give the "
+                "sample rate:"
+            )
+        return f"{name} has no column of times; choose one, or give the sample rate:"
+
+    def _stuck(self) -> str:
+        """The column of times that the importer leaves out, as they never change; "" without."""
+        if any(one.use == "times" for one in self._untouched):
+            return ""
+        for one in self._untouched:
+            if one.use == "left out" and is_time_name(one.name) and any(one.cells):
+                return one.name
+        return ""
+
+    def _choice(self, one: ColumnUse) -> QComboBox:
+        """What a column is read as, and what else it could be."""
+        box = QComboBox()
+        ignore_wheel(box)  # it scrolls the table
+        box.setAccessibleName(f"{one.name} is read as")
+        taken = next((t.use for t in self._untouched if t.name == one.name), one.use)
+        for use in dict.fromkeys((taken, one.use, *one.choices)):
+            box.addItem(_role_name(use), use)
+        box.setCurrentIndex(box.findData(one.use))
+        box.activated.connect(lambda index: self.wish(one.name, box.itemData(index)))
+        return box
+
+
+def _pad_columns(choice: QComboBox) -> QWidget:
+    """A choice that does not touch those above and below it."""
+    cell = QWidget()
+    row = QHBoxLayout(cell)
+    row.setContentsMargins(0, CELL_PADDING, 2 * CELL_PADDING, CELL_PADDING)
+    row.addWidget(choice)
+    return cell
+
+
+def _role_name(use: Use) -> str:
+    """A use in the coder's language."""
+    words = {
+        "signal": "signal",
+        "times": "times",
+        "counter": "sample counter",
+        "labels": "labels",
+        "left out": "left out",
+    }
+    return words[use]
+
+
+def _format(path: Path) -> str:
+    """The format of a file; empty where it has none."""
+    try:
+        return identify(path).name
+    except (InputError, OSError):
+        return ""  # what is wrong is told when the file is read
+
+
+class ImportDialog(QDialog):
+    """Files, their task, the coder of their labels; then the import itself and what became of it.
+
+    Parameters
+    ----------
+    document : Document
+        Its project receives the recordings.
+    jobs : Jobs
+        Reads and writes in the background.
+    files : sequence of Path
+        Chosen already, such as by dropping them on the window.
+    """
+
+    def __init__(
+        self,
+        document: Document,
+        jobs: Jobs,
+        parent: QWidget | None = None,
+        files: Sequence[Path] = (),
+    ) -> None:
+        super().__init__(parent)
+        self.setWindowTitle("Import demonstrations")
+        resize_on_screen(self, QSize(680, 560))
+        self._document, self._jobs = document, jobs
+        self._files = QListWidget()
+        self._files.setAccessibleName("Files to import")
+        # The end of a path tells files apart.
+        self._files.setTextElideMode(NAMES)
+        self._files.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self._make_removable()
+        self.setAcceptDrops(True)
+        self.columns = ImportColumns()
+        self._files.currentTextChanged.connect(self._look_at)
+        self._bar = ProgressBar("Progress of the import")
+        column = QVBoxLayout(self)
+        column.addLayout(self._heading())
+        column.addWidget(self._files, 1)
+        column.addWidget(self.columns, 3)
+        column.addLayout(self._form())
+        column.addWidget(self._taskless)
+        column.addWidget(self._bar)
+        column.addWidget(self._result(), 3)
+        column.addWidget(self._button_row())
+        # Only now: a button that is in no dialog yet cannot be its default.
+        self._go.setDefault(True)
+        self._warn()
+        self.add_files(files)
+        if not files:
+            self._pick.setFocus()  # Enter asks for them, and imports once they are there
+
+    def _heading(self) -> QHBoxLayout:
+        """What can be imported, and the way to choose it."""
+        self._pick = QPushButton("Choose files…")
+        self._pick.clicked.connect(self._choose)
+        kinds = (
+            "Recordings, chosen or dropped here: tables (CSV, TSV), ROS bags, raw OptoForce "
+            "dumps, *.pdl, archives of projects"
+        )
+        told = QLabel(kinds)
+        told.setWordWrap(True)
+        row = QHBoxLayout()
+        row.addWidget(told, 1)
+        row.addWidget(self._pick)
+        return row
+
+    def _form(self) -> QFormLayout:
+        """What the files do not say themselves."""
+        document = self._document
+        self._task = QComboBox()
+        self._task.setEditable(True)
+        self._task.setAccessibleName("Task")
+        self._task.addItems(document.project.tasks() if document.project else ())
+        # Of no task until one is chosen: the last one is seldom what is done in the next files.
+        self._task.setCurrentText("")
+        self._task.currentTextChanged.connect(self._warn)
+        # Labels that are brought were seldom made by who sits here now.
+        self._author = QComboBox()
+        self._author.setEditable(True)
+        self._author.setAccessibleName("Coder of labels, where a file names none")
+        coders = (ReadOptions().author, *self._coders(), document.author)
+        self._author.addItems(list(dict.fromkeys(coders)))
+        self._rate = QDoubleSpinBox()
+        self._rate.setRange(0, 1e6)
+        self._rate.setSuffix(" Hz")
+        self._rate.setSpecialValueText("as their times say")
+        self._rate.setAccessibleName("Sample rate of files without times")
+        self._rate.valueChanged.connect(self.columns.set_rate)
+        self.jitter = QDoubleSpinBox()
+        self.jitter.setRange(0, 1e6)
+        self.jitter.setDecimals(3)
+        self.jitter.setSuffix(" ms")
+        self.jitter.setSpecialValueText("none")
+        self.jitter.setAccessibleName("Stamps may jitter by")
+        self.calibration = QLineEdit()
+        self.calibration.setClearButtonEnabled(True)
+        self.calibration.setPlaceholderText("none: forces stay in counts")
+        self.calibration.setAccessibleName("Calibration file of raw OptoForce dumps")
+        choose = QPushButton("Choose…")
+        choose.setAccessibleName("Choose the calibration file")
+        choose.clicked.connect(self._ask_calibration)
+        calibration = QHBoxLayout()
+        calibration.addWidget(self.calibration, 1)
+        calibration.addWidget(choose)
+        self.videos = QCheckBox("Attach videos beside them that have the same name")
+        self.videos.setChecked(True)
+        self._taskless = set_tone(
+            "warning",
+            (
+                "Without a task, files that name none go under 'No task'. Name what is done in "
+                "them, such as stylus, and import each task by itself."
+            ),
+        )
+        keeping = self._taskless.sizePolicy()  # so that nothing moves while a task is typed
+        keeping.setRetainSizeWhenHidden(True)
+        self._taskless.setSizePolicy(keeping)
+        form = QFormLayout()
+        form.addRow("Task", self._task)
+        form.addRow("Coder of labels, where a file names none", self._author)
+        form.addRow("Sample rate, where files have no times", self._rate)
+        form.addRow("Stamps may jitter by", self.jitter)
+        form.addRow("Calibration of raw OptoForce dumps", calibration)
+        form.addRow("", self.videos)
+        return form
+
+    def _result(self) -> QScrollArea:
+        """What became of the import."""
+        self._told = copyable()
+        self._told.setAlignment(Qt.AlignmentFlag.AlignTop)
+        self._told.setMargin(4)
+        self._report = QScrollArea()
+        self._report.setWidgetResizable(True)
+        self._report.setWidget(self._told)
+        self._report.setVisible(False)
+        return self._report
+
+    def _button_row(self) -> QDialogButtonBox:
+        """Import and Close."""
+        self._buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
+        self._go = QPushButton("Import")
+        self._buttons.addButton(self._go, QDialogButtonBox.ButtonRole.ActionRole)
+        self._go.clicked.connect(self._import)
+        self._buttons.rejected.connect(self.reject)
+        return self._buttons
+
+    def add_files(self, files: Sequence[Path]) -> None:
+        """Add to what will be imported."""
+        known = set(self._chosen())
+        self._files.addItems([str(path) for path in files if str(path) not in known])
+        for row in range(len(known), self._files.count()):
+            self._files.item(row).setToolTip(self._files.item(row).text())
+        self._changed()
+
+    def reject(self) -> None:
+        """Stop an import that goes on, and close."""
+        self._jobs.cancel("import")
+        super().reject()
+
+    def _warn(self) -> None:
+        """Say plainly what becomes of recordings without a task; that is allowed."""
+        missing = not self._task.currentText().strip()
+        self._taskless.setVisible(missing)
+        self._go.setText("Import without a task" if missing else "Import")
+
+    def _make_removable(self) -> None:
+        """Let files be left out again, by Delete or the menu."""
+        self._files.setSelectionMode(QListWidget.SelectionMode.ExtendedSelection)
+        remove = QAction("Do not import it", self)
+        remove.setShortcut(QKeySequence.StandardKey.Delete)
+        remove.setShortcutContext(Qt.ShortcutContext.WidgetShortcut)
+        remove.triggered.connect(self._remove)
+        self._files.addAction(remove)
+        self._files.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)
+
+    def _choose(self) -> None:
+        """Let the user choose files."""
+        chosen = ask_files(self, "Recordings", "recordings")
+        self.add_files(chosen)
+        if chosen:
+            self._go.setFocus()
+
+    def _ask_calibration(self) -> None:
+        """Let a calibration file be chosen."""
+        kinds = "Calibration files (*.toml)"
+        file = ask_file(self, "Calibration file", "calibration", kinds)
+        if file is not None:
+            self.calibration.setText(str(file))
+
+    def _remove(self) -> None:
+        """Leave out the files that are selected."""
+        for item in self._files.selectedItems():
+            self._files.takeItem(self._files.row(item))
+        self._changed()
+
+    def _look_at(self, name: str) -> None:
+        """Show the columns of a file that was clicked."""
+        if name:
+            self.columns.show_file(Path(name))
+
+    def _chosen(self) -> list[str]:
+        """The files in the list."""
+        return [self._files.item(row).text() for row in range(self._files.count())]
+
+    def _changed(self) -> None:
+        """Other files are to be imported than before."""
+        files = self._chosen()
+        self._go.setEnabled(bool(files) and self._bar.isHidden())
+        self._tell("")  # it was of files that were in the list before
+        self.columns.show_first([Path(name) for name in files])
+
+    def _import(self) -> None:
+        """Import in the background."""
+        project = self._document.project
+        if project is None:
+            return
+        calibration = self.calibration.text().strip()
+        options = ReadOptions(
+            task=settle_name(self, self._task.currentText(), project.tasks()) or None,
+            author=settle_name(self, self._author.currentText(), self._coders())
+            or ReadOptions().author,
+            rate=self._rate.value() or None,
+            jitter=self.jitter.value() / 1000,
+            calibration=Path(calibration) if calibration else None,
+            videos=self.videos.isChecked(),
+        )
+        options, files = self.columns.options(options), self._chosen()
+        self._go.setEnabled(False)
+        self._bar.setVisible(True)
+        self._tell("")
+        self._jobs.run(
+            importing(project.path, files, options),
+            partial(self._imported, files),
+            self._failed,
+            self._bar.show_progress,
+            key="import",
+        )
+
+    def _coders(self) -> tuple[str, ...]:
+        """Whose labels the project has."""
+        project = self._document.project
+        return project.coders() if project else ()
+
+    def _imported(self, files: Sequence[str], report: ImportReport) -> None:
+        """Say what became of the files; what was left out or added meanwhile stays in the list."""
+        self._bar.setVisible(False)
+        unread = set(map(str, report.unread))
+        later = [Path(name) for name in self._chosen() if name not in files or name in unread]
+        self._files.clear()
+        if not later:
+            self._task.setCurrentText("")  # the next files may show something else
+        self.add_files(later)
+        counts = [report.count(status) for status in ("new", "updated", "unchanged")]
+        lines = ["{} new, {} updated, {} unchanged.".format(*counts)]
+        if unread:
+            lines.append("Left out because they could not be read:")
+            lines += report.unread.values()
+            lines.append("Press Delete to remove the selected files from the list.")
+        self._tell("\n".join((*lines, *report.told())), trouble=bool(unread))
+        self._document.reread()  # the open one may have new labels, its task other actions
+        if not self._document.id and self._document.infos:
+            self._document.open_demonstration(self._document.infos[0].id)
+        if unread:
+            self._select(unread)
+            return
+        close = self._buttons.button(QDialogButtonBox.StandardButton.Close)
+        (self._go if later else close).setFocus()
+
+    def _failed(self, error: Exception) -> None:
+        """Say what stands in the way; nothing was imported. Select the files that it is about."""
+        self._bar.setVisible(False)
+        self._go.setEnabled(True)
+        lines = [str(error)]
+        unread = set(map(str, error.files)) if isinstance(error, InputError) else set()
+        self._select(unread)
+        self._tell("\n".join(lines), trouble=True)
+
+    def _select(self, names: Collection[str]) -> None:
+        """Select files in the list, so that Delete removes them."""
+        items = [self._files.item(row) for row in range(self._files.count())]
+        wrong = [item for item in items if item.text() in names]
+        if wrong:
+            self._files.clearSelection()
+            for item in wrong:
+                item.setSelected(True)
+            self._files.scrollToItem(wrong[0])
+            self._files.setFocus()
+
+    def _tell(self, text: str, trouble: bool = False) -> None:
+        """Show what became of the import, all of it: what was repaired is to be known."""
+        # What is read from a shell with an option is chosen above here.
+        text = text.replace("(--signal)", "(Read as: signal)")
+        self._told.setText(text.replace(" (--jitter)", " (Stamps may jitter by)"))
+        self._told.setStyleSheet(f"color: {colours().trouble}" if trouble else "")
+        self._report.setVisible(bool(text))
+
+    def dragEnterEvent(self, event: QDragEnterEvent) -> None:
+        """Files may be dropped here."""
+        accept_as_copy(event)
+
+    def dragMoveEvent(self, event: QDragMoveEvent) -> None:
+        """Go on taking them."""
+        accept_as_copy(event)
+
+    def dropEvent(self, event: QDropEvent) -> None:
+        """Add files that are dropped."""
+        self.add_files(accept_as_copy(event))

@@ -1,0 +1,379 @@
+"""Lists and tables: rows of two lines, lists beside the panels, tables of texts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+from PySide6.QtCore import (
+    QAbstractItemModel,
+    QAbstractTableModel,
+    QModelIndex,
+    QObject,
+    QPersistentModelIndex,
+    QPointF,
+    QRectF,
+    QSize,
+    Qt,
+    Signal,
+)
+from PySide6.QtGui import (
+    QBrush,
+    QColor,
+    QFocusEvent,
+    QFont,
+    QFontMetrics,
+    QFontMetricsF,
+    QGuiApplication,
+    QKeyEvent,
+    QPainter,
+    QPen,
+    QPolygonF,
+)
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QHeaderView,
+    QListView,
+    QTableView,
+    QVBoxLayout,
+    QWidget,
+)
+
+from forcelab.gui.document import Document
+from forcelab.gui.figures.text import elided, elided_name
+from forcelab.gui.layout import whole_rows
+from forcelab.gui.theme import colours, themes
+from forcelab.gui.widgets import ENTER_KEYS
+
+Index = QModelIndex | QPersistentModelIndex
+#: No place: the parent of rows that have none.
+NOWHERE: Final = QModelIndex()
+
+
+#: Space at the sides, between things in a line and above each line, as shares of a text's height.
+SIDE, GAP, ABOVE = 0.6, 0.4, 0.3
+#: The smaller line's size of that of the larger one.
+SMALL = 0.88
+#: How much of the accent's colour lies on a selected row, and on one under the pointer.
+SELECTED, HOVERED = 0.20, 0.07
+#: Width of the stripe that marks the row of what is open or looked at, in pixels.
+STRIPE = 3.0
+
+
+def paint_chevron(painter: QPainter, centre: QPointF, height: float, expanded: bool) -> None:
+    """An angle that points down where rows are unfolded, and to their title where they are not."""
+    a, b = 0.22 * height, 0.11 * height
+    points = [(-a, -b), (0.0, b), (a, -b)] if expanded else [(-b, -a), (b, 0.0), (-b, a)]
+    pen = QPen(QColor(colours().muted), max(1.4, 0.09 * height))
+    pen.setCapStyle(Qt.PenCapStyle.RoundCap)
+    painter.setPen(pen)
+    painter.drawPolyline(QPolygonF([centre + QPointF(x, y) for x, y in points]))
+
+
+def draw_line(
+    painter: QPainter,
+    box: QRectF,
+    text: str,
+    face: QFont,
+    ink: str,
+    align: Qt.AlignmentFlag = Qt.AlignmentFlag.AlignLeft,
+    elide: Qt.TextElideMode = Qt.TextElideMode.ElideRight,
+) -> float:
+    """Write one line of text into a box, elided where it does not fit; gives its width."""
+    sizes = QFontMetricsF(face)
+    line = " ".join(text.split())
+    whole = sizes.horizontalAdvance(line) <= box.width()
+    if not line or (not whole and box.width() < sizes.horizontalAdvance("…")):
+        return 0.0
+    painter.setFont(face)
+    painter.setPen(QColor(ink))
+    fitting = line if whole else sizes.elidedText(line, elide, box.width())
+    flags = align | Qt.AlignmentFlag.AlignVCenter | Qt.TextFlag.TextSingleLine
+    painter.drawText(box, int(flags), fitting)
+    return sizes.horizontalAdvance(fitting)
+
+
+def smaller(font: QFont) -> QFont:
+    """The font of the second line."""
+    small = QFont(font)
+    if font.pointSizeF() > 0:
+        small.setPointSizeF(font.pointSizeF() * SMALL)
+    else:
+        small.setPixelSize(round(font.pixelSize() * SMALL))
+    return small
+
+
+#: Least room between the two texts of a row in pixels, and of the first one in average letters.
+APART, LETTERS = 8, 5
+
+
+class SideList(QWidget):
+    """A list, and what stands above and below it.
+
+    Attributes
+    ----------
+    column : QVBoxLayout
+        Holds them, from the top.
+    """
+
+    def __init__(self, document: Document) -> None:
+        super().__init__()
+        self.document = document
+        self.column = QVBoxLayout(self)
+        self.column.setContentsMargins(4, 4, 4, 4)
+        self.column.setSpacing(4)
+
+    def sizeHint(self) -> QSize:
+        """Room for all columns and some rows."""
+        return QSize(300, 220)
+
+    def minimumSizeHint(self) -> QSize:
+        """Room for two rows, and less than the columns need; then one scrolls."""
+        return QSize(180, 88)
+
+
+class RowList(QListView):
+    """Rows of one height; keys that label and play are left to the window.
+
+    Attributes
+    ----------
+    opened : Signal(QModelIndex)
+        Enter was pressed on a row.
+    """
+
+    opened = Signal(QModelIndex)
+
+    def __init__(self, model: QAbstractItemModel) -> None:
+        super().__init__()
+        self.setModel(model)
+        self.setUniformItemSizes(True)
+        self.setVerticalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
+        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Enter opens a row; letters search for none."""
+        if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
+            self.opened.emit(self.currentIndex())
+        elif event.text() and event.text().isprintable():
+            event.ignore()
+        else:
+            super().keyPressEvent(event)
+
+
+def write_row(
+    painter: QPainter,
+    room: QRectF,
+    texts: tuple[str, str],
+    inks: tuple[QColor, QColor],
+    font: QFont,
+    *,
+    among: tuple[str, ...] | None = None,
+) -> None:
+    """Write a text, and another one flush right where that leaves room for the first.
+
+    Parameters
+    ----------
+    texts, inks : tuple of two
+        Of both; the other one may be empty.
+    font : QFont
+        Of the first; the other one is in the painter's own.
+    among : tuple of str, optional
+        Where the first is a name: all that it stands among. Otherwise it is a sentence.
+    """
+    metrics, middle = painter.fontMetrics(), Qt.AlignmentFlag.AlignVCenter
+    first, other = texts
+    wide = metrics.horizontalAdvance(other) + APART
+    if other and room.width() - wide > LETTERS * metrics.averageCharWidth():
+        painter.setPen(inks[1])
+        painter.drawText(room, middle | Qt.AlignmentFlag.AlignRight, other)
+        room = room.adjusted(0, 0, -wide, 0)
+    painter.setFont(font)
+    painter.setPen(inks[0])
+    if among is None:
+        cut = elided(first, font, room.width())
+    else:
+        cut = elided_name(first, font, room.width(), among)
+    painter.drawText(room, middle | Qt.AlignmentFlag.AlignLeft, cut)
+
+
+_LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
+_RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+
+#: Views ask for these thousands of times for one page: as plain numbers they compare fast.
+_DISPLAY, _ALIGNMENT, _TIP, _COLOUR, _FONT = map(
+    int,
+    (
+        Qt.ItemDataRole.DisplayRole,
+        Qt.ItemDataRole.TextAlignmentRole,
+        Qt.ItemDataRole.ToolTipRole,
+        Qt.ItemDataRole.ForegroundRole,
+        Qt.ItemDataRole.FontRole,
+    ),
+)
+_ROLES = frozenset({_DISPLAY, _ALIGNMENT, _TIP, _COLOUR, _FONT})
+
+#: Of a column's texts only so many of the longest are measured; what is left free beside them.
+MEASURED_TEXTS, COLUMN_PADDING = 3, 8
+
+
+@dataclass(frozen=True, slots=True)
+class TableColumn:
+    """A column's name, what explains it, and whether it holds numbers, which stand at the right.
+
+    Numbers of a column have equally many decimals: their points stand below one another.
+    """
+
+    name: str
+    tip: str = ""
+    number: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class TableRow:
+    """A row: its name in the header, if rows have one; its cells; and their colours, if any."""
+
+    cells: tuple[str, ...]
+    name: str = ""
+    tip: str = ""
+    colours: tuple[str | None, ...] = ()
+    bold: bool = False
+
+
+class TextModel(QAbstractTableModel):
+    """Rows of texts."""
+
+    def __init__(self, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self.columns: tuple[TableColumn, ...] = ()
+        self.rows: tuple[TableRow, ...] = ()
+
+    def show(self, columns: Sequence[TableColumn], rows: Sequence[TableRow]) -> None:
+        """Hold these from now on."""
+        self.beginResetModel()
+        self.columns, self.rows = tuple(columns), tuple(rows)
+        self.endResetModel()
+
+    def replace_texts(self, rows: Sequence[TableRow]) -> None:
+        """Hold other texts in as many rows; the row that is chosen stays so."""
+        self.rows = tuple(rows)
+        if self.rows:
+            last = self.index(len(self.rows) - 1, len(self.columns) - 1)
+            self.dataChanged.emit(self.index(0, 0), last)
+
+    def as_tsv(self) -> str:
+        """What is held, with names of columns and of rows that have any, for spreadsheets."""
+        named = any(row.name for row in self.rows)
+        lines = [["", *(column.name for column in self.columns)]]
+        lines += [[row.name, *row.cells] for row in self.rows]
+        return as_tsv(lines if named else [line[1:] for line in lines])
+
+    def rowCount(self, parent: Index = NOWHERE) -> int:
+        """How many rows there are."""
+        return 0 if parent.isValid() else len(self.rows)
+
+    def columnCount(self, parent: Index = NOWHERE) -> int:
+        """How many columns there are."""
+        return 0 if parent.isValid() else len(self.columns)
+
+    def data(self, index: Index, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
+        """What a cell shows."""
+        row, column = self.rows[index.row()], index.column()
+        if role == _DISPLAY:
+            return row.cells[column]
+        if role == _ALIGNMENT:
+            return _RIGHT if self.columns[column].number else _LEFT
+        if role == _TIP:
+            return row.tip or self.columns[column].tip or row.cells[column]  # which may be cut
+        if role == _COLOUR and column < len(row.colours):
+            colour = row.colours[column]
+            return None if colour is None else QBrush(QColor(colour))
+        if role == _FONT and row.bold:
+            font = QGuiApplication.font()
+            font.setBold(True)
+            return font
+        return None
+
+    def headerData(
+        self,
+        section: int,
+        orientation: Qt.Orientation,
+        role: int = Qt.ItemDataRole.DisplayRole,
+    ) -> Any:
+        """Names of columns and rows, and what explains them."""
+        if role not in _ROLES:
+            return None
+        across = orientation == Qt.Orientation.Horizontal
+        if section >= len(self.columns if across else self.rows):
+            return None
+        if role == _DISPLAY:
+            return self.columns[section].name if across else self.rows[section].name
+        if role == _TIP:
+            named = self.columns[section] if across else self.rows[section]
+            return named.tip or named.name or None
+        if role == _ALIGNMENT:
+            return _RIGHT if across and self.columns[section].number else _LEFT
+        return None
+
+
+class TextTable(QTableView):
+    """A view of whole rows; letters and digits are left to the window."""
+
+    def __init__(self, model: TextModel) -> None:
+        super().__init__()
+        self._model = model
+        self.setModel(model)
+        whole_rows(self)
+        self.horizontalHeader().setMinimumSectionSize(28)
+        themes().changed.connect(self.viewport().update)
+
+    def fit_columns(self, stretched: int | None = None) -> None:
+        """Make columns as wide as their longest texts; one may get the room that is left.
+
+        Qt would measure every cell by its style: seconds for 200 rows.
+
+        Parameters
+        ----------
+        stretched : int, optional
+            The column that gets what the others leave.
+        """
+        model, header = self._model, self.horizontalHeader()
+        bold = QFont(self.font())
+        bold.setBold(True)
+        measure = QFontMetrics(bold).horizontalAdvance
+        modes = QHeaderView.ResizeMode
+        for number, column in enumerate(model.columns):
+            texts = [*column.name.split("\n"), *(row.cells[number] for row in model.rows)]
+            longest = sorted(texts, key=len)[-MEASURED_TEXTS:]
+            header.setSectionResizeMode(number, modes.Interactive)
+            header.resizeSection(number, max(map(measure, longest)) + 2 * COLUMN_PADDING)
+        if stretched is not None:
+            header.setSectionResizeMode(stretched, modes.Stretch)
+
+    def focusInEvent(self, event: QFocusEvent) -> None:
+        """Who comes by keyboard begins at the first row."""
+        by_mouse = event.reason() == Qt.FocusReason.MouseFocusReason
+        if not by_mouse and not self.currentIndex().isValid():
+            self.selectRow(0)
+        super().focusInEvent(event)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Enter opens the row, as a click does; plain characters are not searched for."""
+        if event.key() in ENTER_KEYS:
+            if self.currentIndex().isValid():
+                self.clicked.emit(self.currentIndex())
+        elif event.text() and event.text().isprintable():
+            event.ignore()
+        else:
+            super().keyPressEvent(event)
+
+
+def as_tsv(lines: Sequence[Sequence[str]]) -> str:
+    """Lines of cells with tabs between them, as spreadsheets take them."""
+    return "".join("\t".join(" ".join(cell.split()) for cell in cells) + "\n" for cells in lines)
+
+
+def copy_text(text: str) -> None:
+    """Put a text on the clipboard."""
+    QGuiApplication.clipboard().setText(text)

@@ -1,0 +1,335 @@
+"""Key and wheel events: keys of a whole window, held keys, guards for text fields.
+
+Qt asks the widget in focus first whether it wants a key (``ShortcutOverride``). Line edits say yes
+for most of what they need; buttons, sliders and trees do not ask for theirs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+from typing import Protocol, runtime_checkable
+
+import shiboken6
+from PySide6.QtCore import QEvent, QObject, Qt, QTimer
+from PySide6.QtGui import QAction, QGuiApplication, QKeyEvent, QKeySequence
+from PySide6.QtWidgets import (
+    QAbstractButton,
+    QAbstractItemView,
+    QAbstractSlider,
+    QAbstractSpinBox,
+    QApplication,
+    QComboBox,
+    QKeySequenceEdit,
+    QLineEdit,
+    QPlainTextEdit,
+    QTextEdit,
+    QTreeView,
+    QWidget,
+)
+
+
+def application() -> QApplication:
+    """The one that runs.
+
+    Raises
+    ------
+    RuntimeError
+        If there is none yet.
+    """
+    running = QApplication.instance()
+    if not isinstance(running, QApplication):
+        raise RuntimeError("keys are bound after the application was made")
+    return running
+
+
+class KeyEventFilter(QObject):
+    """Filters the events of the widget that keys go to, and of that only.
+
+    That is the one in focus, or else the window: it gets what is typed once a field has been left
+    with Esc. A filter on the application would see every event.
+    """
+
+    _heard: QWidget | None = None
+
+    def follow_keys(self) -> None:
+        """Listen from now on."""
+        application().focusChanged.connect(self._follow)
+        self._follow(None, QApplication.focusWidget())
+
+    def _follow(self, _: QWidget | None, now: QWidget | None) -> None:
+        """Listen where the keys go now."""
+        if self._heard is not None and shiboken6.isValid(self._heard):
+            self._heard.removeEventFilter(self)
+        self._heard = QApplication.activeWindow() if now is None else now
+        if self._heard is not None:
+            self._heard.installEventFilter(self)
+
+
+#: A release and a press of one key that are at most this apart, in ms, are one repetition: the X
+#: server makes both at the same time.
+PRESS_GAP_MS = 1
+
+
+class HeldShortcuts(KeyEventFilter):
+    """Keeps actions that do not repeat from the repetitions of a held key.
+
+    Qt does that by itself where it knows a press for a repetition. On X11 it often does not, and a
+    held Space would start and stop playback thirty times a second.
+
+    Parameters
+    ----------
+    app : QApplication
+        Its keys are watched.
+    apart : bool, optional
+        Whether repetitions come as unmarked pairs; by default, whether the display is X11.
+    """
+
+    def __init__(self, app: QApplication, apart: bool | None = None) -> None:
+        super().__init__(app)
+        self._apart = QGuiApplication.platformName() == "xcb" if apart is None else apart
+        self._released: tuple[int, int] | None = None  # key, ms of the window system
+        self._again = False
+        if self._apart:
+            self.follow_keys()
+
+    def watch(self, action: QAction) -> None:
+        """Keep an action from repetitions."""
+        if self._apart:
+            action.installEventFilter(self)
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Note when keys go down and up; take a shortcut away that comes of a repetition."""
+        kind = event.type()
+        if kind == QEvent.Type.Shortcut:
+            return self._again and isinstance(watched, QAction)
+        if kind == QEvent.Type.KeyRelease and isinstance(event, QKeyEvent):
+            self._released, self._again = (event.key(), event.timestamp()), False
+        elif kind == QEvent.Type.ShortcutOverride and isinstance(event, QKeyEvent):
+            self._again = self._repeats(event)
+        return False
+
+    def _repeats(self, event: QKeyEvent) -> bool:
+        """Whether a press only tells that its key is still down."""
+        if event.isAutoRepeat() or self._released is None:
+            return event.isAutoRepeat()
+        key, at = self._released
+        return Qt.Key(key) == event.key() and 0 <= event.timestamp() - at <= PRESS_GAP_MS
+
+
+@cache
+def held_shortcuts() -> HeldShortcuts:
+    """The one of this application, which must exist."""
+    return HeldShortcuts(application())
+
+
+#: How long a press that makes a release untrue is waited for, in ms; repetitions are 30 apart.
+RELEASE_WAIT_MS = 10
+#: A release and a press of one key that are less than this apart, in ms, are of no finger.
+REPEAT_GAP_MS = 5
+
+
+class AutoRepeatFilter(QObject):
+    """Puts releases off until it is sure that the key is up.
+
+    On X11 each repetition is a release and a press of the same time. Qt marks them as repetition
+    only if both have come when it looks, and often the press has not.
+
+    Parameters
+    ----------
+    parent : QObject
+        Whose keys they are.
+    apart : bool, optional
+        Whether repetitions come as unmarked pairs; by default, whether the display is X11.
+    """
+
+    def __init__(self, parent: QObject, apart: bool | None = None) -> None:
+        super().__init__(parent)
+        self._apart = QGuiApplication.platformName() == "xcb" if apart is None else apart
+        self._waiting: tuple[int, int, Callable[[], object]] | None = None
+        self._timer = QTimer(self, singleShot=True, interval=RELEASE_WAIT_MS)
+        self._timer.timeout.connect(self.settle)
+
+    def released(self, event: QKeyEvent, act: Callable[[], object]) -> None:
+        """A key seems to be up: act on it as soon as that is sure."""
+        self.settle()
+        if not self._apart:
+            act()
+            return
+        self._waiting = event.key(), event.timestamp(), act
+        self._timer.start()
+
+    def repeats(self, event: QKeyEvent) -> bool:
+        """Whether a press only tells that its key is still down."""
+        if self._waiting is not None:
+            key, at, _ = self._waiting
+            again = event.isAutoRepeat() or abs(event.timestamp() - at) < REPEAT_GAP_MS
+            if key == event.key() and again:
+                self._timer.stop()
+                self._waiting = None
+                return True
+        self.settle()
+        return event.isAutoRepeat()
+
+    def settle(self) -> None:
+        """Act on what was put off."""
+        self._timer.stop()
+        waiting, self._waiting = self._waiting, None
+        if waiting is not None:
+            waiting[2]()
+
+
+_K = Qt.Key
+_S = QKeySequence.StandardKey
+_ARROWS = {_K.Key_Left, _K.Key_Right, _K.Key_Up, _K.Key_Down}
+_PAGING = {_K.Key_Home, _K.Key_End, _K.Key_PageUp, _K.Key_PageDown}
+#: What one edits text with, beside plain characters.
+_EDITING = (
+    _S.Undo,
+    _S.Redo,
+    _S.Copy,
+    _S.Cut,
+    _S.Paste,
+    _S.SelectAll,
+    _S.MoveToPreviousWord,
+    _S.MoveToNextWord,
+    _S.SelectPreviousWord,
+    _S.SelectNextWord,
+    _S.MoveToStartOfLine,
+    _S.MoveToEndOfLine,
+    _S.DeleteStartOfWord,
+    _S.DeleteEndOfWord,
+)
+
+
+#: What moves and deletes in text, with Shift or without.
+_TYPING = _ARROWS | _PAGING | {_K.Key_Backspace, _K.Key_Delete}
+#: What other widgets need. A table leaves left and right to the time axis; Tab walks its cells.
+_THEIRS: tuple[tuple[type[QWidget], set[Qt.Key]], ...] = (
+    (QAbstractButton, {_K.Key_Space}),
+    (QComboBox, _ARROWS | {_K.Key_Space}),
+    (QAbstractSlider, _ARROWS | _PAGING),
+    (QTreeView, _ARROWS),
+    (QAbstractItemView, {_K.Key_Up, _K.Key_Down}),
+)
+
+
+def is_typing(widget: QWidget | None) -> bool:
+    """Whether keys typed into a widget are text."""
+    if isinstance(widget, (QLineEdit, QTextEdit, QPlainTextEdit)):
+        return not widget.isReadOnly()
+    if isinstance(widget, QComboBox):
+        return widget.isEditable()
+    return isinstance(widget, (QAbstractSpinBox, QKeySequenceEdit))
+
+
+@runtime_checkable
+class KeyKeeper(Protocol):
+    """A part of the window with keys of its own, which hold while the keyboard is in it."""
+
+    def keeps(self, event: QKeyEvent) -> bool:
+        """Whether a key is one of them; then it is no command, and no action is painted with it."""
+
+
+def kept_keys(widget: QWidget | None, event: QKeyEvent) -> bool:
+    """Whether a key belongs to a part of the window that a widget is in."""
+    while widget is not None:
+        # To compare with a protocol takes long, and this is asked for each key.
+        named = hasattr(type(widget), "keeps")
+        if named and isinstance(widget, KeyKeeper) and widget.keeps(event):
+            return True
+        if widget.isWindow():
+            return False
+        widget = widget.parentWidget()
+    return False
+
+
+def wants_key(widget: QWidget | None, event: QKeyEvent) -> bool:
+    """Whether a key belongs to the widget in focus and not to the window."""
+    key = Qt.Key(event.key())
+    modifiers = event.modifiers() & ~Qt.KeyboardModifier.KeypadModifier
+    if widget is not None and is_typing(widget):
+        plain = modifiers in (Qt.KeyboardModifier.NoModifier, Qt.KeyboardModifier.ShiftModifier)
+        if not plain:
+            return any(event.matches(standard) for standard in _EDITING)
+        return key in _TYPING or (bool(event.text()) and event.text().isprintable())
+    if isinstance(widget, QAbstractItemView) and event.matches(_S.SelectAll):
+        # All of this list, if anything; where one row is chosen at most, not all of another list.
+        return widget.selectionMode() is not QAbstractItemView.SelectionMode.ExtendedSelection
+    if modifiers != Qt.KeyboardModifier.NoModifier:
+        return False
+    if isinstance(widget, QAbstractItemView) and key in (_K.Key_Space, _K.Key_Delete):
+        # In a list of other things Delete must not erase labels, which nobody is looking at.
+        return _checkable(widget) if key == _K.Key_Space else not _deletes(widget)
+    return any(isinstance(widget, kind) and key in theirs for kind, theirs in _THEIRS)
+
+
+def _deletes(view: QAbstractItemView) -> bool:
+    """Whether a shortcut of Delete is meant for a list: its own, or the window's of segments."""
+    delete = QKeySequence(QKeySequence.StandardKey.Delete)
+    own = any(action.shortcut() == delete for action in view.actions())
+    return own or getattr(view, "lists_segments", False)
+
+
+def _checkable(view: QAbstractItemView) -> bool:
+    """Whether Space would tick the current row."""
+    # Not the flag: items have it even where there is nothing to tick.
+    return view.currentIndex().data(Qt.ItemDataRole.CheckStateRole) is not None
+
+
+class _Guard(KeyEventFilter):
+    """Asks of each key whether the widget in focus needs it."""
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Accept a key for the widget that needs it; the window's shortcut is then not tried."""
+        if (
+            event.type() == QEvent.Type.ShortcutOverride
+            and isinstance(event, QKeyEvent)
+            and isinstance(watched, QWidget)
+            and (wants_key(watched, event) or kept_keys(watched, event))
+        ):
+            event.accept()
+            return True
+        return False
+
+
+@cache
+def guard_typing() -> QObject:
+    """Start guarding; once per application, which must exist."""
+    made = _Guard(application())
+    made.follow_keys()
+    return made
+
+
+class _WheelGuard(QObject):
+    """Leaves the wheel to what is around a field, unless the keyboard is in it."""
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Pass the wheel on."""
+        if (
+            event.type() == QEvent.Type.Wheel
+            and isinstance(watched, QWidget)
+            and not watched.hasFocus()
+        ):
+            event.ignore()
+            return True
+        return False
+
+
+@cache
+def _guard() -> _WheelGuard:
+    """The one of this application, which must exist."""
+    return _WheelGuard(QApplication.instance())
+
+
+def ignore_wheel(*fields: QWidget) -> None:
+    """Let the wheel change fields only while they have the keyboard, which it does not give them.
+
+    Parameters
+    ----------
+    *fields : QWidget
+        Such as spin boxes and combo boxes in an area that scrolls.
+    """
+    for field in fields:
+        field.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        field.installEventFilter(_guard())

@@ -1,0 +1,308 @@
+"""The dialog in which every key can be changed: of all commands and of the task's actions."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+from functools import partial
+
+from PySide6.QtCore import QModelIndex, QSize, Qt
+from PySide6.QtGui import QKeySequence
+from PySide6.QtWidgets import (
+    QDialog,
+    QDialogButtonBox,
+    QFormLayout,
+    QGroupBox,
+    QHBoxLayout,
+    QHeaderView,
+    QKeySequenceEdit,
+    QLabel,
+    QPushButton,
+    QTreeWidget,
+    QTreeWidgetItem,
+    QVBoxLayout,
+    QWidget,
+)
+
+from forcelab.errors import InputError
+from forcelab.gui.document import Document
+from forcelab.gui.layout import search_field, set_tone
+from forcelab.gui.shortcuts import COMMANDS, Keys, key_name
+
+_ROW = Qt.ItemDataRole.UserRole
+
+
+@dataclass(frozen=True, slots=True)
+class _Row:
+    """What a row changes: a command by its id, or an action by its name."""
+
+    name: str
+    is_action: bool
+
+
+class KeysDialog(QDialog):
+    """All keys in one table; what is pressed counts at once.
+
+    Parameters
+    ----------
+    document : Document
+        Whose actions' keys can be changed, too.
+    keys : Keys
+        The commands' keys.
+    offered : collection of str, optional
+        The ids of the commands that do something; by default all.
+    """
+
+    def __init__(
+        self,
+        document: Document,
+        keys: Keys,
+        parent: QWidget | None = None,
+        offered: Collection[str] | None = None,
+    ) -> None:
+        super().__init__(parent)
+        self._offered = [c for c in COMMANDS if offered is None or c.id in offered]
+        self.setWindowTitle("Change keys")
+        self._document = document
+        self._keys = keys
+        self._groups: list[tuple[QTreeWidgetItem, list[QTreeWidgetItem]]] = []
+        self._search = search_field("Search for a command, an action or a key", "Search keys")
+        self._search.setTextMargins(4, 2, 4, 2)
+        self._search.textChanged.connect(self._filter)
+        self._table = self._made_table()
+        self._search.returnPressed.connect(self._table.setFocus)
+        layout = QVBoxLayout(self)
+        layout.setSpacing(10)
+        layout.addWidget(self._search)
+        layout.addWidget(self._table, 1)
+        layout.addWidget(self._made_editor())
+        layout.addWidget(self._made_buttons())
+        self._fill()
+        keys.changed.connect(self._show_keys)
+        document.vocabulary_changed.connect(self._fill)
+        self._search.setFocus()
+
+    def sizeHint(self) -> QSize:
+        """Wide enough for the longest row, high enough for some twenty."""
+        metrics = self.fontMetrics()
+        return QSize(metrics.averageCharWidth() * 78, metrics.lineSpacing() * 42)
+
+    def _made_table(self) -> QTreeWidget:
+        """Commands and actions, and their keys."""
+        table = QTreeWidget()
+        table.setColumnCount(2)
+        table.setHeaderLabels(["Command", "Keys"])
+        table.setAccessibleName("Commands and actions with their keys")
+        table.setRootIsDecorated(False)
+        table.setItemsExpandable(False)
+        table.setIndentation(self.fontMetrics().averageCharWidth() * 2)
+        table.setUniformRowHeights(True)
+        table.header().setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
+        table.header().setSectionResizeMode(1, QHeaderView.ResizeMode.ResizeToContents)
+        table.header().setStretchLastSection(False)
+        table.currentItemChanged.connect(self._show_current)
+        table.itemActivated.connect(lambda *_: self._edits[0].setFocus())
+        return table
+
+    def _made_editor(self) -> QGroupBox:
+        """Where keys are pressed."""
+        self._editor = QGroupBox()
+        self._edits: list[QKeySequenceEdit] = []
+        self._labels: list[QLabel] = []
+        self._removers: list[QPushButton] = []
+        form = QFormLayout()
+        for place, name in enumerate(("Key", "Second key")):
+            edit = QKeySequenceEdit()
+            edit.setAccessibleName(name)
+            edit.setMaximumSequenceLength(1)
+            edit.editingFinished.connect(partial(self._take, place))
+            label = QLabel(name)
+            label.setBuddy(edit)
+            # Not the field's own clear button: the field also empties itself when a press begins.
+            remove = QPushButton("Remove")
+            remove.setAccessibleName(f"Remove: {name}")
+            remove.setAutoDefault(False)
+            remove.clicked.connect(partial(self._remove, place))
+            self._edits.append(edit)
+            self._labels.append(label)
+            self._removers.append(remove)
+            field = QHBoxLayout()
+            field.addWidget(edit, 1)
+            field.addWidget(remove)
+            form.addRow(label, field)
+        self._reset = QPushButton("Default")
+        self._reset.setAccessibleName("Give this command its default keys back")
+        self._reset.setAutoDefault(False)
+        self._reset.clicked.connect(self._reset_one)
+        self._trouble = set_tone("trouble")
+        self._trouble.setTextFormat(Qt.TextFormat.PlainText)
+        self._trouble.setAccessibleName("Why a key was refused")
+        # Kept free, so that the table does not jump when a sentence comes.
+        self._trouble.setMinimumHeight(self.fontMetrics().lineSpacing() * 2)
+        self._trouble.setAlignment(Qt.AlignmentFlag.AlignTop)
+        row = QHBoxLayout()
+        row.addLayout(form, 1)
+        row.addWidget(self._reset, 0, Qt.AlignmentFlag.AlignTop)
+        whole = QVBoxLayout(self._editor)
+        whole.addLayout(row)
+        whole.addWidget(self._trouble)
+        return self._editor
+
+    def _made_buttons(self) -> QDialogButtonBox:
+        """All back, and done."""
+        buttons = QDialogButtonBox()
+        everything = QPushButton("All defaults")
+        everything.setAccessibleName("Give all commands their default keys back")
+        everything.setAutoDefault(False)
+        everything.clicked.connect(self._keys.reset_all)
+        close = QPushButton("Close")
+        close.setAccessibleName("Close")
+        close.setAutoDefault(False)
+        close.clicked.connect(self.accept)
+        buttons.addButton(everything, QDialogButtonBox.ButtonRole.ResetRole)
+        # None is the default: Enter leads from the search to a row and from there to its keys.
+        buttons.addButton(close, QDialogButtonBox.ButtonRole.RejectRole)
+        return buttons
+
+    def _fill(self) -> None:
+        """List the task's actions and all commands anew."""
+        chosen = self._current()
+        self._table.clear()
+        rows: dict[str, list[tuple[str, _Row]]] = {}
+        if len(self._document.vocabulary):
+            rows["Actions of this task"] = [
+                (name, _Row(name, is_action=True)) for name in self._document.vocabulary.names
+            ]
+        for command in self._offered:
+            members = rows.setdefault(command.group, [])
+            members.append((command.text.rstrip("…"), _Row(command.id, is_action=False)))
+        self._groups = [self._group(heading, members) for heading, members in rows.items()]
+        again = [item for item in self._items() if item.data(0, _ROW) == chosen]
+        self._table.setCurrentItem((again or self._items())[0])
+        self._table.expandAll()
+        self._show_keys()
+        self._filter(self._search.text())
+
+    def _group(
+        self, heading: str, members: Sequence[tuple[str, _Row]]
+    ) -> tuple[QTreeWidgetItem, list[QTreeWidgetItem]]:
+        """Add a heading and its rows."""
+        top = QTreeWidgetItem(self._table, [heading])
+        top.setFlags(Qt.ItemFlag.ItemIsEnabled)
+        face = top.font(0)
+        face.setBold(True)
+        top.setFont(0, face)
+        room = QSize(0, round(self.fontMetrics().lineSpacing() * 1.5))
+        top.setSizeHint(0, room)
+        made = []
+        for text, row in members:
+            item = QTreeWidgetItem(top, [text])
+            item.setData(0, _ROW, row)
+            item.setSizeHint(0, room)
+            made.append(item)
+        return top, made
+
+    def _items(self) -> list[QTreeWidgetItem]:
+        """The rows that have keys."""
+        return [item for _, rows in self._groups for item in rows]
+
+    def _current(self) -> _Row | None:
+        """The row whose keys are edited."""
+        item = self._table.currentItem()
+        row = item.data(0, _ROW) if item is not None else None
+        return row if isinstance(row, _Row) else None
+
+    def _keys_of(self, row: _Row) -> tuple[str, ...]:
+        """The keys of a row."""
+        if row.is_action:
+            vocabulary = self._document.vocabulary
+            key = vocabulary[row.name].key if row.name in vocabulary else ""
+            return (key,) if key else ()
+        return self._keys[row.name]
+
+    def _show_keys(self) -> None:
+        """Show the keys that count now; what differs from the default stands out."""
+        for item in self._items():
+            row = item.data(0, _ROW)
+            item.setText(1, ", ".join(key_name(key) for key in self._keys_of(row)))
+            face = item.font(1)
+            face.setBold(not row.is_action and self._keys.changed_by_coder(row.name))
+            item.setFont(1, face)
+        self._show_current()
+
+    def _show_current(self) -> None:
+        """Show the keys of the current row in the fields."""
+        row = self._current()
+        self._trouble.clear()
+        self._editor.setEnabled(row is not None)
+        item = self._table.currentItem()
+        self._editor.setTitle(item.text(0) if item is not None and row is not None else "")
+        bound = (*self._keys_of(row), "", "")[:2] if row is not None else ("", "")
+        for edit, remove, key in zip(self._edits, self._removers, bound, strict=True):
+            edit.setKeySequence(QKeySequence(key, QKeySequence.SequenceFormat.PortableText))
+            remove.setEnabled(bool(key))
+        command = row is None or not row.is_action  # an action has one key, and no default
+        for widget in (self._edits[1], self._labels[1], self._removers[1], self._reset):
+            widget.setVisible(command)
+        changed = row is not None and command and self._keys.changed_by_coder(row.name)
+        self._reset.setEnabled(changed)
+
+    def _take(self, place: int) -> None:
+        """Give the current row the key that was pressed in a field."""
+        row = self._current()
+        key = self._edits[place].keySequence().toString(QKeySequence.SequenceFormat.PortableText)
+        if row is None or not key:
+            self._show_current()  # nothing came of a press, as of Ctrl alone
+            return
+        bound = list(self._keys_of(row))
+        if row.is_action:
+            key = key.lower()
+        if key not in bound:
+            bound[place : place + 1] = [key]
+            self._set(row, bound)
+
+    def _remove(self, place: int) -> None:
+        """Take a key away from the current row."""
+        row = self._current()
+        if row is not None:
+            bound = list(self._keys_of(row))
+            del bound[place : place + 1]
+            self._set(row, bound)
+
+    def _set(self, row: _Row, bound: Sequence[str]) -> None:
+        """Give a row other keys, or say why not."""
+        try:
+            if row.is_action:
+                vocabulary, key = self._document.vocabulary, bound[0] if bound else ""
+                self._document.set_vocabulary(vocabulary.rebound(row.name, key))
+            else:
+                self._keys.set_keys(row.name, bound, self._document.vocabulary)
+        except InputError as error:
+            self._refuse(error)
+
+    def _refuse(self, error: InputError) -> None:
+        """Say why a key cannot be had, and show the keys that count."""
+        self._show_current()
+        self._trouble.setText(str(error))
+
+    def _reset_one(self) -> None:
+        """Give the current command its default keys back."""
+        row = self._current()
+        if row is None or row.is_action:
+            return
+        try:
+            self._keys.reset(row.name)
+        except InputError as error:
+            self._refuse(error)
+
+    def _filter(self, text: str) -> None:
+        """Leave what contains the text in its name or its keys; of that one row is current."""
+        wanted = text.casefold().strip()
+        for top, rows in self._groups:
+            for item in rows:
+                item.setHidden(wanted not in f"{item.text(0)} {item.text(1)}".casefold())
+            top.setHidden(all(item.isHidden() for item in rows))
+        found = [item for item in self._items() if not item.isHidden()]
+        if self._table.currentItem() not in found:
+            first = self._table.indexFromItem(found[0]) if found else QModelIndex()
+            self._table.setCurrentIndex(first)

@@ -1,0 +1,609 @@
+"""The list of the task's actions, with keys, colours and suggestions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection
+from functools import cache
+from typing import Any
+
+from PySide6.QtCore import (
+    QAbstractListModel,
+    QModelIndex,
+    QObject,
+    QPoint,
+    QRectF,
+    QSize,
+    Qt,
+    QTimer,
+    Signal,
+)
+from PySide6.QtGui import QColor, QContextMenuEvent, QFont, QKeyEvent, QPainter, QPen, QShowEvent
+from PySide6.QtWidgets import (
+    QApplication,
+    QColorDialog,
+    QCompleter,
+    QDialog,
+    QDialogButtonBox,
+    QFrame,
+    QHBoxLayout,
+    QInputDialog,
+    QLabel,
+    QLineEdit,
+    QMenu,
+    QPushButton,
+    QScrollArea,
+    QStyle,
+    QStyledItemDelegate,
+    QStyleOptionViewItem,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from forcelab.errors import ForcelabError, InputError
+from forcelab.glossary import Entry, glossary
+from forcelab.gui.document import Document
+from forcelab.gui.icons import icon
+from forcelab.gui.item_views import NOWHERE, Index, RowList, SideList, write_row
+from forcelab.gui.label.segment_commands import fill_range, rename_action
+from forcelab.gui.label.swatches import paint_key, paint_swatch, style_of, swatch_icon
+from forcelab.gui.label.track_rows import track_spans
+from forcelab.gui.layout import placeholder, set_enabled_with_reason
+from forcelab.gui.theme import colours, themes
+from forcelab.vocabulary import COLOURS, Vocabulary
+
+
+class ActionModel(QAbstractListModel):
+    """A row for every action of the open demonstration's task.
+
+    Attributes
+    ----------
+    counts : dict of str to (int, float)
+        By action, how many of the coder's segments have it and how many seconds they cover.
+    """
+
+    def __init__(self, document: Document, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self.document = document
+        self.counts: dict[str, tuple[int, float]] = {}
+        self._actions = document.vocabulary.actions
+
+    def refresh(self) -> None:
+        """Show the vocabulary as it is now; rows that stay keep selection and place."""
+        actions = self.document.vocabulary.actions
+        kept = min(len(actions), len(self._actions))
+        if len(actions) > kept:
+            self.beginInsertRows(NOWHERE, kept, len(actions) - 1)
+            self._actions = actions
+            self.endInsertRows()
+        elif len(self._actions) > kept:
+            self.beginRemoveRows(NOWHERE, kept, len(self._actions) - 1)
+            self._actions = actions
+            self.endRemoveRows()
+        self._actions = actions
+        self.redraw()
+
+    def count(self) -> None:
+        """Count the coder's segments."""
+        self.counts = track_spans(self.document.segments).totals()
+        self.redraw()
+
+    def redraw(self) -> None:
+        """Have every row drawn again."""
+        if self._actions:
+            self.dataChanged.emit(self.index(0), self.index(len(self._actions) - 1))
+
+    def name(self, row: int) -> str | None:
+        """The action of a row."""
+        return self._actions[row].name if 0 <= row < len(self._actions) else None
+
+    def rowCount(self, parent: Index = NOWHERE) -> int:
+        """How many actions there are."""
+        return 0 if parent.isValid() else len(self._actions)
+
+    def data(self, index: Index, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
+        """An action's name, and all about it as its tooltip."""
+        if not index.isValid() or index.row() >= len(self._actions):
+            return None
+        action = self._actions[index.row()]
+        if role == Qt.ItemDataRole.DisplayRole:
+            return action.name
+        if role == Qt.ItemDataRole.ToolTipRole:
+            return _tooltip(action.name)
+        if role == Qt.ItemDataRole.AccessibleTextRole:
+            number, seconds = self.counts.get(action.name, (0, 0.0))
+            brush = ", brush" if action.name == self.document.action else ""
+            return (
+                "{}, key {}, {} segments, {:.1f} seconds".format(
+                    action.name, action.key or "none", number, seconds
+                )
+                + brush
+            )
+        return None
+
+
+@cache
+def action_menu_entries() -> dict[str, Entry]:
+    """The glossary by action; empty where its file is missing or broken, which others tell."""
+    try:
+        return {entry.action: entry for entry in glossary()}
+    except InputError:
+        return {}
+
+
+def _tooltip(name: str) -> str:
+    """What the glossary says of an action; at least its name, which may be cut on screen."""
+    entry = action_menu_entries().get(name)
+    if entry is None:
+        return name
+    starts, ends, unlike = (
+        "Starts:",
+        "Ends:",
+        "Beware:",
+    )
+    return (
+        f"<p><b>{entry.action}</b> {entry.sentence}</p>"
+        f"<p><b>{starts}</b> {entry.starts}<br><b>{ends}</b> {entry.ends}</p>"
+        f"<p><b>{unlike}</b> {entry.unlike}</p>"
+    )
+
+
+class KeyDialog(QDialog):
+    """Waits for the key that shall paint an action; says at once why one cannot.
+
+    Parameters
+    ----------
+    vocabulary : Vocabulary
+    name : str
+        The action.
+
+    Attributes
+    ----------
+    key : str or None
+        The one that was accepted; empty for no key any more.
+    """
+
+    def __init__(self, vocabulary: Vocabulary, name: str, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._vocabulary, self._name = vocabulary, name
+        self.key: str | None = None
+        self.setWindowTitle(f"Key of '{name}'")
+        ask = QLabel(f"Press the key that paints '{name}'. Backspace takes its key away.")
+        ask.setWordWrap(True)
+        self.trouble = QLabel()
+        self.trouble.setWordWrap(True)
+        self.trouble.setMinimumHeight(2 * self.fontMetrics().height())
+        self.trouble.setStyleSheet(f"color: {colours().trouble}")
+        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Cancel)
+        buttons.rejected.connect(self.reject)
+        for button in buttons.buttons():
+            button.setFocusPolicy(Qt.FocusPolicy.NoFocus)  # keys are for this dialog
+        column = QVBoxLayout(self)
+        column.addWidget(ask)
+        column.addWidget(self.trouble)
+        column.addWidget(buttons)
+        self.setMinimumWidth(320)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Take the key, or say what is against it."""
+        if event.key() == Qt.Key.Key_Escape:
+            self.reject()
+            return
+        key = event.text().strip().lower()
+        if event.key() in (Qt.Key.Key_Backspace, Qt.Key.Key_Delete):
+            key = ""
+        elif not key or not key.isprintable():
+            return
+        try:
+            self._vocabulary.rebound(self._name, key)
+        except InputError as error:
+            self.trouble.setText(str(error))
+            return
+        self.key = key
+        self.accept()
+
+
+def ask_name(old: str, parent: QWidget) -> str | None:
+    """Ask for another name of an action; None if it shall keep its own."""
+    name, given = QInputDialog.getText(
+        parent,
+        "Rename action",
+        f"New name of '{old}':",
+        text=old,
+    )
+    name = " ".join(name.split())
+    return name if given and name and name != old else None
+
+
+def colour_menu(current: str, choose: Callable[[str], object], around: QMenu) -> QMenu:
+    """The colours that every viewer tells apart, then any other; below another menu."""
+    menu, parent = around.addMenu("Colour"), around.parentWidget()
+    names = (
+        "Blue",
+        "Vermilion",
+        "Sky blue",
+        "Orange",
+        "Bluish green",
+        "Yellow",
+        "Reddish purple",
+        "Black",
+    )
+    for colour, name in zip(COLOURS, names, strict=True):
+        action = menu.addAction(swatch_icon(colour), name)
+        action.setEnabled(colour != current)
+        action.triggered.connect(lambda _=False, colour=colour: choose(colour))
+    menu.addSeparator()
+    other = menu.addAction("Other…")
+
+    def ask() -> None:
+        chosen = QColorDialog.getColor(QColor(current), parent, "Colour")
+        if chosen.isValid():
+            choose(chosen.name())
+
+    other.triggered.connect(ask)
+    return menu
+
+
+class ActionRows(RowList):
+    """A list of actions, with the menu of each."""
+
+    def __init__(self, model: ActionModel, menu: Callable[[str], QMenu]) -> None:
+        super().__init__(model)
+        self._model, self._menu = model, menu
+        self.setAccessibleName("Actions: Enter takes up the brush")
+        self.setItemDelegate(_Delegate(model, self))
+        self.setMouseTracking(True)
+
+    def contextMenuEvent(self, event: QContextMenuEvent) -> None:
+        """Offer what can be done with the action that was pointed at or chosen."""
+        by_mouse = event.reason() == QContextMenuEvent.Reason.Mouse
+        index = self.indexAt(event.pos()) if by_mouse else self.currentIndex()
+        name = self._model.name(index.row())
+        if name is None:
+            return
+        below = QPoint(8, self.visualRect(index).bottom())
+        menu = self._menu(name)
+        menu.exec(event.globalPos() if by_mouse else self.viewport().mapToGlobal(below))
+        menu.deleteLater()
+
+
+class _Delegate(QStyledItemDelegate):
+    """Draws one action."""
+
+    def __init__(self, model: ActionModel, parent: QWidget) -> None:
+        super().__init__(parent)
+        self._model = model
+
+    def sizeHint(self, option: QStyleOptionViewItem, index: Index) -> QSize:
+        """A key cap with some room."""
+        return QSize(120, round(option.fontMetrics.height() * 1.9))
+
+    def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: Index) -> None:
+        """Draw key, look, name and amounts; the brush on the accent's colour."""
+        document = self._model.document
+        action = document.vocabulary.actions[index.row()]
+        theme = colours()
+        box = QRectF(option.rect)
+        brush = action.name == document.action
+        stroke = document.stroke is not None and document.stroke.action == action.name
+        painter.save()
+        ink, aside = QColor(theme.text), QColor(theme.muted)
+        if brush:
+            painter.fillRect(box, QColor(theme.accent))
+            ink = aside = QColor(theme.accent_text)
+        elif option.state & QStyle.StateFlag.State_MouseOver:
+            painter.fillRect(box, QColor(theme.panel))
+        if stroke:
+            painter.fillRect(QRectF(box.left(), box.top(), 3, box.height()), QColor(theme.cursor))
+        if option.state & QStyle.StateFlag.State_HasFocus:
+            painter.setPen(QPen(QColor(theme.accent_text if brush else theme.accent), 1))
+            painter.drawRect(box.adjusted(1.5, 1.5, -1.5, -1.5))
+        unit = option.fontMetrics.height()
+        cap = QRectF(box.left() + 6, 0, unit * 1.4, unit * 1.45)
+        cap.moveTop(round(box.center().y() - cap.height() / 2))
+        paint_key(painter, cap, action.key, option.font)
+        swatch = QRectF(round(cap.right() + 6), round(box.center().y() - unit * 0.45), unit, unit)
+        swatch.setSize(QSize(round(unit * 1.5), round(unit * 0.9)).toSizeF())
+        paint_swatch(painter, swatch, style_of(document.vocabulary, action.name))
+        number, seconds = self._model.counts.get(action.name, (0, 0.0))
+        amount = f"{number} · {seconds:.1f} s" if number else ""
+        room = box.adjusted(swatch.right() - box.left() + 8, 0, -8, 0)
+        font = QFont(option.font)
+        font.setBold(brush)
+        write_row(
+            painter,
+            room,
+            (action.name, amount),
+            (ink, aside),
+            font,
+            among=document.vocabulary.names,
+        )
+        painter.restore()
+
+
+class ActionSuggestions(QScrollArea):
+    """One button for each action that the vocabulary lacks.
+
+    Attributes
+    ----------
+    chosen : Signal(str)
+        An action is to be added.
+    dismissed : Signal
+        There are enough of them.
+    """
+
+    chosen = Signal(str)
+    dismissed = Signal()
+
+    def __init__(self) -> None:
+        super().__init__()
+        page = QWidget()
+        column = QVBoxLayout(page)
+        self._text = QLabel()
+        self._text.setWordWrap(True)
+        self.enough = QPushButton("That is all")
+        self.enough.setToolTip("Show the chosen actions only; painting does so, too")
+        self.enough.clicked.connect(self.dismissed)
+        column.addWidget(self._text)
+        column.addWidget(self.enough)
+        # Below each other: side by side the longer names are cut off in a narrow list.
+        self.buttons: dict[str, QPushButton] = {}
+        for name, entry in action_menu_entries().items():
+            button = QPushButton(name)
+            button.setToolTip(entry.sentence)
+            button.clicked.connect(lambda _=False, name=name: self.chosen.emit(name))
+            column.addWidget(button)
+            self.buttons[name] = button
+        column.addStretch(1)
+        self.setWidgetResizable(True)
+        self.setFrameShape(QFrame.Shape.NoFrame)
+        self.setWidget(page)
+        self.leave_out(())
+
+    def leave_out(self, names: Collection[str]) -> None:
+        """Offer no action of these names, which the vocabulary has."""
+        for name, button in self.buttons.items():
+            button.setVisible(name not in names)
+        self.enough.setVisible(bool(names))
+        if names:
+            self._text.setText("More actions to add:")
+        else:
+            self._text.setText("No actions yet: add one below, or begin with these.")
+
+
+#: Counting waits until nothing was painted for so many ms: strokes come first.
+FILTER_DELAY_MS = 80
+
+
+class _Entry(QLineEdit):
+    """The name of an action to add; Escape empties it and leaves it."""
+
+    def keeps(self, event: QKeyEvent) -> bool:
+        """Escape is for the line; in the window it means something else."""
+        return event.key() == Qt.Key.Key_Escape
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Escape; everything else edits."""
+        if self.keeps(event):
+            self.clear()
+            self.clearFocus()  # where keys are text, the next one would not paint
+        else:
+            super().keyPressEvent(event)
+
+
+class ActionList(SideList):
+    """The actions of the open demonstration's task.
+
+    Clicking an action (or Enter on it) makes it the brush, and once more puts the brush down; while
+    a range is marked it fills the range instead.
+    """
+
+    def __init__(self, document: Document) -> None:
+        super().__init__(document)
+        self.setAccessibleName("Actions")
+        self.model = ActionModel(document, self)
+        self.list = ActionRows(self.model, self.menu)
+        self.list.clicked.connect(self._clicked)
+        self.list.opened.connect(self._clicked)
+        self.entry = _Entry(placeholderText="Add an action", clearButtonEnabled=True)
+        self.entry.setAccessibleName("Name of an action to add")
+        self.entry.returnPressed.connect(self._add_typed)
+        completer = QCompleter(list(action_menu_entries()), self)
+        completer.setCaseSensitivity(Qt.CaseSensitivity.CaseInsensitive)
+        self.entry.setCompleter(completer)
+        self.plus = add = QToolButton()
+        add.setIcon(icon("plus"))
+        add.setToolTip("Add the action; it gets a free colour and a free key")
+        add.setAccessibleName("Add action")
+        add.clicked.connect(self._add_typed)
+        self.suggestions = ActionSuggestions()
+        self.suggestions.chosen.connect(self.add)
+        self.suggestions.dismissed.connect(self._suggest_no_more)
+        self.nothing = placeholder("No demonstration is open.")
+        #: The task to which actions are suggested: from its first one on, until it is painted.
+        self._suggested: str | None = None
+        bar = QHBoxLayout()
+        bar.setSpacing(2)
+        bar.addWidget(self.entry, 1)
+        bar.addWidget(add)
+        for widget in (self.list, self.suggestions, self.nothing):
+            self.column.addWidget(widget, 1)
+        self.column.addLayout(bar)
+        self._striking = -1
+        self._counting = QTimer(self, singleShot=True, interval=FILTER_DELAY_MS)
+        self._counting.timeout.connect(self._count)
+        document.project_changed.connect(self.entry.clear)
+        document.vocabulary_changed.connect(self._refresh)
+        document.demonstration_changed.connect(self._refresh)
+        document.tracks_changed.connect(self._count_soon)
+        document.tracks_changed.connect(self._follow_painting)
+        document.stroke_changed.connect(self._follow_painting)
+        document.action_changed.connect(self.list.viewport().update)
+        document.stroke_changed.connect(self._show_stroke)
+        themes().changed.connect(self.list.viewport().update)
+        self._refresh()
+
+    def _show_stroke(self) -> None:
+        """Mark the row of the action that a key has begun, and only that one anew."""
+        stroke = self.document.stroke
+        names = self.document.vocabulary.names
+        now = names.index(stroke.action) if stroke is not None and stroke.action in names else -1
+        for row in {self._striking, now} - {-1}:
+            self.list.update(self.list.model().index(row, 0))
+        self._striking = now
+
+    def showEvent(self, event: QShowEvent) -> None:
+        """Count what was painted while it was hidden."""
+        super().showEvent(event)
+        self._count()
+
+    # What one can do with an action
+
+    def use(self, name: str) -> None:
+        """Fill the marked range with an action, or take it up as the brush, or put it down."""
+        document = self.document
+        if document.range is not None:
+            fill_range(document, name)
+        else:
+            self._toggle(name)
+
+    def _toggle(self, name: str) -> None:
+        """Take an action up as the brush, or put it down."""
+        self.document.set_action(None if self.document.action == name else name)
+
+    def add(self, name: str) -> bool:
+        """Add an action; the others stay as they are."""
+        name = " ".join(name.split())
+        if not name:
+            return False
+        if name in self.document.vocabulary:
+            self.document.say(f"There is an action '{name}' already.", True)
+            return False
+        return self.document.add_actions(name)
+
+    def rename(self, name: str, new: str) -> bool:
+        """Give an action another name, in all segments of the coder's that have it."""
+        return rename_action(self.document, name, new, self)
+
+    def recolour(self, name: str, colour: str) -> bool:
+        """Give an action another colour."""
+        return self._change(lambda: self.document.vocabulary.recoloured(name, colour))
+
+    def remove(self, name: str) -> bool:
+        """Take an action that no segment has out of the vocabulary."""
+        project, demonstration = self.document.project, self.document.demonstration
+        if project is None or demonstration is None:
+            return False
+        try:
+            project.refuse_removing(self.document.author, name, demonstration.task)
+        except ForcelabError as error:
+            self.document.say(str(error), True)
+            return False
+        return self._change(lambda: self.document.vocabulary.removed(name))
+
+    def menu(self, name: str) -> QMenu:
+        """What can be done with an action."""
+        document = self.document
+        menu = QMenu(self)
+        brush = menu.addAction("Use as brush")
+        brush.setCheckable(True)
+        brush.setChecked(document.action == name)
+        brush.triggered.connect(lambda: self._toggle(name))
+        if document.range is not None:
+            fill = menu.addAction(icon("range"), "Fill the marked range")
+            fill.triggered.connect(lambda: fill_range(document, name))
+        menu.addSeparator()
+        key = menu.addAction(icon("key"), "Change key…")
+        key.triggered.connect(lambda: self._ask_key(name))
+        current = document.vocabulary[name].colour
+        colour_menu(current, lambda colour: self.recolour(name, colour), menu)
+        other = menu.addAction(icon("pencil"), "Rename…")
+        other.triggered.connect(lambda: self._ask_name(name))
+        remove = menu.addAction(icon("trash"), "Remove")
+        remove.triggered.connect(lambda: self.remove(name))
+        return menu
+
+    # Inside
+
+    def _change(self, change: Callable[[], Vocabulary]) -> bool:
+        """Store the vocabulary as changed; what cannot be is told in one sentence."""
+        try:
+            changed = change()
+        except InputError as error:
+            self.document.say(str(error), True)
+            return False
+        return self.document.set_vocabulary(changed)
+
+    def _ask_key(self, name: str) -> None:
+        """Let a key be pressed for an action."""
+        dialog = KeyDialog(self.document.vocabulary, name, self)
+        dialog.exec()
+        if (key := dialog.key) is not None:
+            # The vocabulary may have changed elsewhere while the dialog was open.
+            self._change(lambda: self.document.vocabulary.rebound(name, key))
+        dialog.deleteLater()
+
+    def _ask_name(self, name: str) -> None:
+        """Let an action's name be typed."""
+        if (new := ask_name(name, self)) is not None:
+            self.rename(name, new)
+
+    def _add_typed(self) -> None:
+        """Add the action whose name was typed."""
+        if self.add(self.entry.text()):
+            self.entry.clear()
+            self.list.scrollToBottom()
+
+    def _clicked(self, index: QModelIndex) -> None:
+        """Use the action that was clicked, or on which Enter was pressed."""
+        if (name := self.model.name(index.row())) is not None:
+            self.use(name)
+
+    def _refresh(self) -> None:
+        """Show the vocabulary as it is now."""
+        self.model.refresh()
+        demonstration, names = self.document.demonstration, self.document.vocabulary.names
+        there = demonstration is not None
+        task = None if demonstration is None else demonstration.task
+        if task != self._suggested:
+            self._suggested = None
+        if not names:
+            self._suggested = task
+        self.suggestions.leave_out(names)
+        self._show_parts()
+        obstacle = "" if there else "Open a demonstration first: its task gets the action."
+        set_enabled_with_reason(self.entry, obstacle)
+        set_enabled_with_reason(self.plus, obstacle)
+        self._count_soon()
+
+    def _show_parts(self) -> None:
+        """Show the actions, what else could be one, or both."""
+        suggesting = self._suggested is not None
+        there = self.document.demonstration is not None
+        self.list.setVisible(there and (bool(self.document.vocabulary.names) or not suggesting))
+        focus = QApplication.focusWidget()
+        if not suggesting and focus is not None and self.suggestions.isAncestorOf(focus):
+            self.list.setFocus()  # not the field below, where the next keys would be text
+        self.suggestions.setVisible(suggesting)
+        self.nothing.setHidden(there)
+
+    def _suggest_no_more(self) -> None:
+        """The actions there are do for this task."""
+        self._suggested = None
+        self._show_parts()
+
+    def _follow_painting(self) -> None:
+        """Who paints has all the actions it takes to begin."""
+        document = self.document
+        if self._suggested is not None and (document.segments or document.stroke is not None):
+            self._suggest_no_more()
+
+    def _count_soon(self) -> None:
+        """Count when painting pauses."""
+        if self.isVisible():
+            self._counting.start()
+
+    def _count(self) -> None:
+        """Count the coder's segments."""
+        if self.isVisible():
+            self.model.count()

@@ -1,0 +1,246 @@
+"""Labelling by keys: hold or press an action's key while the demonstration plays."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+from PySide6.QtCore import QEvent, QObject, Qt
+from PySide6.QtGui import QKeyEvent
+from PySide6.QtWidgets import QAbstractItemView, QApplication, QDockWidget, QMenuBar, QWidget
+
+from forcelab.gui import settings
+from forcelab.gui.document import Document
+from forcelab.gui.key_events import AutoRepeatFilter, is_typing, kept_keys
+from forcelab.gui.label.segment_commands import fill_range
+from forcelab.gui.label.track_gestures import (
+    SAME_TIME,
+    is_on_target,
+    rounded,
+    snap_targets,
+    snapped,
+)
+from forcelab.vocabulary import KEYS
+
+
+class KeyLabelling(QObject):
+    """Turns the keys of actions into segments.
+
+    A key that is pressed
+
+    * fills the marked range, if there is one;
+    * ends the stroke that was begun with the same key; one begun with another key it ends too, and
+      begins its own there, so that actions that follow each other touch;
+    * gives the selected segment its action, if nothing is playing;
+    * otherwise begins a stroke at the cursor.
+
+    A key that is let go ends what it has begun if it was held (``settings.hold_ms``) and the cursor
+    has moved meanwhile. Esc forgets a stroke.
+
+    While playing, what is meant is what was seen ``settings.reaction_ms`` ago: positions are that
+    much before the cursor, times the speed, for releases as well. While paused, it is the cursor:
+    as it is where it stands exactly on a sample, a frame or an edge, because then it was sent
+    there; anywhere else it snaps like the pointer (:mod:`forcelab.gui.label.track_gestures`).
+
+    Parameters
+    ----------
+    document : Document
+        What is painted on.
+    window : QWidget
+        Keys pressed in it and in whatever is inside it count, but not where keys are text.
+    pixels_per_second : callable
+        How far one is zoomed in; tells how near a target must be.
+    clock : callable
+        Seconds of a clock that never jumps.
+    shown : callable, optional
+        Whether what is painted on can be seen; keys do nothing while it cannot.
+    """
+
+    def __init__(
+        self,
+        document: Document,
+        window: QWidget,
+        pixels_per_second: Callable[[], float],
+        clock: Callable[[], float] = time.monotonic,
+        shown: Callable[[], bool] = lambda: True,
+    ) -> None:
+        super().__init__(window)
+        self.document = document
+        self.window = window
+        self._scale = pixels_per_second
+        self._clock = clock
+        self._shown = shown
+        #: The key that began the stroke and is still down: key, when, and where the cursor was.
+        self._held: tuple[str, float, float] | None = None
+        self._repeats = AutoRepeatFilter(self)
+        window.installEventFilter(self)
+        application = QApplication.instance()
+        if isinstance(application, QApplication):
+            # A view such as a list would keep letters for itself: they are taken before it sees
+            # them. Following the focus costs nothing; a filter on the application sees every event.
+            application.focusChanged.connect(self._follow_focus)
+            self._follow_focus(None, application.focusWidget())
+        document.demonstration_changed.connect(self.let_go)
+
+    def press(self, key: str) -> bool:
+        """An action's key went down; gives whether it is one, or could be and is none."""
+        document = self.document
+        action = self._action(key)
+        if document.demonstration is not None and not document.vocabulary and key in KEYS:
+            document.say_here(
+                "There is no action for a key to paint: add one under Actions first.", True
+            )
+        if action is None or document.demonstration is None:
+            return self._say_unknown(key)
+        self._held = None
+        if document.range is not None:
+            fill_range(document, action)
+        elif document.stroke is not None:
+            self._press_again(action, key)
+        elif not document.playing and document.selected is not None:
+            document.relabel(document.selected, action)
+        else:
+            self._begin(action, key, self._position())
+        return True
+
+    def cancel(self) -> bool:
+        """Forget the stroke; gives whether there was one."""
+        self._held = None
+        if self.document.stroke is None:
+            return False
+        self.document.cancel_stroke()
+        return True
+
+    def let_go(self) -> None:
+        """Forget that a key is down: its release will not be heard. The stroke goes on."""
+        self._held = None
+
+    # Qt
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Take the keys of actions, and Esc while a stroke is on."""
+        kind = event.type()
+        if kind == QEvent.Type.WindowDeactivate:
+            self.let_go()
+        elif kind == QEvent.Type.KeyPress and isinstance(event, QKeyEvent):
+            return self._key_press(watched, event)
+        elif kind == QEvent.Type.KeyRelease and isinstance(event, QKeyEvent):
+            # Heard in text fields too: the focus may have gone there while the key was down.
+            return not event.isAutoRepeat() and self._key_release(event)
+        return False
+
+    def _key_press(self, watched: QObject, event: QKeyEvent) -> bool:
+        """A key went down somewhere in the window."""
+        # A spin box lets letters through that are no numbers; they are no strokes either.
+        focus = QApplication.focusWidget()
+        if is_typing(focus) or (isinstance(watched, QWidget) and is_typing(watched)):
+            return False
+        if kept_keys(focus, event) or not self._shown():
+            return False
+        if event.key() == Qt.Key.Key_Escape:
+            return self.cancel()
+        plain = event.modifiers() & ~Qt.KeyboardModifier.KeypadModifier
+        if plain != Qt.KeyboardModifier.NoModifier:
+            return False
+        key = _pressed_key_name(event)
+        if self._repeats.repeats(event):
+            return self._action(key) is not None
+        return self.press(key)
+
+    def _key_release(self, event: QKeyEvent) -> bool:
+        """A key seems to be up; where the segment ends is what it is now, however sure that is."""
+        key = _pressed_key_name(event)
+        if self._held is None or self._held[0] != key:
+            return False
+        now, cursor, position = self._clock(), self.document.cursor, self._position()
+        self._repeats.released(event, lambda: self._let_up(key, now, cursor, position))
+        return True
+
+    def _follow_focus(self, _: QWidget | None, now: QWidget | None) -> None:
+        """Listen where the keys go now."""
+        if now is None or not self._inside(now):
+            self.let_go()
+        else:
+            now.installEventFilter(self)  # a second time changes nothing
+
+    def _inside(self, widget: QWidget | None) -> bool:
+        """Whether a widget is in the window, or in a list that was taken out of it."""
+        while widget is not None and widget is not self.window:
+            apart = widget.isWindow() and not isinstance(widget, QDockWidget)
+            if apart or isinstance(widget, QMenuBar):
+                return False
+            widget = widget.parentWidget()
+        return widget is not None
+
+    # Strokes
+
+    def _say_unknown(self, key: str) -> bool:
+        """Say that no action has a key that could paint one; gives whether that was to be said."""
+        document = self.document
+        could_paint = document.demonstration is not None and document.vocabulary and key
+        # Letters typed into a list look for its rows.
+        if (
+            not could_paint
+            or key not in KEYS
+            or isinstance(QApplication.focusWidget(), QAbstractItemView)
+        ):
+            return False
+        document.say_here(
+            f"No action has the key {key}; the list of actions shows their keys.", True
+        )
+        return True
+
+    def _action(self, key: str) -> str | None:
+        """The action that a key paints."""
+        actions = self.document.vocabulary
+        return next((action.name for action in actions if key and action.key == key), None)
+
+    def _press_again(self, action: str, key: str) -> None:
+        """A key went down while a stroke is on."""
+        stroke = self.document.stroke
+        assert stroke is not None
+        position = self._position()
+        same = stroke.action == action
+        if same or abs(position - stroke.start) > SAME_TIME:
+            self.document.end_stroke(position)
+        else:
+            # Nothing was painted yet: the coder has thought better of the action.
+            self.document.cancel_stroke()
+        if not same and self.document.stroke is None:
+            self._begin(action, key, position)
+
+    def _begin(self, action: str, key: str, position: float) -> None:
+        """Begin a stroke with a key."""
+        self.document.select(None)
+        self.document.begin_stroke(action, position)
+        self._held = key, self._clock(), self.document.cursor
+
+    def _let_up(self, key: str, now: float, cursor: float, position: float) -> None:
+        """End the stroke of a key that was held."""
+        if self._held is None or self._held[0] != key:
+            return
+        _, pressed, began = self._held
+        self._held = None
+        held = 1000 * (now - pressed) >= settings.hold_ms()
+        if held and cursor != began and self.document.stroke is not None:
+            self.document.end_stroke(position)
+
+    def _position(self) -> float:
+        """The time that is meant, in seconds."""
+        document = self.document
+        targets = snap_targets(document)
+        if document.playing:
+            late = settings.reaction_ms() / 1000 * document.speed
+            earliest = document.bounds[0] if document.stroke is None else document.stroke.start
+            # A stroke begun while paused was not late: it must not be turned around.
+            meant = max(document.cursor - late, min(earliest, document.cursor))
+            return rounded(meant, targets) if document.snapping else meant
+        if not document.snapping or is_on_target(document.cursor, targets):
+            return document.cursor
+        return snapped(document.cursor, self._scale(), targets)
+
+
+def _pressed_key_name(event: QKeyEvent) -> str:
+    """The key as actions name it: not the text, which a release does not carry everywhere."""
+    code = event.key()
+    return chr(code).lower() if 0x20 < code < 0x7F else ""

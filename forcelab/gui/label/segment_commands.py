@@ -1,0 +1,300 @@
+"""What menus, keys and lists do with one segment or one action.
+
+"The segment" is the selected one, or else the one under the cursor. Every verb says in the status
+line why it did nothing.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_left, bisect_right
+from collections.abc import Callable, Collection
+from operator import attrgetter
+from typing import Literal
+
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QAbstractButton, QMessageBox, QWidget
+
+from forcelab.errors import ForcelabError
+from forcelab.gui.document import Document
+from forcelab.gui.label.track_gestures import SAME_TIME, index_at
+from forcelab.gui.text import escape_ampersands
+from forcelab.labels import Segment
+from forcelab.project.project import ActionRename
+
+
+def rename_action(document: Document, name: str, new: str, parent: QWidget) -> bool:
+    """Rename an action of the open demonstration's task in all of the coder's tracks.
+
+    Asks first where it is merged into another action, and where the coder's segments in other
+    tasks have it too. What cannot be is told in the status line.
+    """
+    project, demonstration = document.project, document.demonstration
+    if project is None or demonstration is None:
+        return False
+    task = demonstration.task
+    try:
+        project.refuse_read_only()  # before anything is asked
+        if name not in project.vocabulary(task) and name not in project.painted_actions(task):
+            document.say(f"'{name}' is only predicted: train again, and it is gone.", True)
+            return False
+        here = project.renaming(document.author, name, new, (task,))
+        everywhere = project.renaming(document.author, name, new)
+    except ForcelabError as error:
+        document.say(str(error), True)
+        return False
+    tasks: Collection[str] | None = here.tasks
+    if everywhere.merges or everywhere.tasks != here.tasks:
+        tasks = _confirm_rename(here, everywhere, parent)
+    if tasks is None:
+        return False
+    return document.rename_action(name, new, tasks, merge=everywhere.merges)
+
+
+def _confirm_rename(
+    here: ActionRename, everywhere: ActionRename, parent: QWidget
+) -> Collection[str] | None:
+    """Ask whether an action is to be renamed, and in which tasks; None where it is not."""
+    box = QMessageBox(parent)
+    box.setIcon(QMessageBox.Icon.Question)
+    box.setTextFormat(Qt.TextFormat.PlainText)  # names are anybody's
+    told = everywhere.sentences(done=False)
+    if everywhere.merges:
+        box.setWindowTitle("Merge actions")
+        title = "Merge '{0}' into '{1}'?"
+    else:
+        box.setWindowTitle("Rename action")
+        title = "Rename '{0}' to '{1}' in other tasks, too?"
+    box.setText(title.format(everywhere.old, everywhere.new))
+    box.setInformativeText(told)
+    choices: dict[QAbstractButton, tuple[str, ...]] = {}
+    if everywhere.tasks != here.tasks:
+        task = here.tasks[0] or "no task"
+        only = f"Only in {escape_ampersands(task)}"
+        choices[box.addButton(only, QMessageBox.ButtonRole.AcceptRole)] = here.tasks
+        words = f"In all {len(everywhere.tasks)} tasks"
+    else:
+        words = "Merge"
+    choices[box.addButton(words, QMessageBox.ButtonRole.AcceptRole)] = everywhere.tasks
+    box.setDefaultButton(box.addButton(QMessageBox.StandardButton.Cancel))
+    box.exec()
+    chosen = box.clickedButton()
+    box.deleteLater()
+    return choices.get(chosen)
+
+
+#: How far a key moves an edge or a segment, in seconds, and how far where that is to be finer.
+NUDGE, FINE_NUDGE = 0.010, 0.001
+#: What is left free on either side of a segment that is zoomed to, as a share of it.
+MARGIN = 0.25
+
+_start = attrgetter("start")
+_end = attrgetter("end")
+
+
+def current_segment(document: Document) -> int | None:
+    """The selected segment, or else the one under the cursor."""
+    if document.selected is not None:
+        return document.selected
+    return index_at(document.segments, document.cursor)
+
+
+def for_current_segment(document: Document, segment: Segment, verb: Callable[[int], bool]) -> bool:
+    """Do something to one of the coder's segments, whatever its number is by now."""
+    index = document.index_of(segment)
+    if index is None:
+        sentence = "That segment was changed elsewhere; look at it anew."
+        return report_refusal(document, sentence)
+    return verb(index)
+
+
+def previous_segment(document: Document) -> bool:
+    """Select the last segment that starts before the cursor, and go to its start."""
+    index = bisect_left(document.segments, document.cursor - SAME_TIME, key=_start) - 1
+    return _seek_to(document, index) or report_refusal(
+        document, "There is no segment before the cursor."
+    )
+
+
+def next_segment(document: Document) -> bool:
+    """Select the first segment that starts after the cursor, and go to its start."""
+    index = bisect_right(document.segments, document.cursor + SAME_TIME, key=_start)
+    # At first the cursor may stand on the first segment without having been sent there.
+    if index and document.selected is None and _starts_at_cursor(document, index - 1):
+        index -= 1
+    return _seek_to(document, index) or report_refusal(
+        document, "There is no segment after the cursor."
+    )
+
+
+def delete_segment(document: Document) -> bool:
+    """Delete the selected segment; with none selected, make the marked range unlabelled."""
+    if document.selected is not None:
+        return document.delete(document.selected)
+    if document.range is not None:
+        return erase_range(document)
+    return report_refusal(
+        document,
+        "Select the segment to delete: click it, or go to it with K and L.",
+    )
+
+
+def erase_range(document: Document) -> bool:
+    """Make the marked range unlabelled, and forget the range."""
+    if document.range is None:
+        return report_refusal(document, "Mark the range to erase first, with [ and ].")
+    start, end = document.range
+    done = document.erase(start, end)
+    if not document.refused:
+        document.clear_range()
+    return done
+
+
+def fill_range(document: Document, action: str) -> bool:
+    """Paint an action over the marked range, and forget the range."""
+    if document.range is None:
+        return report_refusal(document, "Mark the range to fill first, with [ and ].")
+    start, end = document.range
+    done = document.paint(start, end, action)
+    if not document.refused:
+        document.clear_range()
+    return done
+
+
+def merge_segments(document: Document) -> bool:
+    """Make one of the segments in the marked range; without one, of the segment and the next."""
+    segments = document.segments
+    if document.range is not None:
+        start, end = document.range
+        first = bisect_right(segments, start + SAME_TIME, key=_end)
+        last = bisect_left(segments, end - SAME_TIME, key=_start) - 1
+        if last <= first:
+            return report_refusal(
+                document,
+                "The marked range must reach into two segments to merge.",
+            )
+        return document.merge(first, last)
+    index = current_segment(document)
+    if index is None:
+        return report_refusal(document, "Select the first of the two segments to merge.")
+    if index + 1 >= len(segments):
+        return report_refusal(document, "There is no segment after this one to merge with.")
+    return document.merge(index, index + 1)
+
+
+def fill_gaps(document: Document, longest: float) -> bool:
+    """Fill gaps of at most `longest` seconds, in the marked range or everywhere.
+
+    The segments on either side grow to the middle of the gap.
+    """
+    done = document.fill_gaps(longest, None, document.range)
+    return done or report_refusal(
+        document,
+        f"There is no gap of at most {longest:g} s to fill.",
+        trouble=False,
+    )
+
+
+def copy_candidates(document: Document, author: str, time: float) -> tuple[float, float] | None:
+    """What is taken over from another author at a time: start and end in seconds; None for nothing.
+
+    That is the marked range. Without one it is everything while one's own track is empty; later on
+    what lies along the selected segment, and elsewhere the other author's segment there.
+    """
+    other = document.others.get(author, ())
+    if document.range is not None:
+        return document.range
+    if other and not document.segments:
+        return document.bounds
+    chosen = None if document.selected is None else document.segments[document.selected]
+    if chosen is None or not chosen.start - SAME_TIME <= time <= chosen.end + SAME_TIME:
+        index = index_at(other, time)
+        chosen = None if index is None else other[index]
+    return None if chosen is None else (chosen.start, chosen.end)
+
+
+def copy_from(document: Document, author: str) -> bool:
+    """Take over what another author has at the cursor (:func:`copy_candidates`)."""
+    stretch = copy_candidates(document, author, document.cursor)
+    if stretch is None:
+        return report_refusal(
+            document, f"{author} has no segment at the cursor; mark a range to copy."
+        )
+    return document.copy_from(author, *stretch)
+
+
+def start_to_cursor(document: Document) -> bool:
+    """Let the segment start at the cursor; on unlabelled time, the next segment."""
+    index = current_segment(document)
+    if index is None:
+        index = bisect_right(document.segments, document.cursor, key=_start)
+    if index >= len(document.segments):
+        return report_refusal(document, "There is no segment after the cursor.")
+    return document.move_edge(index, "start", document.cursor)
+
+
+def end_to_cursor(document: Document) -> bool:
+    """Let the segment end at the cursor; on unlabelled time, the previous segment."""
+    index = current_segment(document)
+    if index is None:
+        index = bisect_right(document.segments, document.cursor, key=_end) - 1
+    if index < 0:
+        return report_refusal(document, "There is no segment before the cursor.")
+    return document.move_edge(index, "end", document.cursor)
+
+
+def nudge(document: Document, what: Literal["start", "end", "both"], count: int) -> bool:
+    """Move an edge of the segment, or all of it, by a step."""
+    index = current_segment(document)
+    if index is None:
+        return report_refusal(
+            document,
+            "Select the segment to change: click it, or use K and L.",
+        )
+    return document.nudge(index, what, count * (FINE_NUDGE if document.fine_nudges else NUDGE))
+
+
+def set_fine_nudges(document: Document, fine: bool) -> bool:
+    """Move edges and segments by finer steps from now on, or by the usual ones."""
+    document.fine_nudges = fine
+    step = 1000 * (FINE_NUDGE if fine else NUDGE)
+    document.say_here(f"Edges move by {step:g} ms.")
+    return True
+
+
+def zoom_selection(document: Document) -> bool:
+    """Show the marked range, or else the segment, with something on either side."""
+    if document.range is not None:
+        zoom_to(document, *document.range)
+        return True
+    index = current_segment(document)
+    if index is None:
+        return report_refusal(document, "Select a segment or mark a range to zoom to.")
+    zoom_to(document, document.segments[index].start, document.segments[index].end)
+    return True
+
+
+def zoom_to(document: Document, start: float, end: float) -> None:
+    """Show a stretch with something on either side."""
+    margin = MARGIN * (end - start)
+    low, high = document.bounds
+    document.set_span(max(start - margin, low), min(end + margin, high))
+
+
+def _seek_to(document: Document, index: int) -> bool:
+    """Select a segment and go to its start, if there is one."""
+    if not 0 <= index < len(document.segments):
+        return False
+    document.seek(document.segments[index].start)
+    document.select(index)
+    return True
+
+
+def _starts_at_cursor(document: Document, index: int) -> bool:
+    """Whether a segment starts where the cursor is."""
+    return abs(document.segments[index].start - document.cursor) <= SAME_TIME
+
+
+def report_refusal(document: Document, sentence: str, *, trouble: bool = True) -> bool:
+    """Say why nothing was done; gives False."""
+    document.say_here(sentence, trouble)
+    return False

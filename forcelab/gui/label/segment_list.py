@@ -1,0 +1,655 @@
+"""The list of the track's segments.
+
+What has changed is told to the view as one run of rows, found by
+:func:`forcelab.segment_edits.splice`:
+a stroke on a track of 10,000 segments costs one comparison of two tuples.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_left, bisect_right
+from collections.abc import Callable, Mapping
+from operator import attrgetter
+from typing import Any, cast
+
+from PySide6.QtCore import (
+    QAbstractItemModel,
+    QAbstractTableModel,
+    QItemSelectionModel,
+    QModelIndex,
+    QObject,
+    QPointF,
+    QRect,
+    QRectF,
+    Qt,
+)
+from PySide6.QtGui import (
+    QColor,
+    QContextMenuEvent,
+    QHideEvent,
+    QKeyEvent,
+    QPainter,
+    QResizeEvent,
+    QShowEvent,
+)
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QComboBox,
+    QHeaderView,
+    QMenu,
+    QStyle,
+    QStyledItemDelegate,
+    QStyleOptionHeader,
+    QStyleOptionViewItem,
+    QTableView,
+    QWidget,
+)
+
+from forcelab.gui.document import Document
+from forcelab.gui.figures.colormap import translucent
+from forcelab.gui.figures.text import elided_name
+from forcelab.gui.figures.tracks import LabelStyle
+from forcelab.gui.icons import icon
+from forcelab.gui.item_views import NOWHERE, Index, SideList
+from forcelab.gui.label.segment_commands import for_current_segment
+from forcelab.gui.label.swatches import paint_swatch, style_of
+from forcelab.gui.label.track_rows import MARK, origin_text, paint_proposed
+from forcelab.gui.label.tracks import relabel_menu, shown_name
+from forcelab.gui.layout import PageOrPlaceholder, search_field, whole_rows
+from forcelab.gui.theme import colours, themes
+from forcelab.labels import Segment, Segments
+from forcelab.project import Origin
+from forcelab.segment_edits import SLIVER, splice
+
+#: The columns.
+NUMBER, ACTION, START, END, DURATION = range(5)
+
+_SHOWN = Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable
+_EDITABLE = _SHOWN | Qt.ItemFlag.ItemIsEditable
+_start = attrgetter("start")
+_ORDERS: dict[int, Callable[[Segment], Any]] = {
+    ACTION: lambda segment: (segment.action.casefold(), segment.start),
+    DURATION: lambda segment: (segment.end - segment.start, segment.start),
+}
+
+
+class SegmentModel(QAbstractTableModel):
+    """Rows for a table of the coder's segments, filtered and sorted.
+
+    Parameters
+    ----------
+    document : Document
+        Whose track is shown, and which carries out what is typed into a cell.
+
+    Attributes
+    ----------
+    rows : tuple of Segment
+        What is shown, from the first row to the last.
+    origins : mapping of Segment to Origin
+        Those of the track's segments that a model proposed.
+    """
+
+    def __init__(self, document: Document, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self.document = document
+        self.rows: Segments = ()
+        self.origins: Mapping[Segment, Origin] = {}
+        self._source: Segments = ()
+        self._filter = ""
+        self._column, self._descending = START, False
+        self._current: Segment | None = None
+
+    # What is shown
+
+    def refresh(self) -> None:
+        """Show the track as it is now, telling views about the rows that differ only."""
+        self._source, self.origins = self.document.segments, self.document.origins()
+        self._renew()
+        self.follow(self.document.cursor)
+
+    def _renew(self) -> None:
+        """Tell views about the rows that come, go or change."""
+        rows = self._arranged()
+        position, removed, inserted = splice(self.rows, rows)
+        common = min(len(removed), len(inserted))
+        if common:
+            self.rows = rows[: position + common] + self.rows[position + common :]
+            last = self.index(position + common - 1, DURATION)
+            self.dataChanged.emit(self.index(position, NUMBER), last)
+        at = position + common
+        if len(removed) > common:
+            self.beginRemoveRows(NOWHERE, at, position + len(removed) - 1)
+            self.rows = rows
+            self.endRemoveRows()
+        elif len(inserted) > common:
+            self.beginInsertRows(NOWHERE, at, position + len(inserted) - 1)
+            self.rows = rows
+            self.endInsertRows()
+        self.rows = rows
+
+    def clear(self) -> None:
+        """Show nothing."""
+        self.beginResetModel()
+        self.rows, self._source, self._current, self.origins = (), (), None, {}
+        self.endResetModel()
+
+    def set_filter(self, text: str) -> None:
+        """Show only segments whose action contains this text, in capitals or not."""
+        text = text.strip().casefold()
+        if text != self._filter:
+            self._filter = text
+            self._renew()
+
+    def sort(self, column: int, order: Qt.SortOrder = Qt.SortOrder.AscendingOrder) -> None:
+        """Put the rows in the order of a column."""
+        self._column, self._descending = column, order == Qt.SortOrder.DescendingOrder
+        self.beginResetModel()
+        self.rows = self._arranged()
+        self.endResetModel()
+
+    def follow(self, cursor: float) -> None:
+        """Mark the segment under the cursor."""
+        index = bisect_right(self._source, cursor, key=_start) - 1
+        under = self._source[index] if index >= 0 and cursor < self._source[index].end else None
+        if under is not self._current:
+            before, self._current = self._current, under
+            for segment in (before, under):
+                if segment is not None and (row := self.row_of(segment)) is not None:
+                    self.dataChanged.emit(self.index(row, NUMBER), self.index(row, DURATION))
+
+    def row_of(self, segment: Segment) -> int | None:
+        """Where a segment is shown, if it is."""
+        if self._natural:
+            row = bisect_left(self.rows, segment.start, key=_start)
+            return row if row < len(self.rows) and self.rows[row] == segment else None
+        try:
+            return self.rows.index(segment)
+        except ValueError:
+            return None
+
+    def number_of(self, row: int) -> int | None:
+        """Which of the document's segments a row shows, from 0; None if it is there no more."""
+        if not 0 <= row < len(self.rows):
+            return None
+        return self.document.index_of(self.rows[row])
+
+    @property
+    def _natural(self) -> bool:
+        """Whether the rows are in order of time; segments that never overlap also end in it."""
+        return self._column in (NUMBER, START, END) and not self._descending
+
+    def _arranged(self) -> Segments:
+        """The segments that the filter lets through, in order."""
+        rows = self._source
+        if self._filter:
+            wanted = {
+                action
+                for action in {segment.action for segment in rows}
+                if self._filter in action.casefold()
+            }
+            rows = tuple(segment for segment in rows if segment.action in wanted)
+        if self._column in _ORDERS:
+            rows = tuple(sorted(rows, key=_ORDERS[self._column], reverse=self._descending))
+        elif self._descending:
+            rows = rows[::-1]
+        return rows
+
+    # What Qt asks
+
+    def rowCount(self, parent: Index = NOWHERE) -> int:
+        """How many segments are shown."""
+        return 0 if parent.isValid() else len(self.rows)
+
+    def columnCount(self, parent: Index = NOWHERE) -> int:
+        """Number, action, start, end and duration."""
+        return 0 if parent.isValid() else 5
+
+    def headerData(
+        self, section: int, orientation: Qt.Orientation, role: int = Qt.ItemDataRole.DisplayRole
+    ) -> Any:
+        """The names of the columns."""
+        if orientation != Qt.Orientation.Horizontal:
+            return None
+        if role == Qt.ItemDataRole.TextAlignmentRole:
+            side = Qt.AlignmentFlag.AlignLeft if section == ACTION else Qt.AlignmentFlag.AlignRight
+            return side | Qt.AlignmentFlag.AlignVCenter
+        if role == Qt.ItemDataRole.ToolTipRole and section >= START:
+            return "In seconds"
+        if role == Qt.ItemDataRole.DisplayRole:
+            return (
+                "#",
+                "Action",
+                "Start",
+                "End",
+                "Duration",
+            )[section]
+        return None
+
+    def data(self, index: Index, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
+        """What a cell shows."""
+        if not index.isValid() or index.row() >= len(self.rows):
+            return None
+        segment, column = self.rows[index.row()], index.column()
+        if role == Qt.ItemDataRole.DisplayRole:
+            return self.shown(index.row(), column)
+        if role == Qt.ItemDataRole.EditRole:
+            return segment.action if column == ACTION else _as_typed(_time(segment, column))
+        if role in (Qt.ItemDataRole.ToolTipRole, Qt.ItemDataRole.AccessibleDescriptionRole):
+            tip = role == Qt.ItemDataRole.ToolTipRole
+            return self._more(segment, with_action=tip and column == ACTION)
+        return None
+
+    def _more(self, segment: Segment, with_action: bool) -> str | None:
+        """Who proposed a segment, below the action where that may be cut off in its cell."""
+        action = segment.action if with_action else ""
+        proposed = origin_text(self.origins.get(segment))
+        return "\n".join(filter(None, (action, proposed))) or None
+
+    def under_cursor(self, segment: Segment) -> bool:
+        """Whether a segment lies under the cursor."""
+        return segment is self._current
+
+    def shown(self, row: int, column: int) -> str:
+        """The text of a cell."""
+        if column == NUMBER:
+            number = self.number_of(row)
+            return "" if number is None else str(number + 1)
+        segment = self.rows[row]
+        return segment.action if column == ACTION else f"{_time(segment, column):.3f}"
+
+    def flags(self, index: Index) -> Qt.ItemFlag:
+        """Everything but the number can be edited."""
+        return _SHOWN if index.column() == NUMBER else _EDITABLE
+
+    def setData(self, index: Index, value: Any, role: int = Qt.ItemDataRole.EditRole) -> bool:
+        """Carry out what was typed; what cannot be is told in one sentence."""
+        number = self.number_of(index.row())
+        typed = str(value).strip()
+        if role != Qt.ItemDataRole.EditRole or number is None:
+            return False
+        if typed == self.data(index, role):
+            return False
+        if index.column() == ACTION:
+            return self.document.relabel(number, typed)
+        try:
+            time = float(typed.removesuffix("s"))
+        except ValueError:
+            self.document.say(f"'{typed}' is no time in seconds; type a number such as 1.25.", True)
+            return False
+        return self._moved(number, index.column(), time)
+
+    def _moved(self, number: int, column: int, time: float) -> bool:
+        """Give a segment another start, end or duration, within the demonstration."""
+        segment = self.document.segments[number]
+        if column == DURATION:
+            time += segment.start
+        low, high = self.document.bounds
+        if not low <= time <= high:
+            self.document.say(
+                f"{time:.10g} s is outside the demonstration ({low:.3f} s to {high:.3f} s).", True
+            )
+            return False
+        return self.document.move_edge(number, "start" if column == START else "end", time)
+
+
+def _as_typed(time: float) -> str:
+    """A time as one would type it: to the microsecond, without zeros at the end."""
+    return f"{time:.6f}".rstrip("0").rstrip(".")
+
+
+def _time(segment: Segment, column: int) -> float:
+    """What a column shows of a segment, in seconds."""
+    if column == START:
+        return segment.start
+    return segment.end if column == END else segment.end - segment.start
+
+
+#: Where text stands in a cell; joined once, as joining flags takes longer than drawing a number.
+LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
+RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+
+
+class SegmentRowList(QTableView):
+    """A table of whole rows, edited on double click or Enter; the window's keys are left to it."""
+
+    #: Delete is the window's here: it deletes the segment that is selected.
+    lists_segments = True
+
+    def __init__(self, model: SegmentModel) -> None:
+        super().__init__()
+        self._model = model
+        self._widths = {NUMBER: 0, DURATION: 0}  # of these columns when they were last shown
+        self.setModel(model)
+        self.setHorizontalHeader(_Header(self))
+        self.setItemDelegate(_Delegate(model, self))
+        whole_rows(self)
+        triggers = QAbstractItemView.EditTrigger
+        self.setEditTriggers(triggers.DoubleClicked | triggers.EditKeyPressed)
+        header = self.horizontalHeader()
+        header.setSectionsClickable(True)
+        header.setMinimumSectionSize(28)
+        header.setSectionResizeMode(QHeaderView.ResizeMode.Interactive)
+        header.setSectionResizeMode(ACTION, QHeaderView.ResizeMode.Stretch)
+        self.setSortingEnabled(True)
+        self.sortByColumn(START, Qt.SortOrder.AscendingOrder)
+        self.fit_columns()
+
+    def fit_columns(self) -> None:
+        """Give the numbers the room that they need; the action gets the rest."""
+        model, header = self._model, self.horizontalHeader()
+        measure = self.fontMetrics().horizontalAdvance
+        numbers = {
+            NUMBER: measure(str(max(len(model.document.segments), 100))),
+            START: measure(f"{model.document.bounds[1]:.3f}"),
+            END: measure(f"{model.document.bounds[1]:.3f}"),
+            DURATION: measure("00.000"),
+        }
+        for column in self._widths:
+            self.setColumnHidden(column, False)
+        for column, width in numbers.items():
+            name = str(model.headerData(column, Qt.Orientation.Horizontal))
+            header.resizeSection(column, max(width + 10, measure(name) + 14))
+        self._drop_columns()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Leave columns away where actions could not be read otherwise."""
+        super().resizeEvent(event)
+        self._drop_columns()
+
+    def _drop_columns(self) -> None:
+        """Show number and duration if they leave room for eight letters of the action."""
+        header = self.horizontalHeader()
+        letters = 24 + 8 * self.fontMetrics().averageCharWidth()
+        room = self.viewport().width() - letters
+        room -= header.sectionSize(START) + header.sectionSize(END)
+        for column, width in self._widths.items():
+            self._widths[column] = header.sectionSize(column) or width
+            room -= self._widths[column]
+            if (room < 0) != self.isColumnHidden(column):
+                self.setColumnHidden(column, room < 0)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Leave keys that label and play to the window; others move about in the table."""
+        text, editing = event.text(), self.state() == QAbstractItemView.State.EditingState
+        if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter) and not editing:
+            here = self.currentIndex()
+            self.edit(here if here.column() != NUMBER else here.siblingAtColumn(START))
+        elif (text and text.isprintable()) or event.key() == Qt.Key.Key_Delete:
+            event.ignore()
+        else:
+            super().keyPressEvent(event)
+
+
+class _Header(QHeaderView):
+    """Names of the columns, with the sign of the order above them, where it covers no name."""
+
+    def __init__(self, parent: QWidget) -> None:
+        super().__init__(Qt.Orientation.Horizontal, parent)
+
+    def initStyleOptionForIndex(self, option: QStyleOptionHeader, logicalIndex: int) -> None:
+        """Leave the sign away that Qt would draw over a name that is flush right."""
+        super().initStyleOptionForIndex(option, logicalIndex)
+        option.sortIndicator = QStyleOptionHeader.SortIndicator.None_
+
+    def paintSection(self, painter: QPainter, rect: QRect, logicalIndex: int) -> None:
+        """Draw a name, and the sign if the rows are sorted by this column."""
+        painter.save()
+        super().paintSection(painter, rect, logicalIndex)
+        painter.restore()
+        if logicalIndex != self.sortIndicatorSection():
+            return
+        up = self.sortIndicatorOrder() == Qt.SortOrder.AscendingOrder
+        tip, base = (2.0, 5.0) if up else (5.0, 2.0)
+        x, top = rect.center().x() + 0.5, rect.top()
+        painter.save()
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(QColor(colours().muted))
+        painter.drawPolygon(
+            [QPointF(x - 3.5, top + base), QPointF(x + 3.5, top + base), QPointF(x, top + tip)]
+        )
+        painter.restore()
+
+
+class _Delegate(QStyledItemDelegate):
+    """Draws swatches and the mark of the cursor, and edits actions with a list."""
+
+    def __init__(self, model: SegmentModel, parent: QWidget) -> None:
+        super().__init__(parent)
+        self._model = model
+        self._vocabulary, self._theme = model.document.vocabulary, colours()
+        self._looks: dict[str, LabelStyle] = {}
+
+    def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: Index) -> None:
+        """Draw a cell, by hand: a style takes many times as long, and strokes shift all rows."""
+        row, column = index.row(), index.column()
+        theme, segment = colours(), self._model.rows[row]
+        box = QRectF(option.rect)
+        ink, under = theme.text, self._model.under_cursor(segment)
+        if option.state & QStyle.StateFlag.State_Selected:
+            painter.fillRect(box, QColor(theme.accent))
+            ink = theme.accent_text
+        elif under:
+            tint = translucent(theme.accent, 0.16)
+            painter.fillRect(box, tint)
+        if under and column == NUMBER:
+            painter.fillRect(QRectF(box.left(), box.top(), 3, box.height()), QColor(theme.cursor))
+        text, side = self._model.shown(row, column), RIGHT
+        box.adjust(3, 0, -3, 0)
+        if column == ACTION:
+            swatch = QRectF(box.left() + 1, round(box.center().y()) - 6, 12, 12)
+            paint_swatch(painter, swatch, self._look(text))
+            box.adjust(18, 0, 0, 0)
+            if (origin := self._model.origins.get(segment)) is not None:
+                faint = theme.muted if ink == theme.text else ink
+                paint_proposed(painter, box, faint, origin.changed)
+                box.adjust(0, 0, -MARK, 0)
+            side = LEFT
+            text = elided_name(
+                text, option.font, box.width(), self._model.document.vocabulary.names
+            )
+        painter.setPen(QColor(ink))
+        painter.drawText(box, side, text)
+
+    def _look(self, name: str) -> LabelStyle:
+        """How an action is drawn, looked up once."""
+        vocabulary = self._model.document.vocabulary
+        if vocabulary is not self._vocabulary or colours() is not self._theme:
+            self._vocabulary, self._theme, self._looks = vocabulary, colours(), {}
+        if name not in self._looks:
+            self._looks[name] = style_of(vocabulary, name)
+        return self._looks[name]
+
+    def createEditor(self, parent: QWidget, option: QStyleOptionViewItem, index: Index) -> QWidget:
+        """A list of the actions, or a line for a number."""
+        if index.column() != ACTION:
+            return super().createEditor(parent, option, index)
+        editor = QComboBox(parent)
+        editor.addItems(list(self._model.document.vocabulary.names))
+        editor.activated.connect(lambda: self._chosen(editor))
+        return editor
+
+    def setEditorData(self, editor: QWidget, index: Index) -> None:
+        """Begin with what is there."""
+        if isinstance(editor, QComboBox):
+            editor.setCurrentText(str(index.data()))
+            editor.showPopup()
+        else:
+            super().setEditorData(editor, index)
+
+    def setModelData(self, editor: QWidget, model: QAbstractItemModel, index: Index) -> None:
+        """Hand over what was chosen or typed."""
+        if isinstance(editor, QComboBox):
+            model.setData(cast(QModelIndex, index), editor.currentText())
+        else:
+            super().setModelData(editor, model, index)
+
+    def _chosen(self, editor: QComboBox) -> None:
+        """An action was chosen from the list: that is all there is to edit."""
+        self.commitData.emit(editor)
+        self.closeEditor.emit(editor)
+
+
+class SegmentTable(SideList):
+    """The coder's segments, one row each.
+
+    Choosing a row selects its segment and moves the cursor to its start; the segment under the
+    cursor is marked. While the table is hidden it does nothing at all.
+    """
+
+    def __init__(self, document: Document) -> None:
+        super().__init__(document)
+        self.setAccessibleName("Segments")
+        self.model = SegmentModel(document, self)
+        self.filter = search_field("Filter by action", "Filter by action")
+        self.filter.textChanged.connect(self._filter_changed)
+        self.table = SegmentRowList(self.model)
+        self.table.setAccessibleName("Segments of your track")
+        self.table.selectionModel().currentRowChanged.connect(self._row_chosen)
+        self.table.clicked.connect(self._row_clicked)
+        self.table.horizontalHeader().sortIndicatorChanged.connect(self._show_selection)
+        self._pages = PageOrPlaceholder(self.table)
+        self._pages.note.setMargin(4)  # in a small window there is room for two lines
+        self.column.addWidget(self.filter)
+        self.column.addWidget(self._pages, 1)
+        self._syncing = False
+        document.tracks_changed.connect(self._refresh)
+        document.selection_changed.connect(self._show_selection)
+        document.vocabulary_changed.connect(self._repaint)
+        document.cursor_moved.connect(self._follow)
+        document.demonstration_changed.connect(self.table.fit_columns)
+        document.demonstration_changed.connect(self._refresh)
+        themes().changed.connect(self._repaint)
+        self._say_empty()
+
+    def showEvent(self, event: QShowEvent) -> None:
+        """Catch up with what happened while it was hidden."""
+        super().showEvent(event)
+        self._refresh()
+        self._show_selection()
+
+    def hideEvent(self, event: QHideEvent) -> None:
+        """Let go of the rows."""
+        super().hideEvent(event)
+        self._syncing = True
+        self.model.clear()
+        self._syncing = False
+
+    def _refresh(self) -> None:
+        """Show the track as it is now."""
+        if not self.isVisible():
+            return
+        self._syncing = True
+        self.model.refresh()
+        self._syncing = False
+        if self.model.rows is not self.document.segments:
+            self.table.viewport().update()  # rows that stay may have other numbers
+        self._say_empty()
+        self._show_selection()
+
+    def _follow(self, cursor: float) -> None:
+        """Mark the segment under the cursor."""
+        if self.isVisible():
+            self.model.follow(cursor)
+
+    def _repaint(self) -> None:
+        """Draw the rows again, which look otherwise now."""
+        self.table.setPalette(self.palette())
+        self.table.viewport().update()
+
+    def _filter_changed(self, text: str) -> None:
+        """Show what the filter lets through."""
+        self._syncing = True
+        self.model.set_filter(text)
+        self._syncing = False
+        self._say_empty()
+        self._show_selection()
+
+    def _say_empty(self) -> None:
+        """Say why there is nothing to see, where there is nothing."""
+        if self.model.rows:
+            text = ""
+        elif self.document.demonstration is None:
+            text = "No demonstration is open."
+        elif self.document.segments and self.filter.text().strip():
+            text = f"No segment's action contains '{self.filter.text().strip()}'."
+        else:
+            # The track itself says how to begin.
+            text = "No segments yet: what you label is listed here."
+        self._pages.say(text)
+
+    def _show_selection(self) -> None:
+        """Choose the row of the selected segment, and bring it into view."""
+        if not self.isVisible():
+            return
+        number, track = self.document.selected, self.document.segments
+        row = None if number is None or number >= len(track) else self.model.row_of(track[number])
+        self._syncing = True
+        selection = self.table.selectionModel()
+        if row is None:
+            selection.clear()
+        elif row != self.table.currentIndex().row() or not selection.hasSelection():
+            column = max(self.table.currentIndex().column(), NUMBER)
+            index = self.model.index(row, column)
+            flags = QItemSelectionModel.SelectionFlag
+            selection.setCurrentIndex(index, flags.ClearAndSelect | flags.Rows)
+            self.table.scrollTo(index)
+        self._syncing = False
+
+    def _row_chosen(self, index: QModelIndex) -> None:
+        """Select the segment of the row and go to its start."""
+        if self._syncing or not index.isValid():
+            return
+        number = self.model.number_of(index.row())
+        if number is None:
+            return
+        segment = self.document.segments[number]
+        self._syncing = True  # selecting the one may end the selection of another first
+        self.document.select(number)
+        self.document.seek(segment.start)
+        self.document.select(number)
+        self._syncing = False
+
+    def _row_clicked(self, index: QModelIndex) -> None:
+        """Go to the start once more when the row that is chosen already is clicked."""
+        number = self.model.number_of(index.row())
+        if number is None:
+            return
+        away = abs(self.document.cursor - self.document.segments[number].start) > SLIVER
+        if away or self.document.selected != number:
+            self._row_chosen(index)
+
+    # Keys and menus
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Delete takes the chosen segment away."""
+        number = self.model.number_of(self.table.currentIndex().row())
+        if event.key() == Qt.Key.Key_Delete and number is not None:
+            self.document.delete(number)
+            event.accept()
+            return
+        super().keyPressEvent(event)
+
+    def contextMenuEvent(self, event: QContextMenuEvent) -> None:
+        """Offer what can be done with the chosen segment."""
+        if (menu := self.menu()) is not None:
+            menu.exec(event.globalPos())
+            menu.deleteLater()
+
+    def menu(self) -> QMenu | None:
+        """What can be done with the chosen segment; None where none is chosen."""
+        number = self.model.number_of(self.table.currentIndex().row())
+        if number is None:
+            return None
+        document, segment = self.document, self.document.segments[number]
+        menu = QMenu(self)
+        relabel_menu(menu, document, segment)
+        fill = menu.addAction("Mark as range")
+        fill.triggered.connect(lambda: document.set_range(segment.start, segment.end))
+        show_only = f"Show only '{shown_name(menu, segment.action)}'"
+        only = menu.addAction(icon("search"), show_only)
+        only.triggered.connect(lambda: self.filter.setText(segment.action))
+        menu.addSeparator()
+        delete = menu.addAction(icon("trash"), "Delete")
+        delete.triggered.connect(lambda: for_current_segment(document, segment, document.delete))
+        return menu

@@ -1,0 +1,782 @@
+"""The dialog that puts a video on the clock of the force."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QEvent, QLineF, QPointF, QRectF, QSignalBlocker, QSize, Qt
+from PySide6.QtGui import (
+    QCloseEvent,
+    QColor,
+    QImage,
+    QMouseEvent,
+    QPainter,
+    QPaintEvent,
+    QPen,
+    QPolygonF,
+)
+from PySide6.QtWidgets import (
+    QCheckBox,
+    QDialog,
+    QDialogButtonBox,
+    QDoubleSpinBox,
+    QGridLayout,
+    QGroupBox,
+    QHBoxLayout,
+    QHeaderView,
+    QLabel,
+    QPushButton,
+    QSizePolicy,
+    QSlider,
+    QTableWidget,
+    QTableWidgetItem,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from forcelab.clock import ClockMap, fit_clock
+from forcelab.errors import InputError
+from forcelab.gui.document import Document
+from forcelab.gui.figures import text
+from forcelab.gui.figures.axes import Axis
+from forcelab.gui.figures.colormap import translucent
+from forcelab.gui.figures.text import signed
+from forcelab.gui.jobs import Jobs
+from forcelab.gui.label.picture_view import PictureView
+from forcelab.gui.label.video_frames import VideoFrames
+from forcelab.gui.layout import whole_rows
+from forcelab.gui.theme import colours, themes
+from forcelab.jobs import Progress
+from forcelab.project.loading import said_of_film
+from forcelab.signals.sync import Proposal, proposing_for
+from forcelab.video.index import SAME
+
+#: Height of the times below the curves, in pixels.
+NUMBER = 12.0
+
+
+class AlignmentPlot(QWidget):
+    """Motion upwards and change of force downwards from a line between them, on the force clock.
+
+    Where the clock is right their peaks meet. A click moves the cursor.
+    """
+
+    def __init__(self, document: Document) -> None:
+        super().__init__()
+        self.document = document
+        self._proposal: Proposal | None = None
+        self._clock = ClockMap()
+        self._taps: tuple[float, ...] = ()
+        self._note = ""
+        self.setAccessibleName("Motion of the video and change of the force")
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+        document.cursor_moved.connect(self._repaint)
+        themes().changed.connect(self._repaint)
+
+    def sizeHint(self) -> QSize:
+        """Room for two curves and an axis."""
+        return QSize(480, 9 * self.fontMetrics().height())
+
+    def minimumSizeHint(self) -> QSize:
+        """As :meth:`sizeHint`: less cannot be read."""
+        return self.sizeHint()
+
+    def show_signals(self, proposal: Proposal | None, note: str = "") -> None:
+        """Show what was compared, or a sentence in its place."""
+        self._proposal, self._note = proposal, note
+        self.update()
+
+    def show_clock(self, clock: ClockMap, taps: tuple[float, ...]) -> None:
+        """Put the two together by this clock; `taps` are marked at their force times (s)."""
+        self._clock, self._taps = clock, taps
+        self.update()
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        """Move the cursor to where the click was."""
+        if event.button() == Qt.MouseButton.LeftButton and self._proposal is not None:
+            self.document.seek(self._axis(self._box()).value(event.position().x()))
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Draw everything."""
+        c = colours()
+        with QPainter(self) as painter:
+            painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+            box = self._box()
+            painter.fillRect(self.rect(), QColor(c.panel))
+            painter.fillRect(box, QColor(c.background))
+            if self._proposal is None:
+                painter.setPen(QColor(c.muted))
+                flags = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap
+                painter.drawText(box.adjusted(12, 4, -12, -4), int(flags), self._note)
+            else:
+                self._paint_signals(painter, box, self._proposal)
+            painter.setPen(QPen(QColor(c.frame), 1))
+            painter.setBrush(Qt.BrushStyle.NoBrush)
+            painter.drawRect(box)
+
+    def changeEvent(self, event: QEvent) -> None:
+        """Another font makes another size."""
+        if event.type() == QEvent.Type.FontChange:
+            self.updateGeometry()
+        super().changeEvent(event)
+
+    def _repaint(self) -> None:
+        """Draw again, with what has moved."""
+        self.update()
+
+    def _box(self) -> QRectF:
+        """The area of the curves; the names stand above it, the axis below."""
+        line = self.fontMetrics().height()
+        return QRectF(0.5, line + 6.5, self.width() - 1.0, self.height() - 2.0 * line - 11.0)
+
+    def _paint_signals(self, painter: QPainter, box: QRectF, proposal: Proposal) -> None:
+        """The curves, the taps, the cursor, the axis and the names."""
+        c, axis = colours(), self._axis(box)
+        middle, high = box.center().y(), box.height() / 2.0 - 4.0
+        self._paint_times(painter, box, axis)
+        painter.save()
+        painter.setClipRect(box)
+        painter.setPen(QPen(QColor(c.frame), 1))
+        painter.drawLine(QLineF(box.left(), middle, box.right(), middle))
+        motion, force = proposal.motion, proposal.force
+        seen = self._clock.to_force(motion[0])
+        for times, values, colour, way in (
+            (seen, motion[1], c.curves[0], -1.0),
+            (force[0], force[1], c.curves[1], 1.0),
+        ):
+            painter.setPen(QPen(QColor(colour), 1))
+            painter.setBrush(translucent(colour, 0.43))
+            painter.drawPolygon(_outline(times, values, axis, middle, way * high))
+        painter.setPen(QPen(QColor(c.hint), 1.5, Qt.PenStyle.DashLine))
+        for tap in self._taps:
+            x = axis.at(tap)
+            painter.drawLine(QLineF(x, box.top(), x, box.bottom()))
+        painter.setPen(QPen(QColor(c.cursor), 1))
+        x = axis.at(self.document.cursor)
+        painter.drawLine(QLineF(x, box.top(), x, box.bottom()))
+        painter.restore()
+        left = box.left() + 2.0
+        for name, colour in (
+            ("up: motion in the video", c.curves[0]),
+            ("down: change of the force", c.curves[1]),
+            ("dashed: taps", c.hint),
+        ):
+            left = self._paint_name(painter, left, name, colour)
+
+    def _paint_name(self, painter: QPainter, left: float, name: str, colour: str) -> float:
+        """A name with its colour above the curves; gives where the next one stands."""
+        metrics = self.fontMetrics()
+        side = 0.6 * metrics.ascent()
+        painter.fillRect(QRectF(left, 2 + metrics.ascent() - side, side, side), QColor(colour))
+        painter.setPen(QColor(colours().text))
+        painter.drawText(QPointF(left + 1.6 * side, 2 + metrics.ascent()), name)
+        return left + 1.6 * side + metrics.horizontalAdvance(name) + 2.5 * side
+
+    def _paint_times(self, painter: QPainter, box: QRectF, axis: Axis) -> None:
+        """Times below, with thin lines upwards."""
+        c, face = colours(), text.font(NUMBER)
+        y = box.bottom() + 2 + self.fontMetrics().height() / 2
+        for time, number in axis.marks(NUMBER, upright=False):
+            x = axis.at(time)
+            painter.setPen(QPen(QColor(c.grid), 1))
+            painter.drawLine(QLineF(x, box.top(), x, box.bottom()))
+            label = f"{number} s"
+            half = text.width(label, face) / 2  # at the ends they move inwards, not to be cut
+            x = min(max(x, half), self.width() - half)
+            text.draw_text(painter, x, y, label, face=face, ink=QColor(c.muted), align=0.5)
+
+    def _axis(self, box: QRectF) -> Axis:
+        """From seconds on the force clock to pixels."""
+        return Axis(*self.document.bounds, box.left(), max(box.right(), box.left() + 1.0))
+
+
+def _outline(
+    times: NDArray[np.float64], values: NDArray[np.float64], axis: Axis, middle: float, high: float
+) -> QPolygonF:
+    """The largest value of each pixel as the edge of an area that stands on the middle line."""
+    wide = max(int(axis.finish - axis.begin), 1)
+    share = (times - axis.start) / (axis.end - axis.start)
+    pixel = np.floor(share * wide).astype(np.int64)
+    inside = (pixel >= 0) & (pixel < wide)
+    tops = np.zeros(wide)
+    np.maximum.at(tops, pixel[inside], values[inside])
+    places = np.arange(wide)
+    if inside.any():  # a curve drawn with fewer points than pixels has no holes
+        known = np.unique(pixel[inside])
+        tops = np.interp(places, known, tops[known], left=0.0, right=0.0)
+    edge = [
+        QPointF(axis.begin + x + 0.5, middle + high * y)
+        for x, y in zip(places.tolist(), tops.tolist(), strict=True)
+    ]
+    return QPolygonF([QPointF(axis.begin, middle), *edge, QPointF(axis.finish, middle)])
+
+
+class VideoPreview(QWidget):
+    """A frame, and a slider, a number and buttons that choose it.
+
+    Attributes
+    ----------
+    times : ndarray, shape (n,)
+        The frames' own timestamps in s; empty until the video is open.
+    number : int
+        Of the frame that is chosen, from 0.
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.times: NDArray[np.float64] = np.empty(0)
+        self.number = 0
+        self._wanted = 0.0
+        self._film, self._name = Path(), ""
+        self.frames = VideoFrames(self)
+        self.picture = _FrameView("Opening the video…")
+        self.picture.setAccessibleName("Frame of the video")
+        self.slider = QSlider(Qt.Orientation.Horizontal)
+        self.slider.setAccessibleName("Frame")
+        self.spin = QDoubleSpinBox()
+        self.spin.setDecimals(3)
+        self.spin.setSuffix(" s")
+        self.spin.setKeyboardTracking(False)
+        self.spin.setAccessibleName("Time on the video's own clock")
+        self.back, self.on = QToolButton(), QToolButton()
+        for button, arrow, name, step in (
+            (self.back, Qt.ArrowType.LeftArrow, "Frame before", -1),
+            (self.on, Qt.ArrowType.RightArrow, "Next frame", 1),
+        ):
+            button.setArrowType(arrow)
+            button.setAutoRepeat(True)
+            button.setToolTip(name)
+            button.setAccessibleName(name)
+            button.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+            button.clicked.connect(lambda _=False, step=step: self.show_frame(self.number + step))
+        label = QLabel("&Video time")
+        label.setBuddy(self.spin)
+        row = QHBoxLayout()
+        row.addWidget(label)
+        row.addWidget(self.spin)
+        row.addWidget(self.back)
+        row.addWidget(self.on)
+        row.addStretch(1)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.addWidget(self.picture, 1)
+        column.addWidget(self.slider)
+        column.addLayout(row)
+        for control in self._controls:
+            control.setEnabled(False)
+        self.frames.opened.connect(self._opened)
+        self.frames.frame_ready.connect(self._shown)
+        self.frames.failed.connect(self._say)
+        self.frames.missed.connect(lambda _, sentence: self._say(sentence))
+        self.slider.valueChanged.connect(self.show_frame)
+        self.spin.valueChanged.connect(self.show_time)
+
+    @property
+    def time(self) -> float:
+        """The chosen frame's own time, s."""
+        return float(self.times[self.number]) if self.times.size else 0.0
+
+    def open(self, path: Path, demonstration: str) -> None:
+        """Show a video, that of the demonstration of a name."""
+        self._film, self._name = path, demonstration
+        self.frames.open(path)
+
+    def show_time(self, time: float) -> None:
+        """Choose the last frame at or before a time (s) on the video's clock."""
+        self._wanted = time
+        # The number on screen has three decimals: half a millisecond is the same frame.
+        self.show_frame(int(np.searchsorted(self.times, time + 5e-4 + SAME, side="right")) - 1)
+
+    def show_frame(self, number: int) -> None:
+        """Choose a frame by its number; the nearest one that there is."""
+        if self.times.size == 0:
+            return
+        number = min(max(number, 0), self.times.size - 1)
+        direction = int(np.sign(number - self.number))
+        self.number = number
+        image = self.frames.want(number, direction)
+        if image is not None:
+            self._shown(number, image)
+        self._tell()
+
+    def close_video(self) -> None:
+        """Let go of the file; no thread is left."""
+        self.frames.close()
+
+    @property
+    def _controls(self) -> tuple[QWidget, ...]:
+        return (self.slider, self.spin, self.back, self.on)
+
+    def _opened(self, times: NDArray[np.float64]) -> None:
+        """The video can be shown: begin at the frame that was asked for."""
+        self.times = times
+        for widget in self._controls:
+            widget.setEnabled(True)
+        with QSignalBlocker(self.slider), QSignalBlocker(self.spin):
+            self.slider.setRange(0, times.size - 1)
+            self.slider.setPageStep(max(times.size // 20, 1))
+            self.spin.setRange(float(times[0]), float(np.ceil(1000 * times[-1]) / 1000))
+            self.spin.setSingleStep(float(np.median(np.diff(times))) if times.size > 1 else 1.0)
+        self.show_time(self._wanted)
+
+    def _shown(self, number: int, image: QImage) -> None:
+        """A frame is there."""
+        if number == self.number:
+            told = f"frame {number + 1} of {max(self.times.size, 1)}"
+            self.picture.show_image(image, told)
+
+    def _say(self, sentence: str) -> None:
+        """Tell what stands in the way of a frame."""
+        self.picture.say(said_of_film(sentence, self._film, self._name))
+
+    def _tell(self) -> None:
+        """Put slider and number where the frame is."""
+        with QSignalBlocker(self.slider), QSignalBlocker(self.spin):
+            self.slider.setValue(self.number)
+            self.spin.setValue(self.time)
+
+
+class _FrameView(PictureView):
+    """The frame with its number, or a sentence in its place."""
+
+    def __init__(self, sentence: str) -> None:
+        super().__init__()
+        self._sentence, self._words = sentence, ""
+        self.setMinimumSize(320, 200)
+
+    @property
+    def caption(self) -> str:
+        """Which frame it is."""
+        return self._words
+
+    @property
+    def message(self) -> str:
+        """What stands in the way of a frame."""
+        return self._sentence
+
+    def sizeHint(self) -> QSize:
+        """A small frame."""
+        return QSize(480, 300)
+
+    def show_image(self, image: QImage, words: str) -> None:
+        """Show a frame."""
+        self._sentence, self._words = "", words
+        self.set_image(image)
+
+    def say(self, sentence: str) -> None:
+        """Show a sentence in its place."""
+        self._sentence, self._words = sentence, ""
+        self.set_image(None)
+
+
+ButtonT = TypeVar("ButtonT", QPushButton, QCheckBox)
+
+
+class SynchroniseForm(QDialog):
+    """The video left, marks and clock right, the curves below."""
+
+    def __init__(self, document: Document, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.document = document
+        self.preview = VideoPreview()
+        self.plot = AlignmentPlot(document)
+        left = QVBoxLayout()
+        left.addWidget(self.preview, 1)
+        left.addLayout(self._force_row())
+        right = QVBoxLayout()
+        right.addWidget(self._taps_box(), 1)
+        right.addWidget(self._clock_box())
+        top = QHBoxLayout()
+        top.addLayout(left, 3)
+        top.addLayout(right, 2)
+        column = QVBoxLayout(self)
+        column.addLayout(top, 1)
+        column.addWidget(self.plot)
+        column.addLayout(self._button_row())
+
+    def sizeHint(self) -> QSize:
+        """Large enough to see a fingertip."""
+        line = self.fontMetrics().height()
+        return QSize(60 * line, 42 * line).expandedTo(super().sizeHint())
+
+    def _force_row(self) -> QHBoxLayout:
+        """The cursor as a number."""
+        self.force_time = QDoubleSpinBox()
+        self.force_time.setDecimals(3)
+        self.force_time.setSuffix(" s")
+        self.force_time.setRange(*self.document.bounds)
+        self.force_time.setSingleStep(0.001)
+        self.force_time.setKeyboardTracking(False)
+        self.force_time.setAccessibleName("Cursor on the force clock")
+        self.force_time.valueChanged.connect(self.document.seek)
+        self.snap = _labelled_row(QCheckBox("&Snap to contact events"))
+        self.snap.setChecked(True)
+        label = QLabel("F&orce time")
+        label.setBuddy(self.force_time)
+        row = QHBoxLayout()
+        for widget in (label, self.force_time, self.snap):
+            row.addWidget(widget)
+        row.addStretch(1)
+        return row
+
+    def _taps_box(self) -> QGroupBox:
+        """What was marked, with its buttons."""
+        self.frame_button = _labelled_row(QPushButton("Mark this &frame"))
+        self.force_button = _labelled_row(QPushButton("&Mark this force"))
+        self.remove_button = _labelled_row(QPushButton("&Remove"))
+        self.fit_rate = _labelled_row(QCheckBox("Fit the rate too, from &two taps on"))
+        self.fit_rate.setChecked(True)
+        self.table = QTableWidget(0, 3)
+        self.table.setAccessibleName("Taps")
+        self.table.setHorizontalHeaderLabels(["video, s", "force, s", "apart, ms"])
+        header = self.table.horizontalHeader()
+        header.setSectionResizeMode(QHeaderView.ResizeMode.Stretch)
+        header.setDefaultAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+        whole_rows(self.table)
+        self.table.setMinimumHeight(round(5.4 * self.fontMetrics().height()))
+        box = QGroupBox("Taps seen in both")
+        grid = QGridLayout(box)
+        grid.addWidget(self.frame_button, 0, 0)
+        grid.addWidget(self.force_button, 0, 1)
+        grid.addWidget(self.remove_button, 0, 2)
+        grid.addWidget(self.table, 1, 0, 1, 3)
+        grid.addWidget(self.fit_rate, 2, 0, 1, 3)
+        return box
+
+    def _clock_box(self) -> QGroupBox:
+        """The clock that is stored, the new one, and how good that is."""
+        box = QGroupBox("Clock of the video")
+        grid = QGridLayout(box)
+        grid.setColumnStretch(1, 1)
+        self.stored_label, self.new_label = QLabel(), QLabel()
+        self.residual_label, self.confidence_label = QLabel(), QLabel()
+        named = (
+            ("stored", self.stored_label, 1),
+            ("new", self.new_label, 1),
+            ("taps are off by", self.residual_label, 2),
+            ("confidence", self.confidence_label, 2),
+        )
+        for row, (name, value, lines) in enumerate(named):
+            value.setWordWrap(True)
+            value.setAlignment(Qt.AlignmentFlag.AlignTop)
+            # Room for the longest sentence, so that nothing jumps.
+            value.setMinimumHeight(lines * self.fontMetrics().lineSpacing())
+            value.setAccessibleName(name)
+            grid.addWidget(QLabel(name), row, 0, Qt.AlignmentFlag.AlignTop)
+            grid.addWidget(value, row, 1)
+        return box
+
+    def _button_row(self) -> QHBoxLayout:
+        """What is done with all of it."""
+        self.propose_button = _labelled_row(QPushButton("&Propose"))
+        self.reset_button = _labelled_row(QPushButton("R&eset"))
+        self.trouble = QLabel()
+        self.trouble.setWordWrap(True)
+        self.trouble.setStyleSheet(f"color: {colours().trouble}")
+        self.accept_button = _labelled_row(QPushButton("&Accept"))
+        self.cancel_button = _labelled_row(QPushButton("Cancel"))
+        buttons = QDialogButtonBox()
+        buttons.addButton(self.accept_button, QDialogButtonBox.ButtonRole.AcceptRole)
+        buttons.addButton(self.cancel_button, QDialogButtonBox.ButtonRole.RejectRole)
+        buttons.accepted.connect(self.accept)
+        buttons.rejected.connect(self.reject)
+        row = QHBoxLayout()
+        row.addWidget(self.propose_button)
+        row.addWidget(self.reset_button)
+        row.addWidget(self.trouble, 1)
+        row.addWidget(buttons)
+        return row
+
+
+def _labelled_row(button: ButtonT) -> ButtonT:
+    """A button that screen readers name as it is labelled; Enter presses only the one in focus."""
+    button.setAccessibleName(button.text().replace("&", ""))
+    if isinstance(button, QPushButton):
+        button.setAutoDefault(False)
+    return button
+
+
+#: A contact event at most so far from the cursor is what was meant, s.
+SNAP = 0.08
+#: Rates further from 1 are mistakes.
+RARE_UPDATE_MS = 2e-3
+KEY = "synchronise"
+
+
+@dataclass(frozen=True, slots=True)
+class TapRow:
+    """An event as it is marked so far: its times (s) on the video's clock and on the force's."""
+
+    video: float | None = None
+    force: float | None = None
+
+
+class SynchroniseDialog(SynchroniseForm):
+    """Offset and rate of the video's clock, from taps marked by hand or from a proposal.
+
+    Nothing is stored before Accept is pressed.
+
+    Parameters
+    ----------
+    document : Document
+        With a demonstration that has a video.
+    jobs : Jobs
+        Runs the search for a proposal.
+
+    Attributes
+    ----------
+    rows : tuple of TapRow
+        What was marked.
+    candidate : ClockMap or None
+        What Accept would store.
+    proposal : Proposal or None
+        What was found by itself.
+    """
+
+    def __init__(self, document: Document, jobs: Jobs, parent: QWidget | None = None) -> None:
+        super().__init__(document, parent)
+        self.jobs = jobs
+        demonstration = document.demonstration
+        assert demonstration is not None
+        assert demonstration.video is not None
+        self._id = document.id
+        self.stored = demonstration.video.clock
+        self.rows: tuple[TapRow, ...] = ()
+        self.candidate: ClockMap | None = None
+        self.residual: float | None = None
+        self.proposal: Proposal | None = None
+        self.setWindowTitle(f"Synchronise video and force – {demonstration.name}")
+        for button, verb in (
+            (self.frame_button, self.mark_frame),
+            (self.force_button, self.mark_force),
+            (self.remove_button, self.remove),
+            (self.propose_button, self.propose),
+            (self.reset_button, self.reset),
+        ):
+            button.clicked.connect(verb)
+        self.fit_rate.toggled.connect(lambda: self.set_rows(self.rows))
+        self.table.currentCellChanged.connect(self._look_at)
+        self.preview.show_time(float(self.stored.to_device(document.cursor)))
+        self.preview.open(demonstration.video.path, demonstration.name)
+        document.cursor_moved.connect(self._follow)
+        document.demonstration_changed.connect(self._leave_if_other)
+        self._follow()
+        self._show_hint()
+        self._refresh()
+
+    # Verbs
+
+    def mark_frame(self) -> None:
+        """Take the time of the chosen frame for the event that lacks one, or for a new one."""
+        if self.preview.times.size:
+            self._mark(video=self.preview.time)
+
+    def mark_force(self) -> None:
+        """Take the time of the cursor, or of the contact event beside it."""
+        time, contacts = self.document.cursor, self.document.contacts
+        if self.snap.isChecked() and contacts.size:
+            nearest = float(contacts[np.argmin(np.abs(contacts - time))])
+            time = nearest if abs(nearest - time) <= SNAP else time
+        self._mark(force=time)
+
+    def remove(self) -> None:
+        """Forget the selected event."""
+        row = self.table.currentRow()
+        if 0 <= row < len(self.rows):
+            self.set_rows(self.rows[:row] + self.rows[row + 1 :])
+
+    def set_rows(self, rows: tuple[TapRow, ...]) -> None:
+        """Put these events in place of those that are there, and fit the clock to them."""
+        self.rows = rows
+        whole = [(r.video, r.force) for r in rows if r.video is not None and r.force is not None]
+        self.candidate = self.residual = None
+        self.trouble.clear()
+        try:
+            if whole:
+                self.candidate, self.residual = self._fitted(whole)
+        except InputError as error:
+            self.trouble.setText(str(error))
+        self._refresh()
+
+    def propose(self) -> None:
+        """Look for the clock in the background."""
+        demonstration = self.document.demonstration
+        if demonstration is None:
+            return
+        self.propose_button.setEnabled(False)
+        self.trouble.clear()
+        search = proposing_for(demonstration)
+        self.jobs.run(search, self._proposed, self._failed, self._progress, KEY)
+
+    def reset(self) -> None:
+        """Forget everything marked and proposed; the stored clock stays."""
+        self.proposal = None
+        self._show_hint()
+        self.set_rows(())
+
+    def accept(self) -> None:
+        """Store the clock and close."""
+        if self.candidate is None or self.document.set_video_clock(self.candidate):
+            super().accept()
+
+    def done(self, result: int) -> None:
+        """Close, whichever way: the search ends and the file is let go."""
+        self.jobs.cancel(KEY)
+        self.preview.close_video()
+        super().done(result)
+        self.deleteLater()  # with it go its connections to the document
+
+    def closeEvent(self, event: QCloseEvent) -> None:
+        """As Close."""
+        self.reject()
+        super().closeEvent(event)
+
+    # The proposal
+
+    def _proposed(self, proposal: Proposal) -> None:
+        """Show what was found; it is the candidate until something is marked."""
+        self.propose_button.setEnabled(True)
+        self.proposal = proposal
+        self.plot.show_signals(proposal)
+        self.rows = tuple(TapRow(seen, felt) for seen, felt in proposal.taps)
+        self.candidate, self.residual = proposal.clock, proposal.residual
+        self._refresh(proposed=True)
+
+    def _failed(self, error: Exception) -> None:
+        """Say why nothing was found."""
+        self.propose_button.setEnabled(True)
+        self.trouble.setText(str(error))
+        self._show_hint()
+
+    def _progress(self, progress: Progress) -> None:
+        """Say how far the search is."""
+        share = 100.0 * progress.done / max(progress.total, 1)
+        if self.proposal is None:
+            self.plot.show_signals(None, f"{progress.text}  {share:.0f} %")
+
+    # Inside
+
+    def _fitted(self, whole: list[tuple[float, float]]) -> tuple[ClockMap, float]:
+        """The clock through events (video s, force s), and its residual (s).
+
+        Times that are one, or a clock that would run backwards, are an InputError.
+        """
+        seen, felt = (np.array(times) for times in zip(*whole, strict=True))
+        if len(whole) > 1 and self.fit_rate.isChecked():
+            fit = fit_clock(seen.tolist(), felt.tolist())
+            return fit.clock, fit.residual
+        rate = self.stored.rate  # one event tells nothing about it
+        clock = ClockMap(float(np.mean(felt - rate * seen)), rate)
+        return clock, float(np.sqrt(np.mean((clock.to_force(seen) - felt) ** 2)))
+
+    def _look_at(self, number: int) -> None:
+        """Show the frame and the force of an event that was chosen."""
+        if not 0 <= number < len(self.rows):
+            return
+        row = self.rows[number]
+        if row.video is not None:
+            self.preview.show_time(row.video)
+        if row.force is not None:
+            self.document.seek(row.force)
+
+    def _mark(self, video: float | None = None, force: float | None = None) -> None:
+        """Fill the first event that lacks this time, or begin another."""
+        rows = list(self.rows)
+        for place, row in enumerate(rows):
+            if video is not None and row.video is None:
+                rows[place] = TapRow(video, row.force)
+                break
+            if force is not None and row.force is None:
+                rows[place] = TapRow(row.video, force)
+                break
+        else:
+            rows.append(TapRow(video, force))
+        self.set_rows(tuple(rows))
+
+    def _follow(self) -> None:
+        """The cursor has moved."""
+        with QSignalBlocker(self.force_time):
+            self.force_time.setValue(self.document.cursor)
+
+    def _leave_if_other(self) -> None:
+        """Close when another demonstration is open."""
+        if self.document.id != self._id:
+            self.reject()
+
+    def _show_hint(self) -> None:
+        """Tell both ways to a clock in place of the curves, while nothing is proposed."""
+        hint = (
+            "Propose compares the motion in the video with the force. Or by hand: find a moment "
+            "that is seen and felt, such as a tap; mark its frame, move the force time to it, and "
+            "mark that."
+        )
+        self.plot.show_signals(None, hint)
+
+    def _refresh(self, proposed: bool = False) -> None:
+        """Show what is marked, what follows from it and what would be stored."""
+        clock = self.candidate or self.stored
+        with QSignalBlocker(self.table):  # nobody has chosen an event
+            self._fill_table(clock)
+        self.remove_button.setEnabled(bool(self.rows))
+        taps = tuple(row.force for row in self.rows if row.force is not None)
+        self.plot.show_clock(clock, taps)
+        self.stored_label.setText(_offset_sentence(self.stored))
+        self.new_label.setText("–" if self.candidate is None else _offset_sentence(self.candidate))
+        self.residual_label.setText(self._residual(proposed))
+        self.confidence_label.setText(self._confidence() if proposed else "–")
+        doubtful = proposed and self.proposal is not None and self.proposal.doubtful
+        colour = colours().warning if doubtful else colours().text
+        self.confidence_label.setStyleSheet(f"color: {colour}")
+        self.accept_button.setEnabled(self.candidate is not None)
+
+    def _fill_table(self, clock: ClockMap) -> None:
+        """List what is marked, the last event chosen, and how far each is from a new clock."""
+        self.table.setRowCount(len(self.rows))
+        for number, row in enumerate(self.rows):
+            away = ""
+            if row.video is not None and row.force is not None and self.candidate is not None:
+                away = signed(f"{1000 * (float(clock.to_force(row.video)) - row.force):+.1f}")
+            for column, cell in enumerate((_seconds(row.video), _seconds(row.force), away)):
+                item = QTableWidgetItem(cell)
+                item.setTextAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+                self.table.setItem(number, column, item)
+        if self.rows:
+            self.table.setCurrentCell(len(self.rows) - 1, 0)
+
+    def _residual(self, proposed: bool) -> str:
+        """How far the events lie from the new clock, and what that tells."""
+        count = sum(row.video is not None and row.force is not None for row in self.rows)
+        if self.candidate is None or count == 0:
+            return "–"
+        if count == 1 and not proposed:
+            return "one tap: the rate stays"
+        if abs(self.candidate.rate - 1.0) > RARE_UPDATE_MS:
+            return "no two clocks differ so much: check the taps, or leave the rate"
+        if self.residual is None or (count == 2 and self.residual < 1e-6):
+            return "two taps are met exactly; a third tells the error"
+        return "{} ms, root mean square".format(f"{1000 * self.residual:.1f}")
+
+    def _confidence(self) -> str:
+        """How far the proposal may be believed."""
+        assert self.proposal is not None
+        value = f"{self.proposal.confidence:.2f}"
+        if self.proposal.doubtful:
+            return f"{value} – low: compare the frames at a tap before accepting"
+        return f"{value} of 1"
+
+
+def _seconds(time: float | None) -> str:
+    """A time of the table; a dash where it is still to be marked."""
+    return "–" if time is None else signed(f"{time:.3f}")
+
+
+def _offset_sentence(clock: ClockMap) -> str:
+    """A clock for people."""
+    return "offset {} s, rate {} ppm".format(
+        signed(f"{clock.offset:+.4f}"), signed(f"{1e6 * (clock.rate - 1):+.1f}")
+    )

@@ -1,0 +1,214 @@
+"""Whether Qt starts on this machine, and which shared libraries it lacks.
+
+Qt aborts where it cannot start, so that is found out before it is asked, or in another process.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import json
+import os
+import re
+import subprocess
+import sys
+from dataclasses import dataclass
+from importlib.util import find_spec
+from pathlib import Path
+
+from forcelab.errors import InputError
+
+#: The modules of PySide6 that the program uses.
+MODULES = ("QtCore", "QtGui", "QtWidgets", "QtSvg")
+#: Debian packages of the libraries that Qt looks for.
+PACKAGES = {
+    "libEGL": "libegl1",
+    "libGL": "libgl1",
+    "libGLX": "libglx0",
+    "libOpenGL": "libopengl0",
+    "libX11": "libx11-6",
+    "libX11-xcb": "libx11-xcb1",
+    "libdbus-1": "libdbus-1-3",
+    "libfontconfig": "libfontconfig1",
+    "libfreetype": "libfreetype6",
+    "libglib-2.0": "libglib2.0-0",
+    "libgthread-2.0": "libglib2.0-0",
+    "libstdc++": "libstdc++6",
+    "libwayland-client": "libwayland-client0",
+    "libwayland-cursor": "libwayland-cursor0",
+    "libwayland-egl": "libwayland-egl1",
+    "libxcb": "libxcb1",
+    "libxcb-cursor": "libxcb-cursor0",
+    "libxcb-icccm": "libxcb-icccm4",
+    "libxcb-image": "libxcb-image0",
+    "libxcb-keysyms": "libxcb-keysyms1",
+    "libxcb-randr": "libxcb-randr0",
+    "libxcb-render": "libxcb-render0",
+    "libxcb-render-util": "libxcb-render-util0",
+    "libxcb-shape": "libxcb-shape0",
+    "libxcb-shm": "libxcb-shm0",
+    "libxcb-sync": "libxcb-sync1",
+    "libxcb-util": "libxcb-util1",
+    "libxcb-xfixes": "libxcb-xfixes0",
+    "libxcb-xkb": "libxcb-xkb1",
+    "libxkbcommon": "libxkbcommon0",
+    "libxkbcommon-x11": "libxkbcommon-x11-0",
+    "libz": "zlib1g",
+    "libzstd": "libzstd1",
+}
+
+_CHILD = """
+import json
+from PySide6.QtCore import qVersion
+from PySide6.QtGui import QFontDatabase
+from PySide6.QtWidgets import QApplication
+app = QApplication([])
+print(json.dumps([qVersion(), app.platformName(), len(QFontDatabase.families())]))
+"""
+
+
+@dataclass(frozen=True, slots=True)
+class QtPlatform:
+    """How Qt came up.
+
+    Parameters
+    ----------
+    version, platform : str
+        Such as ``"6.11.3"`` and ``"xcb"``; empty where Qt did not start.
+    fonts : int
+        Number of font families it found.
+    trouble : str
+        Why it did not start; empty where it did.
+    cure : str
+        What to do about it; empty where nothing is wrong.
+    """
+
+    version: str = ""
+    platform: str = ""
+    fonts: int = 0
+    trouble: str = ""
+    cure: str = ""
+
+
+def require_qt() -> None:
+    """Make sure that Qt can start; it would abort the program otherwise.
+
+    Raises
+    ------
+    InputError
+        If PySide6 or shared libraries are missing; all of them are named.
+    """
+    try:
+        import PySide6.QtWidgets  # noqa: F401 - whether it can be
+
+        plugins = _plugins()
+        for plugin in plugins:
+            try:
+                ctypes.CDLL(str(plugin))
+                break  # Qt takes the first one that it can load
+            except OSError:
+                if plugin == plugins[-1]:
+                    raise
+    except (ImportError, OSError) as error:
+        found = failure(str(error))
+        cure = f"; {found.cure}" if found.cure else ""
+        raise InputError(f"Qt cannot start: {found.trouble}{cure}.") from error
+
+
+def missing_libraries() -> list[str]:
+    """The shared libraries that Qt needs here, with the plugin it will draw with, and lacks."""
+    folder = _folder()
+    if folder is None or not sys.platform.startswith("linux"):
+        return []
+    modules = [folder / f"{module}.abi3.so" for module in MODULES]
+    try:
+        listed = subprocess.run(
+            ["ldd", *modules, *_plugins()[-1:]], capture_output=True, text=True, check=False
+        )
+    except FileNotFoundError:
+        return []
+    return sorted(set(re.findall(r"^\s*(\S+) => not found", listed.stdout, re.MULTILINE)))
+
+
+def _folder() -> Path | None:
+    """Where PySide6 is installed."""
+    found = find_spec("PySide6")
+    return Path(found.origin).parent if found is not None and found.origin else None
+
+
+def _plugins() -> list[Path]:
+    """Files of the plugins that Qt will try to draw with, first to last, as far as it has them."""
+    folder = _folder()
+    asked = os.environ.get("QT_QPA_PLATFORM", "")
+    names = [part.partition(":")[0] for part in asked.split(";") if part]
+    if not names:
+        names += ["wayland"] if os.environ.get("WAYLAND_DISPLAY") else []
+        names += ["xcb"] if os.environ.get("DISPLAY") else []
+    if folder is None:
+        return []
+    plugins = folder / "Qt" / "plugins" / "platforms"
+    files = [plugins / f"libq{name}.so" for name in names or ["offscreen"]]
+    return [file for file in files if file.exists()]
+
+
+def probe(timeout: float = 60.0) -> QtPlatform:
+    """Start Qt once and tell how it went.
+
+    Without a display it is tried offscreen, as pictures are made there.
+    """
+    if missing := missing_libraries():
+        return _lacking(missing)
+    environment = dict(os.environ)
+    if not environment.get("DISPLAY") and not environment.get("WAYLAND_DISPLAY"):
+        environment.setdefault("QT_QPA_PLATFORM", "offscreen")
+    try:
+        child = subprocess.run(
+            [sys.executable, "-c", _CHILD],
+            env=environment,
+            capture_output=True,
+            text=True,
+            timeout=timeout,
+            check=False,
+        )
+    except subprocess.TimeoutExpired:
+        return QtPlatform(trouble=f"Qt did not start within {timeout:.0f} s")
+    if child.returncode == 0:
+        version, platform, fonts = json.loads(child.stdout.splitlines()[-1])
+        cure = "" if fonts else "apt-get install fonts-dejavu-core"
+        return QtPlatform(version, platform, fonts, cure=cure)
+    return failure(child.stderr)
+
+
+def failure(words: str) -> QtPlatform:
+    """What the last words of Python or Qt mean.
+
+    Parameters
+    ----------
+    words : str
+        The text of an ImportError or OSError, or what a process that ended so has printed.
+    """
+    if "No module named 'PySide6" in words:
+        return QtPlatform(
+            trouble="PySide6 is not installed", cure='pip install "PySide6-Essentials<6.12"'
+        )
+    lacking = re.search(r"(lib[\w.+-]+\.so[\w.]*): cannot open shared object", words)
+    if lacking:
+        return _lacking(missing_libraries() or [lacking[1]])
+    if "xcb" in words and "plugin" in words:
+        return QtPlatform(
+            trouble=f"Qt cannot draw on the display {os.environ.get('DISPLAY', '')}",
+            cure="set DISPLAY to one that runs and that you may use",
+        )
+    last = [line for line in words.splitlines() if line.strip()]
+    return QtPlatform(trouble=last[-1] if last else "Qt ended without a word")
+
+
+def _lacking(libraries: list[str]) -> QtPlatform:
+    """All libraries that are missing, and the one command that installs them."""
+    names = [library.partition(".so")[0] for library in libraries]
+    packages = sorted({PACKAGES[name] for name in names if name in PACKAGES})
+    others = [library for library in libraries if library.partition(".so")[0] not in PACKAGES]
+    cures = [f"apt-get install {' '.join(packages)}"] if packages else []
+    cures += [f"install the package with {' and '.join(others)}"] if others else []
+    what = "the library" if len(libraries) == 1 else "the libraries"
+    are = "is" if len(libraries) == 1 else "are"
+    return QtPlatform(trouble=f"{what} {', '.join(libraries)} {are} missing", cure="; ".join(cures))

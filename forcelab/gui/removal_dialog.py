@@ -1,0 +1,208 @@
+"""Asking before something is removed for good: what goes with it, and what stays."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import (
+    QCheckBox,
+    QDialog,
+    QDialogButtonBox,
+    QLabel,
+    QVBoxLayout,
+    QWidget,
+)
+
+from forcelab.gui.demonstration_model import DemonstrationRow, percent
+from forcelab.gui.text import escape_ampersands
+from forcelab.labels import is_model
+from forcelab.project import Project, RunUse
+from forcelab.text import amount
+
+#: How many things are named one by one.
+NAMED = 3
+#: How many letters of a note are shown.
+LETTERS = 300
+
+
+class Removal(QDialog):
+    """Says what goes; where more has to be agreed to, that is ticked first.
+
+    Parameters
+    ----------
+    title, text : str
+    others : str
+        What has to be agreed to apart; ``""`` where nothing has.
+    """
+
+    def __init__(self, title: str, text: str, others: str, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setWindowTitle(title)
+        self.text = QLabel(text)
+        self.text.setTextFormat(Qt.TextFormat.PlainText)  # names are anybody's
+        self.text.setWordWrap(True)
+        self.text.setMinimumWidth(360)
+        self.others = QCheckBox(
+            escape_ampersands(others), self
+        )  # alone it would be a window for a moment
+        self.others.setVisible(bool(others))
+        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Cancel)
+        self.remove = buttons.addButton("Remove", QDialogButtonBox.ButtonRole.DestructiveRole)
+        self.remove.setAutoDefault(False)
+        self.remove.setEnabled(not others)
+        self.remove.clicked.connect(self.accept)
+        self.others.toggled.connect(self.remove.setEnabled)
+        buttons.rejected.connect(self.reject)
+        buttons.button(QDialogButtonBox.StandardButton.Cancel).setDefault(True)
+        column = QVBoxLayout(self)
+        column.setSpacing(10)
+        for widget in (self.text, self.others, buttons):
+            column.addWidget(widget)
+
+
+def confirm_removal(
+    rows: Sequence[DemonstrationRow], author: str, project: Project, parent: QWidget | None = None
+) -> bool:
+    """Whether the coder agrees that demonstrations go; parameters are those of `removal_of`.
+
+    Notes that were written while it asked were not agreed to: then it asks again.
+    """
+    changed = False
+    while True:
+        dialog = removal_of(rows, author, parent, changed=changed)
+        agreed = dialog.exec()
+        dialog.deleteLater()
+        if not agreed:
+            return False
+        notes = project.notes(author)
+        now = [
+            replace(row, notes=tuple(n for n in notes if n.demonstration == row.info.id))
+            for row in rows
+        ]
+        changed = [row.notes for row in now] != [row.notes for row in rows]
+        if not changed:
+            return True
+        rows = now
+
+
+def removal_of(
+    rows: Sequence[DemonstrationRow],
+    author: str,
+    parent: QWidget | None = None,
+    *,
+    changed: bool = False,
+) -> Removal:
+    """Asks whether demonstrations are to go, with whoever's labels are on them.
+
+    Parameters
+    ----------
+    rows : sequence of Row
+        The demonstrations as the coder may see them, at least one.
+    author : str
+        The coder.
+    changed : bool
+        Whether it is asked again, as notes were written meanwhile.
+    """
+    title, told = "Remove from the project", _author_counts(rows, author)
+    if changed:
+        told = "Notes have changed meanwhile." + "\n\n" + told
+    return Removal(title, told, _others(rows), parent)
+
+
+def _author_counts(rows: Sequence[DemonstrationRow], author: str) -> str:
+    """What goes and what stays."""
+    if len(rows) == 1:
+        return (
+            "Remove '{}' for good? With it go: {}.\n\nThis cannot be undone. The file that it "
+            "was imported from stays, and so do runs and recognisers."
+        ).format(rows[0].info.name, ", ".join(_what_goes(rows[0], author)))
+    names = [f"'{row.info.name}'" for row in rows[:NAMED]]
+    if len(rows) > NAMED:
+        names.append(f"and {len(rows) - NAMED} more")
+    return (
+        "Remove these {} demonstrations for good: {}? With them go: {}.\n\nThis cannot be "
+        "undone. The files that they were imported from stay, and so do runs and recognisers."
+    ).format(len(rows), ", ".join(names), ", ".join(_all_go(rows, author)))
+
+
+def _what_goes(row: DemonstrationRow, author: str) -> list[str]:
+    """What goes with a demonstration."""
+    goes = [f"the recording ({row.info.duration:.2f} s)"]
+    if row.info.has_video:
+        goes.append("its video")
+    if row.share:
+        goes.append(f"your labels ({percent(row.share)} %)")
+    elif author in row.info.labelled:
+        goes.append("the history of your labels")
+    goes += [f"the labels of {name} ({percent(share)} %)" for name, share in row.others]
+    if row.assignments:
+        goes.append("assignments")
+    goes += [f"the note of {note.author}: “{_beginning(note.text)}”" for note in row.notes]
+    return goes
+
+
+def _beginning(text: str) -> str:
+    """As much of a note as leaves room for the other sentences."""
+    return text if len(text) <= LETTERS else text[:LETTERS].rstrip() + "…"
+
+
+def _all_go(rows: Sequence[DemonstrationRow], author: str) -> list[str]:
+    """What goes with several demonstrations, on how many of them it is."""
+    seconds = sum(row.info.duration for row in rows)
+    goes = [f"the recordings ({seconds:.0f} s)"]
+    videos = sum(row.info.has_video for row in rows)
+    if videos:
+        goes.append(f"videos ({videos})")
+    own = sum(bool(row.share) or author in row.info.labelled for row in rows)
+    if own:
+        goes.append(f"your labels (on {own})")
+    every = [name for row in rows for name, _ in row.others]
+    goes += [f"the labels of {name} (on {every.count(name)})" for name in dict.fromkeys(every)]
+    if any(row.assignments for row in rows):
+        goes.append("assignments")
+    if notes := sum(len(row.notes) for row in rows):
+        goes.append(f"notes ({notes})")
+    return goes
+
+
+def _others(rows: Sequence[DemonstrationRow]) -> str:
+    """What is to be agreed to about others' labels; the same to whoever codes blind."""
+    if any(row.blind for row in rows):
+        if len(rows) == 1:
+            return "Remove it whatever others have labelled on it"
+        return "Remove them whatever others have labelled on them"
+    every = dict.fromkeys(name for row in rows for name, _ in row.others)
+    names = [name for name in every if not is_model(name)]
+    if not names:
+        return ""
+    return "Remove the labels of {} too".format(", ".join(names))
+
+
+def removal_of_run(name: str, use: RunUse, parent: QWidget | None = None) -> Removal:
+    """Asks whether a run is to go.
+
+    Parameters
+    ----------
+    name : str
+        As the list has it.
+    use : RunUse
+    """
+    goes = "With it go its predictions and scores ({0})."
+    if use.recogniser:
+        goes = "With it go its predictions, its scores and its recogniser ({0})."
+    told = [f"Remove the run '{name}' for good?" + " " + goes.format(amount(use.bytes))]
+    if use.accepted:
+        told.append(
+            f"Predictions of it were accepted as labels ({use.accepted} edits); these "
+            "labels stay, and "
+            "still tell what proposed them."
+        )
+    if use.verdicts:
+        told.append(
+            f"Verdicts were given on it ({use.verdicts}); they stay, but no longer tell on "
+            "which run."
+        )
+    told.append("This cannot be undone. No label changes.")
+    return Removal("Remove a run", "\n\n".join(told), "", parent)

@@ -1,0 +1,276 @@
+"""The agreement view: how far several coders agree, and one track made from two."""
+
+from __future__ import annotations
+
+from collections.abc import Generator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import QTimer
+from PySide6.QtGui import QHideEvent, QShowEvent
+from PySide6.QtWidgets import QApplication, QComboBox, QTabBar, QWidget
+
+from forcelab.gui.document import Document
+from forcelab.gui.jobs import Jobs
+from forcelab.gui.layout import PageOrPlaceholder, page_layout, scroll_area
+from forcelab.gui.review.agreement_details import (
+    CoderMatrix,
+    ConsistencyView,
+    PairDetails,
+    kappa_word,
+    sentence_label,
+)
+from forcelab.gui.review.consensus import ConsensusBar
+from forcelab.gui.review.reviewed_run import blind_demonstrations
+from forcelab.gui.review.trainer import task_text
+from forcelab.gui.widgets import OverflowTabs
+from forcelab.jobs import Progress
+from forcelab.labels import is_model
+
+if TYPE_CHECKING:
+    from forcelab.review.agreement import Agreement, PairAgreement
+
+
+#: Coders are compared again when nothing was painted for so many ms.
+COMPARE_DELAY = 400
+
+
+class AgreementView(QWidget):
+    """Who coded what, how far they agree and where not, and the consensus of two.
+
+    Compared in a job, and only while this can be seen. Demonstrations that whoever looks is to
+    label blind are left out, and it is said how many.
+    """
+
+    def __init__(self, document: Document, jobs: Jobs) -> None:
+        super().__init__()
+        self.document = document
+        self.found: Agreement | None = None
+        self._jobs = jobs
+        self._listed: object = None  # what was known of the demonstrations when they were compared
+        self._stale = True
+        self.task = QComboBox()
+        self.task.setAccessibleName("Task")
+        self.task.activated.connect(lambda _: self._again())
+        self.note, self.summary, self.counts = (
+            sentence_label(muted=True),
+            sentence_label(),
+            sentence_label(),
+        )
+        self.matrix, self.pair = CoderMatrix(), PairDetails(document)
+        self.matrix.chosen.connect(self._show_pair)
+        self.alone, self.consensus = ConsistencyView(document), ConsensusBar(document)
+        self.pages = OverflowTabs()
+        self.pages.setAccessibleName("Coders")
+        self.pages.addTab(self._agreement_page(), "Agreement")
+        self.pages.addTab(scroll_area(self.consensus), "Consensus")
+        self.pages.addTab(scroll_area(self.alone), "Each coder")
+        self.pages.currentChanged.connect(self.focus_consensus)
+        self.room = PageOrPlaceholder(self.pages)
+        page_layout(self, self.task, self.note, self.room, growing=self.room, margin=4, spacing=4)
+        self._soon = QTimer(self, singleShot=True, interval=COMPARE_DELAY)
+        self._soon.timeout.connect(self.refresh)
+        document.project_changed.connect(self._project_changed)
+        document.author_changed.connect(self._author_changed)
+        document.listing_changed.connect(self._listing_changed)
+        document.tracks_changed.connect(self._tracks_changed)
+        self._show()
+
+    def showEvent(self, event: QShowEvent) -> None:
+        """Compare them: any demonstration may have been edited meanwhile."""
+        super().showEvent(event)
+        self._stale = True
+        self._forget_blind()
+        self.refresh()
+
+    def hideEvent(self, event: QHideEvent) -> None:
+        """Stop comparing."""
+        super().hideEvent(event)
+        self._soon.stop()
+        self._jobs.cancel("coders")
+
+    def refresh(self) -> None:
+        """Compare the coders again, if anything has changed and this can be seen."""
+        self._soon.stop()
+        project = self.document.project
+        if not self.isVisible() or not self._stale:
+            return
+        self._stale = False
+        if project is None:
+            self._done(None)
+            return
+        self._list_tasks()
+        self._listed = self._listing()
+        task = self.task.currentData() if self.task.currentIndex() > 0 else None
+        self._jobs.run(
+            _compare_coders(project.path, task, self.document.author, self.consensus.name),
+            self._done,
+            self._failed,
+            key="coders",
+        )
+
+    def focus_consensus(self) -> None:
+        """Let the keys of the consensus hold, where somebody has come to it by a tab."""
+        by_arrows = isinstance(QApplication.focusWidget(), QTabBar)  # which go on to other tabs
+        if self.consensus.isVisible() and not by_arrows:
+            self.consensus.setFocus()
+
+    # Inside
+
+    def _agreement_page(self) -> QWidget:
+        """Summary, matrix and the chosen pair, as high as they need."""
+        page = QWidget()
+        parts = self.summary, self.matrix, self.counts, self.pair
+        page_layout(page, *parts, growing=self.pair, margin=6, spacing=6)
+        return scroll_area(page)
+
+    def _project_changed(self) -> None:
+        """Forget the other project."""
+        self.found = None
+        self._jobs.cancel("coders")
+        self.task.clear()
+        self._show()
+        self._again()
+
+    def _author_changed(self) -> None:
+        """Compare for somebody else, who may not be to see what is shown."""
+        self._forget_blind()
+        self._again()
+
+    def _forget_blind(self) -> None:
+        """Show at once nothing of what whoever looks codes blind from now on."""
+        if self.found is not None and blind_demonstrations(self.document) & {
+            d.id for d in self.found.coded
+        }:
+            self.found = None
+            self._show()
+
+    def _again(self) -> None:
+        """Compare again, a moment after the last edit."""
+        self._stale = True
+        if self.isVisible():
+            self._soon.start()
+
+    def _tracks_changed(self) -> None:
+        """Compare again if the open demonstration's labels are not those that were compared."""
+        document = self.document
+        shown = {document.author: document.segments, **document.others}
+        coded = () if self.found is None else self.found.coded
+        known = next((one.tracks for one in coded if one.id == document.id), {})
+        if any(
+            segments != known.get(author, ())
+            for author, segments in shown.items()
+            if not is_model(author) and author != self.consensus.name
+        ):
+            self._again()
+
+    def _listing_changed(self) -> None:
+        """Compare again if demonstrations, their labels or assignments are others now."""
+        if self.isVisible() and self._listing() != self._listed:
+            self._forget_blind()
+            self._again()
+
+    def _listing(self) -> object:
+        """What is known of the demonstrations, but for how far the consensus is."""
+        project, made = self.document.project, self.consensus.name
+        assigned = () if project is None else project.assignments(self.document.author)
+        return assigned, [
+            (info.id, info.name, info.task, {a: s for a, s in info.labelled.items() if a != made})
+            for info in self.document.infos
+        ]
+
+    def _list_tasks(self) -> None:
+        """Offer the tasks of the project, and all of them."""
+        tasks = tuple(dict.fromkeys(info.task for info in self.document.infos))
+        listed = tuple(self.task.itemData(i) for i in range(1, self.task.count()))
+        if self.task.count() and listed == tasks:
+            return
+        kept = self.task.currentData() if self.task.currentIndex() > 0 else None
+        self.task.clear()
+        self.task.addItem("All tasks")
+        for task in tasks:
+            self.task.addItem(task_text(task), task)
+        self.task.setCurrentIndex(0 if kept is None else max(self.task.findData(kept), 0))
+        self.task.setVisible(len(tasks) > 1)
+
+    def _done(self, found: Agreement | None) -> None:
+        """Show what was found."""
+        self.found = found
+        self._show()
+
+    def _failed(self, error: Exception) -> None:
+        """Say what stands in the way; what was found before stays."""
+        self._stale = True
+        self.document.say(str(error), True)
+
+    def _show(self) -> None:
+        """Fill the pages, or say what is missing."""
+        found = self.found
+        hidden = 0 if found is None else found.hidden
+        text = "{0} demonstrations are left out until you have labelled them blind."
+        one = "1 demonstration is left out until you have labelled it blind."
+        self.note.setText(one if hidden == 1 else text.format(hidden))
+        self.note.setVisible(hidden > 0)
+        if found is None or not found.pairs:
+            self.room.say(self._missing())
+            return
+        self.room.say("")
+        names = {one.id: one.name for one in found.coded}
+        self.summary.setText(self._summary_text(found))
+        self.counts.setText(_coder_counts(found))
+        self.consensus.show_coded(found.coded, names)  # before a pair of them is chosen
+        self.matrix.setVisible(True)
+        self.matrix.show_agreement(found)
+        self.alone.show_agreement(found, names)
+
+    def _missing(self) -> str:
+        """Why there is nothing to compare, and what to do about it."""
+        if self.document.project is None:
+            return "Open a project to compare its coders."
+        if self.found is None:
+            return "Comparing the coders…"
+        return (
+            "No demonstration here is labelled by two coders yet, so there is nothing to compare. "
+            "Assign some to a second coder, blind: right-click them in the list of demonstrations, "
+            "or use “forcelab assign PROJECT DEMO --author NAME”."
+        )
+
+    def _summary_text(self, found: Agreement) -> str:
+        """How far all coders agree, in a sentence."""
+        if found.fleiss is None or found.fleiss_coders < 3:
+            return "The darker a cell, the better the two agree; a click tells more."
+        return (
+            f"Fleiss' kappa of all {len(found.authors)} coders: {found.fleiss:.2f}, "
+            f"“{kappa_word(found.fleiss)}” by Landis and Koch. It is as kappa of "
+            "two, for any number of coders. The darker a cell, the better the two agree."
+        )
+
+    def _show_pair(self, pair: PairAgreement | None) -> None:
+        """Show the pair that was chosen in the matrix."""
+        self.pair.setVisible(pair is not None)
+        if pair is not None and self.found is not None:
+            if not self.consensus.isVisible():  # not while somebody decides
+                self.consensus.choice.choose(pair.a, pair.b)
+            self.pair.show_pair(pair, {one.id: one.name for one in self.found.coded})
+
+
+def _compare_coders(
+    path: Path, task: str | None, viewer: str, made: str
+) -> Generator[Progress, None, Agreement]:
+    """Compare the coders of a project, read by a connection of the job's own."""
+    from forcelab.project import Project
+    from forcelab.review.agreement import agreement, coded_demonstrations
+
+    yield Progress(0, 1, "")
+    with Project.open(path) as project:
+        there = task if task in project.tasks() else None
+        coded, hidden = coded_demonstrations(project, there, viewer=viewer, without=(made,))
+    return (yield from agreement(coded, hidden=hidden))
+
+
+def _coder_counts(found: Agreement) -> str:
+    """Who coded what, a line for each coder."""
+    return "\n".join(
+        f"{author}: " + ", ".join(f"{task} {count}" for task, count in tasks.items())
+        for author, tasks in sorted(found.counts.items())
+    )

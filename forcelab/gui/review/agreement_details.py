@@ -1,0 +1,797 @@
+"""The parts of the agreement view: kappa matrix, charts, tables, and two coders compared."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QLineF, QPointF, QRectF, QSize, Qt, Signal
+from PySide6.QtGui import (
+    QColor,
+    QFont,
+    QKeyEvent,
+    QMouseEvent,
+    QPainter,
+    QPaintEvent,
+    QPalette,
+    QPen,
+)
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QComboBox,
+    QHBoxLayout,
+    QHeaderView,
+    QLabel,
+    QSizePolicy,
+    QToolTip,
+    QVBoxLayout,
+    QWidget,
+)
+
+from forcelab.gui.document import Document
+from forcelab.gui.figures.axes import Axis
+from forcelab.gui.figures.colormap import colormap_colour
+from forcelab.gui.figures.text import NAMES, ink_on
+from forcelab.gui.figures.tracks import LabelStyle
+from forcelab.gui.item_views import TableColumn, TableRow, TextModel, TextTable
+from forcelab.gui.label.swatches import paint_swatch, style_of
+from forcelab.gui.layout import copyable, emphasise
+from forcelab.gui.review.display_options import combo_box
+from forcelab.gui.review.trainer import task_text
+from forcelab.gui.theme import colours, themes
+from forcelab.gui.widgets import ARROW_STEPS, is_plain
+from forcelab.review.differences import Interval
+from forcelab.vocabulary import Vocabulary
+
+if TYPE_CHECKING:
+    from forcelab.review.agreement import Agreement, Consistency, PairAgreement
+
+
+#: Widths of all columns but the last, in digits.
+COLUMN_WIDTHS = (15, 8, 10, 10, 10)
+
+
+@dataclass(frozen=True, slots=True)
+class IntervalRow:
+    """A place, what kind of thing is there, and whether it is done with."""
+
+    place: Interval
+    kind: str = ""
+    done: bool = False
+
+
+class IntervalTable(TextTable):
+    """Places in rows: where, how long, what each of two says, and what kind of place it is.
+
+    Parameters
+    ----------
+    title : str
+        What is listed, for screen readers.
+
+    Attributes
+    ----------
+    rows : tuple of IntervalRow
+
+    Signals
+    -------
+    wanted(Place)
+        A click, or Enter: it is to be shown.
+    """
+
+    wanted = Signal(object)
+
+    def __init__(self, title: str) -> None:
+        super().__init__(TextModel())
+        self.rows: tuple[IntervalRow, ...] = ()
+        self.setAccessibleName(title)
+        self.setTextElideMode(NAMES)
+        header = self.horizontalHeader()
+        header.setStretchLastSection(True)
+        header.setTextElideMode(NAMES)
+        header.setSectionResizeMode(QHeaderView.ResizeMode.Interactive)
+        self.put((), {}, ("", "", ""))
+        digit = self.fontMetrics().horizontalAdvance("0")
+        for column, digits in enumerate(COLUMN_WIDTHS):
+            header.resizeSection(column, digits * digit)
+        self.clicked.connect(lambda index: self.wanted.emit(self.rows[index.row()].place))
+
+    def put(
+        self, rows: Sequence[IntervalRow], names: Mapping[str, str], heads: tuple[str, str, str]
+    ) -> None:
+        """Show other places.
+
+        Parameters
+        ----------
+        rows : sequence of IntervalRow
+        names : mapping of str to str
+            Of the demonstrations, by id.
+        heads : tuple of str
+            Over the two sayings and the kind.
+        """
+        self.rows = tuple(rows)
+        numbers = TableColumn("At, s"), TableColumn("Length, s")
+        texts = [TableColumn(head, number=False) for head in ("Demonstration", *heads)]
+        self._model.show(
+            (texts[0], *numbers, *texts[1:]), [_interval_cells(row, names) for row in rows]
+        )
+
+    def sizeHint(self) -> QSize:
+        """Room for some rows."""
+        return QSize(320, 9 * self.verticalHeader().defaultSectionSize())
+
+    def minimumSizeHint(self) -> QSize:
+        """Room for the header and three rows."""
+        return QSize(160, round(4.5 * self.verticalHeader().defaultSectionSize()))
+
+
+def _interval_cells(row: IntervalRow, names: Mapping[str, str]) -> TableRow:
+    """What stands in a row."""
+    place = row.place
+    return TableRow(
+        (
+            names.get(place.demonstration, place.demonstration),
+            f"{'✓ ' if row.done else ''}{place.start:.2f}",
+            f"{place.duration:.3f}",
+            place.human or "–",
+            place.predicted or "–",
+            row.kind,
+        )
+    )
+
+
+#: Widths of a bin in ms, of which the first is taken that gives no more than so many bins.
+BIN_WIDTHS, MOST_BINS = (1, 2, 5, 10, 20, 25, 50, 100), 50
+#: The axis reaches at least so many ms to either side.
+LEAST_RANGE = 50.0
+CHART_MARGIN = 6
+
+
+def histogram_bins(offsets: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """A histogram about zero.
+
+    Parameters
+    ----------
+    offsets : ndarray, shape (m,)
+        Milliseconds.
+
+    Returns
+    -------
+    counts : ndarray of int64, shape (2 n,)
+    edges : ndarray of float64, shape (2 n + 1,)
+        Multiples of the bins' width, as far below zero as above; an offset on an edge counts in
+        the bin above it.
+    """
+    reach = max(float(np.abs(offsets).max(initial=0.0)), LEAST_RANGE)
+    width = next((w for w in BIN_WIDTHS if 2 * reach / w <= MOST_BINS), BIN_WIDTHS[-1])
+    half = int(reach // width) + 1
+    edges = width * np.arange(-half, half + 1, dtype=np.float64)
+    # A thousandth of a ms is far below what times are exact to, and keeps an edge an edge.
+    numbers = np.floor((offsets + 1e-3) / width).astype(np.int64) + half
+    return np.bincount(numbers, minlength=2 * half), edges
+
+
+class OffsetHistogram(QWidget):
+    """How many boundaries the second coder puts how much later than the first."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.offsets: NDArray[np.float64] = np.empty(0)
+        self._second = ""
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+        self.setAccessibleName("Histogram of boundary offsets")
+        themes().changed.connect(self.update)
+
+    def show_offsets(self, offsets: NDArray[np.float64], second: str) -> None:
+        """Show by how many ms the second of two coders is later."""
+        self.offsets, self._second = offsets, second
+        self.update()
+
+    def sizeHint(self) -> QSize:
+        """Wide and low."""
+        return QSize(320, 9 * self.fontMetrics().height())
+
+    def minimumSizeHint(self) -> QSize:
+        """As high as it is."""
+        return QSize(160, self.sizeHint().height())
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Draw bars, the axis in ms, zero and the median."""
+        if not len(self.offsets):
+            return
+        with QPainter(self) as painter:
+            theme, line = colours(), self.fontMetrics().height()
+            box = QRectF(self.rect()).adjusted(CHART_MARGIN, 1.2 * line, -CHART_MARGIN, -2.6 * line)
+            counts, edges = histogram_bins(self.offsets)
+            axis = Axis(float(edges[0]), float(edges[-1]), box.left(), box.right())
+            for count, left, right in zip(counts, edges, edges[1:], strict=False):
+                if count:
+                    high = box.height() * float(count / counts.max())
+                    x, end = axis.at(float(left)), axis.at(float(right))
+                    bar = QRectF(x, box.bottom() - high, max(end - x - 1, 1), high)
+                    painter.fillRect(bar, QColor(theme.curves[0]))
+            painter.setPen(QPen(QColor(theme.frame), 1))
+            painter.drawLine(QLineF(box.bottomLeft(), box.bottomRight()))
+            self._paint_axis(painter, axis, box)
+            self._paint_median(painter, axis, box)
+
+    def _paint_axis(self, painter: QPainter, axis: Axis, box: QRectF) -> None:
+        """Draw the numbers below, and what they are."""
+        theme, metrics = colours(), self.fontMetrics()
+        line, middle = metrics.height(), Qt.AlignmentFlag.AlignHCenter
+        for value, number in axis.marks(line, upright=False):
+            x = axis.at(value)
+            painter.setPen(QPen(QColor(theme.frame), 1))
+            painter.drawLine(QLineF(x, box.bottom(), x, box.bottom() + 4))
+            painter.setPen(QColor(theme.muted))
+            wide = metrics.horizontalAdvance(number) + 2
+            left = min(max(x - wide / 2, 0.0), self.width() - wide)
+            painter.drawText(QRectF(left, box.bottom() + 4, wide, line), middle, number)
+        painter.setPen(QPen(QColor(theme.frame), 1, Qt.PenStyle.DashLine))
+        painter.drawLine(QLineF(axis.at(0.0), box.top(), axis.at(0.0), box.bottom()))
+        below = QRectF(box.left(), box.bottom() + 4 + 1.2 * line, box.width(), line)
+        half = int(below.width() / 2 - line)
+        painter.setPen(QColor(theme.muted))
+        for text, side in (
+            (f"{self._second} earlier", Qt.AlignmentFlag.AlignLeft),
+            (f"{self._second} later", Qt.AlignmentFlag.AlignRight),
+        ):
+            painter.drawText(below, side, metrics.elidedText(text, NAMES, half))
+        painter.drawText(below, middle, "ms")
+
+    def _paint_median(self, painter: QPainter, axis: Axis, box: QRectF) -> None:
+        """Draw the line that half of the offsets lie below."""
+        median = float(np.median(self.offsets))
+        x, line = axis.at(median), self.fontMetrics().height()
+        painter.setPen(QPen(QColor(colours().cursor), 2))
+        painter.drawLine(QLineF(x, box.top() - 2, x, box.bottom()))
+        number = f"{median:+.0f}".replace("-", "\N{MINUS SIGN}")
+        text = "median {} ms".format("0" if round(median) == 0 else number)
+        wide = self.fontMetrics().horizontalAdvance(text) + 2
+        left = min(max(x - wide / 2, 0.0), self.width() - wide)
+        painter.drawText(
+            QRectF(left, box.top() - 1.2 * line, wide, line), Qt.AlignmentFlag.AlignHCenter, text
+        )
+
+
+class ActionBars(QWidget):
+    """A bar for the agreement on each action, from 0 to 100 %."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.shares: dict[str, float | None] = {}
+        self._looks: dict[str, LabelStyle] = {}
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+        self.setAccessibleName("Agreement on each action")
+        themes().changed.connect(self.update)
+
+    def show_shares(self, shares: Mapping[str, float | None], vocabulary: Vocabulary) -> None:
+        """Show a share, 0 to 1, for each action; None where there is none."""
+        self.shares = dict(shares)
+        self._looks = {name: style_of(vocabulary, name) for name in shares}
+        self.setAccessibleDescription(
+            ", ".join(f"{name} {_whole_percent(share)}" for name, share in shares.items())
+        )
+        self.updateGeometry()
+        self.update()
+
+    def sizeHint(self) -> QSize:
+        """A line for each action."""
+        return QSize(320, round(len(self.shares) * self._line) + 2)
+
+    def minimumSizeHint(self) -> QSize:
+        """As high as it is."""
+        return QSize(160, self.sizeHint().height())
+
+    @property
+    def _line(self) -> float:
+        """Height of a row in pixels."""
+        return 1.5 * self.fontMetrics().height()
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Draw swatch, name, bar and number of each action."""
+        with QPainter(self) as painter:
+            theme, metrics = colours(), self.fontMetrics()
+            line, side = self._line, metrics.height() * 0.8
+            numbers = metrics.horizontalAdvance("100 %") + CHART_MARGIN
+            widest = max((metrics.horizontalAdvance(name) for name in self.shares), default=0)
+            names = min(widest, round(0.35 * self.width()))
+            left = side + 2 * CHART_MARGIN + names + CHART_MARGIN
+            room = max(self.width() - left - numbers - CHART_MARGIN, 1.0)
+            upright = Qt.AlignmentFlag.AlignVCenter
+            for row, (name, share) in enumerate(self.shares.items()):
+                top = row * line
+                swatch = QRectF(CHART_MARGIN, top + (line - side) / 2, side, side)
+                paint_swatch(painter, swatch, self._looks[name])
+                painter.setPen(QColor(theme.text))
+                shown = metrics.elidedText(name, NAMES, names)
+                painter.drawText(QRectF(side + 2 * CHART_MARGIN, top, names, line), upright, shown)
+                bar = QRectF(left, top + 0.25 * line, room, 0.5 * line)
+                painter.fillRect(bar, QColor(theme.panel_edge))
+                if share is not None:
+                    painter.fillRect(
+                        QRectF(bar.left(), bar.top(), share * room, bar.height()),
+                        QColor(theme.curves[0]),
+                    )
+                painter.setPen(QColor(theme.text if share is not None else theme.muted))
+                number = QRectF(left + room, top, numbers, line)
+                painter.drawText(
+                    number, upright | Qt.AlignmentFlag.AlignRight, _whole_percent(share)
+                )
+
+
+def _whole_percent(share: float | None) -> str:
+    """A share in whole percent; never 100 where it is not all."""
+    if share is None:
+        return "–"
+    whole = 99 if 0.99 < share < 1 else round(100 * share)
+    return f"{whole} %"
+
+
+#: Narrowest and widest cell in widths of a digit, its height in lines, and room around texts.
+NARROWEST_CELL, WIDEST_CELL, CELL_LINES, CELL_PADDING = 6.5, 18.0, 2.5, 6
+#: Kappa below which all cells are as light: chance agreement and worse.
+LIGHTEST_KAPPA = 0.0
+
+
+def kappa_word(kappa: float) -> str:
+    """The word of Landis and Koch (1977) for a kappa."""
+    from forcelab.review.agreement import landis_koch
+
+    return {
+        "poor": "poor",
+        "slight": "slight",
+        "fair": "fair",
+        "moderate": "moderate",
+        "substantial": "substantial",
+        "almost perfect": "almost perfect",
+    }[landis_koch(kappa)]
+
+
+class CoderMatrix(QWidget):
+    """Coders against coders: kappa and its word; the darker, the better they agree.
+
+    Signals
+    -------
+    chosen(PairAgreement)
+        A pair was clicked, or reached with the arrow keys.
+    """
+
+    chosen = Signal(object)
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.authors: tuple[str, ...] = ()
+        self.at = (0, 1)
+        self._found: Agreement | None = None
+        self.setAccessibleName("Kappa of every two coders")
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self.setMouseTracking(True)
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+        themes().changed.connect(self.update)
+
+    def show_agreement(self, found: Agreement) -> None:
+        """Show what was found, and keep the pair that is chosen if it is there still."""
+        kept = self.pair
+        self._found, self.authors = found, found.authors
+        cells = [self._cell_of(pair) for pair in found.pairs]
+        names = None if kept is None else (kept.a, kept.b)
+        same = [self._cell_of(p) for p in found.pairs if (p.a, p.b) == names]
+        self.at = (*same, *cells, (0, 1))[0]
+        self.updateGeometry()
+        self._tell()
+
+    @property
+    def pair(self) -> PairAgreement | None:
+        """The pair that is chosen."""
+        return self._pair_at(*self.at) if max(self.at) < len(self.authors) else None
+
+    def choose(self, row: int, column: int) -> None:
+        """Choose a pair by its cell."""
+        inside = 0 <= row < len(self.authors) and 0 <= column < len(self.authors)
+        if inside and row != column:
+            self.at = (row, column)
+            self._tell()
+
+    def cell(self, row: int, column: int) -> QRectF:
+        """Where a cell lies, in pixels."""
+        left, top, wide, high = self._layout()
+        return QRectF(left + column * wide, top + row * high, wide, high)
+
+    def sizeHint(self) -> QSize:
+        """Room for every cell."""
+        high = round((len(self.authors) * CELL_LINES + 1.8) * self.fontMetrics().height())
+        return QSize(320, high + 2)
+
+    def minimumSizeHint(self) -> QSize:
+        """As high as it is; names are cut."""
+        return QSize(160, self.sizeHint().height())
+
+    def keeps(self, event: QKeyEvent) -> bool:
+        """Whether a key is an arrow, which is the window's too."""
+        return event.key() in ARROW_STEPS and is_plain(event)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """The arrow keys go from pair to pair."""
+        step = ARROW_STEPS.get(Qt.Key(event.key()))
+        if step is None:
+            super().keyPressEvent(event)
+            return
+        row, column = self.at[0] + step[0], self.at[1] + step[1]
+        if row == column:  # nobody is compared with himself: on to the next
+            row, column = row + step[0], column + step[1]
+        self.choose(row, column)
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        """Choose the pair that is clicked."""
+        if (spot := self._cell_at_point(event.position())) is not None:
+            self.choose(*spot)
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        """Tell what lies under the pointer, as names may be cut."""
+        spot = self._cell_at_point(event.position())
+        self.setToolTip("" if spot is None else self._told(*spot))
+        if spot is None:
+            QToolTip.hideText()
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Draw names and cells."""
+        with QPainter(self) as painter:
+            theme, metrics = colours(), self.fontMetrics()
+            left, top, wide, high = self._layout()
+            middle = Qt.AlignmentFlag.AlignCenter
+            for i, name in enumerate(self.authors):
+                painter.setPen(QColor(theme.text))
+                row = QRectF(0, top + i * high, left - CELL_PADDING, high)
+                shown = metrics.elidedText(name, NAMES, int(row.width()))
+                painter.drawText(
+                    row, Qt.AlignmentFlag.AlignVCenter | Qt.AlignmentFlag.AlignRight, shown
+                )
+                head = QRectF(left + i * wide, 0, wide, top)
+                room = int(wide - CELL_PADDING)
+                painter.drawText(head, middle, metrics.elidedText(name, NAMES, room))
+            for row_number in range(len(self.authors)):
+                for column in range(len(self.authors)):
+                    self._paint_cell(painter, row_number, column)
+            if self.pair is not None:
+                painter.setPen(QPen(QColor(theme.text), 3 if self.hasFocus() else 2))
+                painter.setBrush(Qt.BrushStyle.NoBrush)
+                painter.drawRect(self.cell(*self.at).adjusted(1, 1, -1, -1))
+
+    def _paint_cell(self, painter: QPainter, row: int, column: int) -> None:
+        """Draw one cell: kappa and word; or on the diagonal how much the coder labelled."""
+        theme, box = colours(), self.cell(row, column).adjusted(1, 1, -1, -1)
+        middle = Qt.AlignmentFlag.AlignCenter
+        pair = self._pair_at(row, column)
+        kappa = None if pair is None else pair.kappa
+        if kappa is None:
+            painter.fillRect(box, QColor(theme.panel))
+            painter.setPen(QColor(theme.muted))
+            count = self._labelled(self.authors[row]) if row == column else None
+            text = "–" if count is None else f"{count} coded"
+            room = int(box.width())
+            cut = self.fontMetrics().elidedText(text, Qt.TextElideMode.ElideRight, room)
+            painter.drawText(box, middle, cut)
+            return
+        ground = colormap_colour(max(kappa, LIGHTEST_KAPPA))
+        painter.fillRect(box, ground)
+        painter.setPen(ink_on(ground))
+        bold = QFont(self.font())
+        bold.setBold(True)
+        painter.setFont(bold)
+        upper = QRectF(box.left(), box.top() + 2, box.width(), box.height() / 2)
+        painter.drawText(upper, middle, f"{kappa:.2f}".replace("-", "\N{MINUS SIGN}"))
+        painter.setFont(self.font())
+        lower = QRectF(box.left(), box.center().y() - 1, box.width(), box.height() / 2)
+        room = int(box.width() - 4)
+        shown = self.fontMetrics().elidedText(kappa_word(kappa), Qt.TextElideMode.ElideRight, room)
+        painter.drawText(lower, middle, shown)
+
+    def _layout(self) -> tuple[float, float, float, float]:
+        """Left and top of the cells, their width and height, in pixels."""
+        metrics, count = self.fontMetrics(), max(len(self.authors), 1)
+        digit = metrics.horizontalAdvance("0")
+        names = max((metrics.horizontalAdvance(name) for name in self.authors), default=0)
+        left = min(names + 2 * CELL_PADDING, 0.3 * self.width())
+        wide = min(
+            max((self.width() - left - 1) / count, NARROWEST_CELL * digit), WIDEST_CELL * digit
+        )
+        return left, 1.6 * metrics.height(), wide, CELL_LINES * metrics.height()
+
+    def _cell_at_point(self, where: QPointF) -> tuple[int, int] | None:
+        """The cell at a point."""
+        left, top, wide, high = self._layout()
+        row, column = int((where.y() - top) // high), int((where.x() - left) // wide)
+        count = len(self.authors)
+        return (row, column) if 0 <= row < count and 0 <= column < count else None
+
+    def _pair_at(self, row: int, column: int) -> PairAgreement | None:
+        """What was found for a cell."""
+        if self._found is None or row == column:
+            return None
+        return self._found.pair(self.authors[row], self.authors[column])
+
+    def _cell_of(self, pair: PairAgreement) -> tuple[int, int]:
+        """The cell of a pair, below which it is mirrored."""
+        return self.authors.index(pair.a), self.authors.index(pair.b)
+
+    def _labelled(self, author: str) -> int:
+        """How many demonstrations a coder labelled."""
+        counts = {} if self._found is None else self._found.counts
+        return sum(counts.get(author, {}).values())
+
+    def _told(self, row: int, column: int) -> str:
+        """A cell in words."""
+        a, b = self.authors[row], self.authors[column]
+        if row == column:
+            text = "{0}: {1} demonstrations labelled"
+            return text.format(a, self._labelled(a))
+        pair = self._pair_at(row, column)
+        if pair is None:
+            return f"{a} and {b} have no demonstration in common"
+        if pair.kappa is None:
+            return f"{a} and {b}: no kappa, as only one action was labelled"
+        text = "{0} and {1}: kappa {2:.3f}, {3} (Landis and Koch); {4} demonstrations"
+        return text.format(a, b, pair.kappa, kappa_word(pair.kappa), len(pair.demonstrations))
+
+    def _tell(self) -> None:
+        """Draw it, and hand on what is chosen."""
+        if self.authors:
+            self.setAccessibleDescription(self._told(*self.at) if self.pair else "")
+        self.update()
+        self.chosen.emit(self.pair)
+
+
+#: How many places are listed at most; the rest are shorter than all of these.
+MOST_INTERVALS = 2000
+
+
+def sentence_label(muted: bool = False) -> QLabel:
+    """A label that wraps; its text can be selected with the mouse."""
+    label = copyable()
+    label.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+    if muted:
+        label.setForegroundRole(QPalette.ColorRole.PlaceholderText)
+    return label
+
+
+class PairDetails(QWidget):
+    """What two coders agree on, and where they do not."""
+
+    def __init__(self, document: Document) -> None:
+        super().__init__()
+        self.document = document
+        self._pair: PairAgreement | None = None
+        self._names: Mapping[str, str] = {}
+        self.title = sentence_label()
+        emphasise(self.title)
+        self.frames, self.alone = sentence_label(), sentence_label()
+        self.each, self.bars = sentence_label(), ActionBars()
+        self.offsets, self.histogram = sentence_label(), OffsetHistogram()
+        self.segments = sentence_label()
+        self.kinds = combo_box(
+            "Which places are listed",
+            {
+                "All differences": "all",
+                "Different actions": "apart",
+                "Only one labelled": "alone",
+                "Boundaries moved": "shifted",
+            },
+        )
+        self.kinds.activated.connect(lambda _: self._list())
+        self.places = IntervalTable("Places where the two differ")
+        self.places.wanted.connect(document.examine)
+        self._count = sentence_label(muted=True)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(4)
+        shown: tuple[QWidget, ...] = (self.title, self.frames, self.alone, self.each, self.bars)
+        for widget in (*shown, self.offsets, self.histogram, self.segments):
+            column.addSpacing(4 if widget in (self.each, self.offsets, self.segments) else 0)
+            column.addWidget(widget)
+        row = QHBoxLayout()
+        row.addWidget(self.kinds)
+        row.addWidget(self._count, 1)
+        column.addSpacing(4)
+        column.addLayout(row)
+        column.addWidget(self.places, 1)
+
+    def show_pair(self, pair: PairAgreement, names: Mapping[str, str]) -> None:
+        """Show two coders; `names` are the demonstrations' by id."""
+        self._pair, self._names = pair, names
+        self._show_frames(pair)
+        self._show_actions(pair)
+        self._show_boundaries(pair)
+        self._show_segments(pair)
+        self._list()
+
+    def _show_frames(self, pair: PairAgreement) -> None:
+        """Say how much of the time they agree."""
+        many = "{0} and {1}, {2} demonstrations"
+        one = "{0} and {1}, 1 demonstration"
+        count = len(pair.demonstrations)
+        self.title.setText((one if count == 1 else many).format(pair.a, pair.b, count))
+        kappa, agreed = pair.kappa, pair.agreed
+        if agreed is None:
+            text = "There is no time that both labelled, so nothing can be compared."
+        elif kappa is None:
+            text = "Both know one action only; kappa cannot tell that from chance."
+        else:
+            text = (
+                f"Kappa {kappa:.2f}, “{kappa_word(kappa)}” by Landis and Koch: they say the same "
+                f"{_percent_text(agreed)} of the time, and "
+                "kappa is what of that goes beyond chance (0 is chance, 1 is always)."
+            )
+            if (interval := pair.interval) is not None:
+                text += " " + "Other demonstrations would give {:.2f} to {:.2f} (95 %).".format(
+                    *interval
+                )
+        self.frames.setText(text)
+        first, second = pair.only
+        self.alone.setText(
+            f"{_percent_text(pair.only_share)} of the labelled time only one of them labelled "
+            f"({pair.a} {first:.1f} s, {pair.b} {second:.1f} s);"
+            " it enters neither kappa nor the figures of actions and segments."
+        )
+
+    def _show_actions(self, pair: PairAgreement) -> None:
+        """Say how each action agrees."""
+        self.each.setText("Actions: where one of the two says it, how often the other says it too.")
+        self.bars.show_shares(pair.by_action, self.document.vocabulary)
+
+    def _show_boundaries(self, pair: PairAgreement) -> None:
+        """Say how far boundaries lie apart."""
+        from forcelab.review.agreement import WINDOW
+
+        quartiles = pair.quartiles
+        self.histogram.setVisible(quartiles is not None)
+        if quartiles is None:
+            text = "Boundaries: no two are within {0:.0f} ms of each other."
+            self.offsets.setText(text.format(1000 * WINDOW))
+            return
+        low, middle, high = quartiles
+        when = "later" if round(middle) >= 0 else "earlier"
+        text = (
+            "Boundaries: {0} puts the same boundary {1:.0f} ms {2} than {3} (median; half of them "
+            "lie from {4} to {5} ms). {6}. Matched, at most {8:.0f} ms apart: {7} of the {9} and "
+            "{10} there are."
+        )
+        near = ", ".join(
+            f"{_percent_text(share)} within {ms} ms" for ms, share in pair.within.items()
+        )
+        mine, theirs = pair.boundaries
+        self.offsets.setText(
+            text.format(
+                pair.b,
+                abs(middle),
+                when,
+                pair.a,
+                _signed_ms(low),
+                _signed_ms(high),
+                near,
+                len(pair.offsets),
+                1000 * WINDOW,
+                mine,
+                theirs,
+            )
+        )
+        self.histogram.show_offsets(pair.offsets, pair.b)
+
+    def _show_segments(self, pair: PairAgreement) -> None:
+        """Say how many segments find their counterpart."""
+        f1 = ", ".join(
+            f"{_percent_text(value)} at {overlap} %"
+            for overlap, value in pair.f1.items()
+            if value is not None
+        )
+        self.segments.setText(
+            (
+                "Segments (F1): {}. 100 % means that every segment has one of the same "
+                "action in the "
+                "other track that it overlaps by at least so much."
+            ).format(f1 or "–")
+        )
+
+    def _list(self) -> None:
+        """List the places of the chosen kind, the longest first."""
+        pair, kind = self._pair, self.kinds.currentData()
+        if pair is None:
+            return
+        kinds = {
+            "apart": (pair.apart, "different actions"),
+            "alone": (pair.alone, "only one labelled"),
+            "shifted": (pair.shifted, "boundary moved"),
+        }
+        chosen = ("apart", "alone") if kind == "all" else (kind,)
+        rows = [IntervalRow(place, kinds[name][1]) for name in chosen for place in kinds[name][0]]
+        rows.sort(key=lambda row: -row.place.duration)
+        count = f"{len(rows)}, the longest first"
+        self._count.setText(count if rows else "There are none.")
+        self.places.setVisible(bool(rows))
+        self.places.put(rows[:MOST_INTERVALS], self._names, (pair.a, pair.b, "What"))
+
+
+def _percent_text(share: float) -> str:
+    """A share in percent with a decimal; never 100.0 where it is not all."""
+    shown = min(100 * share, 99.9) if share < 1 else 100.0
+    return f"{shown:.1f}\N{NO-BREAK SPACE}%"
+
+
+def _signed_ms(ms: float) -> str:
+    """Whole milliseconds with their sign; none at zero."""
+    return f"{ms:+.0f}".replace("-", "\N{MINUS SIGN}") if round(ms) else "0"
+
+
+class ConsistencyView(QWidget):
+    """How consistent a coder is."""
+
+    def __init__(self, document: Document) -> None:
+        super().__init__()
+        self.document = document
+        self._own: tuple[Consistency, ...] = ()
+        self._names: Mapping[str, str] = {}
+        self.coder = QComboBox()
+        self.coder.setAccessibleName("Coder")
+        self.coder.activated.connect(lambda _: self._show())
+        about = sentence_label(muted=True)
+        about.setText(
+            "± is the spread of an action's durations, as a share of their mean. A low one "
+            "means that its segments are about as long each time."
+        )
+        self._model = TextModel(self)
+        self.durations = TextTable(self._model)
+        self.durations.setAccessibleName("Durations of each action")
+        self.durations.setSelectionMode(QAbstractItemView.SelectionMode.NoSelection)
+        self.durations.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        high = self.durations.verticalHeader().defaultSectionSize()
+        self.durations.setMinimumHeight(round(6.5 * high))  # where there is less room, all scrolls
+        self._odd = sentence_label()
+        self.places = IntervalTable("Segments that stand out")
+        self.places.wanted.connect(document.examine)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(6, 6, 6, 6)
+        column.addWidget(self.coder)
+        column.addWidget(about)
+        column.addWidget(self.durations, 1)
+        column.addWidget(self._odd)
+        column.addWidget(self.places, 1)
+
+    def show_agreement(self, found: Agreement, names: Mapping[str, str]) -> None:
+        """Show the coders that were found."""
+        kept = self.coder.currentText()
+        self._own, self._names = found.own, names
+        self.coder.clear()
+        self.coder.addItems([one.author for one in found.own])
+        self.coder.setCurrentIndex(max(self.coder.findText(kept), 0))
+        self._show()
+
+    def _show(self) -> None:
+        """Show the coder that is chosen."""
+        index = self.coder.currentIndex()
+        if not 0 <= index < len(self._own):
+            return
+        own = self._own[index]
+        tasks = len({one.task for one in own.actions})
+        rows = []
+        for one in own.actions:
+            # The task stands last, so that it is cut before the action is.
+            name = one.action if tasks == 1 else f"{one.action} · {task_text(one.task)}"
+            spread = "–" if one.variation is None else f"{100 * one.variation:.0f}"
+            rows.append(TableRow((name, str(one.count), f"{one.mean:.2f}", spread)))
+        numbers = "Count", "Mean, s", "± %"
+        self._model.show((TableColumn("Action", number=False), *map(TableColumn, numbers)), rows)
+        self.durations.fit_columns(stretched=0)
+        odd = [IntervalRow(place, "unusual duration") for place in own.odd]
+        rare = [IntervalRow(place, "order found nowhere else") for place in own.rare]
+        text = (
+            "{0} segments are unusually long or short for their action, and {1} times two actions "
+            "follow each other as in no other demonstration of the task. Worth a look; it need not "
+            "be a mistake."
+        )
+        nothing = "No segment stands out by its duration or by what it follows."
+        self._odd.setText(text.format(len(odd), len(rare)) if odd or rare else nothing)
+        self.places.setVisible(bool(odd or rare))
+        heads = ("Action", "Then", "What")
+        self.places.put([*odd, *rare], self._names, heads)

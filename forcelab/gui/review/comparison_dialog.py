@@ -1,0 +1,341 @@
+"""The dialog that compares two runs: which settings differ, and what became better or worse."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Generator
+from pathlib import Path
+
+from PySide6.QtCore import QModelIndex, QSize, Qt
+from PySide6.QtWidgets import (
+    QDialog,
+    QHBoxLayout,
+    QLabel,
+    QPushButton,
+    QSplitter,
+    QVBoxLayout,
+    QWidget,
+)
+
+from forcelab.errors import ForcelabError
+from forcelab.gui.document import Document
+from forcelab.gui.item_views import TableColumn, TableRow, TextModel, TextTable, copy_text
+from forcelab.gui.jobs import Jobs
+from forcelab.gui.layout import muted_label, resize_on_screen
+from forcelab.gui.review.display_options import stage_combo_box
+from forcelab.gui.review.metric_texts import Metric, agreement_metrics, error_metrics
+from forcelab.gui.review.reviewed_run import blind_demonstrations
+from forcelab.gui.review.settings_fields import FIELDS
+from forcelab.gui.review.training_backend import BACKGROUND, Backend, RunInfo, run_text
+from forcelab.gui.theme import colours, themes
+from forcelab.gui.widgets import ElidedComboBox
+from forcelab.review.run_comparison import Comparison, comparing
+
+#: What a run is asked for, by the words of the dialogs in which it is chosen.
+_SETTING_LABELS = {
+    "preset": "Preset",
+    "windows": "Windows in seconds",
+    "tasks": "Train on",
+    "test task": "Test on another task",
+    "coder": "Whose labels",
+    "apart": "Actions of the same name stay apart",
+    "groups left out": "Groups left out",
+}
+
+
+def comparison_columns(
+    comparison: Comparison, first: str, *, sure: bool
+) -> tuple[TableColumn, ...]:
+    """The columns' names; `first` is what the rows are, `sure` whether there are intervals."""
+    run = "run {0}"
+    columns = (
+        TableColumn(first, number=False),
+        TableColumn(run.format(comparison.one.number)),
+        TableColumn(run.format(comparison.other.number)),
+        TableColumn("difference"),
+    )
+    tip = "Of the difference, paired over the demonstrations both tested."
+    return (*columns, TableColumn("95 % interval", tip)) if sure else columns
+
+
+def metric_rows(
+    comparison: Comparison, stage: str, metrics: Collection[Metric]
+) -> tuple[TableRow, ...]:
+    """A row for each metric, pooled over what both tested."""
+    one, other = comparison.pooled[stage]
+    found = comparison.intervals[stage]
+    rows = []
+    for metric in metrics:
+        ends = found[metric.path]
+        values = metric.value(one), metric.value(other)
+        row = _difference_row(
+            metric, metric.title, *values, sure=ends is None or not ends[0] <= 0 <= ends[1]
+        )
+        cells = (*row.cells, metric.span(ends, signed=True))
+        rows.append(TableRow(cells, tip=metric.tip, colours=row.colours))
+    return tuple(rows)
+
+
+def demonstration_rows(
+    comparison: Comparison, stage: str, metric: Metric, seen: Collection[str]
+) -> tuple[tuple[TableRow, ...], tuple[str, ...]]:
+    """A row for each demonstration that both tested and the coder may see; and their ids."""
+    ids = tuple(id_ for id_ in comparison.shared if id_ in seen)
+    rows = []
+    for id_ in ids:
+        one, other = comparison.each[stage][id_]
+        rows.append(
+            _difference_row(metric, comparison.names[id_], metric.value(one), metric.value(other))
+        )
+    return tuple(rows), ids
+
+
+def settings_differences(comparison: Comparison) -> str:
+    """What was asked for differently, in a line or two."""
+    if not comparison.settings:
+        text = "Both runs have the same settings."
+    else:
+        listed = "; ".join(_setting_difference(*setting) for setting in comparison.settings)
+        text = f"Different settings: {listed}."
+    if number := len(comparison.relabelled):
+        changed = "Labels of {0} of {1} demonstrations were changed between the runs."
+        text = f"{text} {changed.format(number, len(comparison.shared))}"
+    return text
+
+
+def _setting_difference(name: str, one: str, other: str) -> str:
+    """What was asked for differently, as the dialog calls it in which it is chosen."""
+    field = next((field for field in FIELDS if field.name == name), None)
+    words = _SETTING_LABELS.get(name, name) if field is None else field.label
+    options = {} if field is None else dict(field.options)
+    one, other = (options.get(value, value) for value in (one, other))
+    return f"{words}: {one} → {other}"
+
+
+def _difference_row(
+    metric: Metric, name: str, one: float | None, other: float | None, *, sure: bool = True
+) -> TableRow:
+    """Both numbers and their difference: better ones marked, in colour and in words.
+
+    Not where it is not `sure` that there is a difference at all.
+    """
+    difference = None if one is None or other is None else other - one
+    shown = metric.text(difference, signed=True)
+    colour = None
+    if difference is not None and metric.better and shown.strip("+\u22120.,"):
+        better = (difference > 0) == (metric.better > 0)
+        # Not the accent: text on it can be read, but hardly text in it on dark ground.
+        colour = colours().range if better else colours().trouble
+        words = "better" if better else "worse"
+        if not sure:
+            colour, words = colours().muted, "no clear difference"
+        shown = f"{words}  {shown}"
+    cells = (name, metric.text(one), metric.text(other), shown)
+    return TableRow(cells, colours=(None, None, None, colour))
+
+
+LISTING_JOB, COMPARING_JOB = "runs to compare", "comparing"
+
+
+class ComparisonDialog(QDialog):
+    """Two runs of the project side by side, pooled and for each demonstration that both tested.
+
+    Parameters
+    ----------
+    document : Document
+    jobs : Jobs
+    parent : QWidget, optional
+    work : Work, optional
+        What lists and reads runs.
+    """
+
+    def __init__(
+        self,
+        document: Document,
+        jobs: Jobs,
+        parent: QWidget | None = None,
+        *,
+        work: Backend = BACKGROUND,
+    ) -> None:
+        super().__init__(parent)
+        self.document = document
+        self._jobs = jobs
+        self._work = work
+        self.comparison: Comparison | None = None
+        self._ids: tuple[str, ...] = ()
+        self.setWindowTitle("Compare two runs")
+        self.one, self.other = ElidedComboBox(), ElidedComboBox()
+        self.one.setAccessibleName("First run")
+        self.other.setAccessibleName("Second run")
+        self.stage = stage_combo_box()
+        self.settings = QLabel()
+        self.settings.setAccessibleName("Settings that differ")
+        self.settings.setWordWrap(True)
+        self.settings.setTextFormat(Qt.TextFormat.PlainText)
+        self.note = muted_label()
+        self.model, self.each_model = TextModel(self), TextModel(self)
+        self.table, self.each = TextTable(self.model), TextTable(self.each_model)
+        self.table.setAccessibleName("Scores of both runs")
+        self.each.setAccessibleName("Demonstrations of both runs")
+        self._lay_out()
+        for box in (self.one, self.other):
+            box.currentIndexChanged.connect(self._compare)
+        self.stage.currentIndexChanged.connect(self._show)
+        self.table.selectionModel().currentRowChanged.connect(self._show_each)
+        self.each.clicked.connect(self._open)
+        themes().changed.connect(self._show)
+        resize_on_screen(self, QSize(720, 620))
+        self._list()
+
+    @property
+    def metrics(self) -> tuple[Metric, ...]:
+        """What is compared."""
+        return (*agreement_metrics(), *(metric for metric in error_metrics() if metric.better))
+
+    def done(self, result: int) -> None:
+        """Nothing is computed any more when it closes."""
+        for key in (LISTING_JOB, COMPARING_JOB):
+            self._jobs.cancel(key)
+        super().done(result)
+
+    # Inside
+
+    def _lay_out(self) -> None:
+        """Runs and settings above the tables."""
+        runs = QHBoxLayout()
+        runs.addWidget(self.one, 1)
+        runs.addWidget(QLabel("→"))
+        runs.addWidget(self.other, 1)
+        runs.addWidget(self.stage)
+        tables = QSplitter(Qt.Orientation.Vertical, childrenCollapsible=False)
+        tables.addWidget(self.table)
+        tables.addWidget(self.each)
+        tables.setSizes([2000, 1000])
+        copy = QPushButton("Copy")
+        copy.setToolTip("Copy the table as text for a spreadsheet")
+        copy.setAutoDefault(False)
+        copy.clicked.connect(lambda: copy_text(self.model.as_tsv()))
+        close = QPushButton("Close")
+        close.setAutoDefault(False)
+        close.clicked.connect(self.accept)
+        buttons = QHBoxLayout()
+        buttons.addWidget(self.note, 1)
+        buttons.addWidget(copy)
+        buttons.addWidget(close)
+        column = QVBoxLayout(self)
+        column.addLayout(runs)
+        column.addWidget(self.settings)
+        column.addWidget(tables, 1)
+        column.addLayout(buttons)
+
+    def _list(self) -> None:
+        """Read which runs there are."""
+        project = self.document.project
+        if project is None:
+            self.settings.setText("Open a project to compare its runs.")
+            return
+        self._jobs.run(self._work.listed(project.path), self._offer, self._fail, key=LISTING_JOB)
+
+    def _offer(self, runs: tuple[RunInfo, ...]) -> None:
+        """Offer the runs: at first the one that is reviewed, and the one before it of its tasks."""
+        if len(runs) < 2:
+            self.settings.setText(
+                "Two runs are needed to compare; train once more, with other settings."
+            )
+            return
+        for box, chosen in zip((self.one, self.other), self._first_two(runs), strict=True):
+            box.blockSignals(True)
+            for run in runs:
+                box.addItem(run_text(run), run.number)
+            box.setCurrentIndex(chosen)
+            box.blockSignals(False)
+        self._compare()
+
+    def _first_two(self, runs: tuple[RunInfo, ...]) -> tuple[int, int]:
+        """Places of an older and a newer run that are worth a comparison; the latest is first."""
+        outcome = self.document.outcome
+        numbers = [run.number for run in runs]
+        shown = None if outcome is None else outcome.number
+        other = numbers.index(shown) if shown in numbers else 0
+        alike = [i for i, run in enumerate(runs) if run.title == runs[other].title and i != other]
+        one = next((i for i in alike if i > other), alike[0] if alike else (other + 1) % len(runs))
+        return max(one, other), min(one, other)
+
+    def _compare(self) -> None:
+        """Read both runs and compare them in the background."""
+        project = self.document.project
+        if project is None:
+            return
+        self.comparison = None
+        self.note.setText("comparing…")
+        numbers = (int(self.one.currentData()), int(self.other.currentData()))
+        job = _compare_runs(self._work, project.path, *numbers)
+        self._jobs.run(job, self._take, self._fail, key=COMPARING_JOB)
+
+    def _take(self, comparison: Comparison) -> None:
+        """Show what came of it."""
+        self.comparison = comparison
+        self._show()
+
+    def _fail(self, error: Exception) -> None:
+        """Say what stands in the way."""
+        sentence = str(error) if isinstance(error, ForcelabError) else repr(error)
+        self.settings.setText(sentence)
+        self.note.setText("")
+
+    def _show(self) -> None:
+        """Fill the table of metrics."""
+        comparison = self.comparison
+        if comparison is None:
+            return
+        self.settings.setText(settings_differences(comparison))
+        row = max(self.table.currentIndex().row(), 0)
+        stage = str(self.stage.currentData())
+        columns = comparison_columns(comparison, "Metric", sure=True)
+        self.model.show(columns, metric_rows(comparison, stage, self.metrics))
+        self.table.fit_columns(stretched=0)
+        self.table.selectRow(row)
+        self.table.setCurrentIndex(self.model.index(row, 0))
+        self.note.setText(self._note(comparison, stage))
+
+    def _note(self, comparison: Comparison, stage: str) -> str:
+        """On what the comparison rests."""
+        if not comparison.shared:
+            return (
+                "The two tested no demonstration in common, so there is nothing to set side by "
+                "side; choose two runs of the same task."
+            )
+        reason = comparison.intervals[stage].reason
+        shared = f"Both tested {len(comparison.shared)} demonstrations."
+        return f"{shared} {reason}".strip()
+
+    def _show_each(self, index: QModelIndex) -> None:
+        """Fill the table of demonstrations with the chosen metric."""
+        comparison = self.comparison
+        if comparison is None or not index.isValid():
+            return
+        metric = self.metrics[index.row()]
+        rows, self._ids = demonstration_rows(
+            comparison, str(self.stage.currentData()), metric, self._seen()
+        )
+        columns = comparison_columns(comparison, metric.title, sure=False)
+        self.each_model.show(columns, rows)
+        self.each.fit_columns(stretched=0)
+
+    def _seen(self) -> frozenset[str]:
+        """The demonstrations that the coder may see predictions of."""
+        shared = () if self.comparison is None else self.comparison.shared
+        return frozenset(shared) - blind_demonstrations(self.document)
+
+    def _open(self, index: QModelIndex) -> None:
+        """Open the demonstration of a row."""
+        if index.isValid():
+            self.document.open_demonstration(self._ids[index.row()])
+
+
+def _compare_runs(
+    work: Backend, path: Path, one: int, other: int
+) -> Generator[object, None, Comparison]:
+    """Read two runs and compare them."""
+    first = yield from work.load(path, one)
+    second = first if one == other else (yield from work.load(path, other))
+    return (yield from comparing(first, second))

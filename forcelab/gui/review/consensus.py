@@ -1,0 +1,632 @@
+"""The consensus of two coders: their differences one after the other, each decided with one key."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import partial
+from typing import TYPE_CHECKING, NamedTuple
+
+from PySide6.QtCore import QSignalBlocker, Qt, Signal
+from PySide6.QtGui import QKeyEvent, QResizeEvent, QShowEvent
+from PySide6.QtWidgets import (
+    QApplication,
+    QGridLayout,
+    QHBoxLayout,
+    QLabel,
+    QLineEdit,
+    QMenu,
+    QPushButton,
+    QSizePolicy,
+    QSpinBox,
+    QVBoxLayout,
+    QWidget,
+)
+
+from forcelab.errors import ForcelabError
+from forcelab.gui import settings
+from forcelab.gui.document import Document
+from forcelab.gui.figures.text import NAMES
+from forcelab.gui.layout import page_layout, set_enabled_with_reason
+from forcelab.gui.review.agreement_details import IntervalRow, IntervalTable, sentence_label
+from forcelab.gui.review.reviewed_run import blind_demonstrations
+from forcelab.gui.text import escape_ampersands, settle_name
+from forcelab.gui.widgets import ElidedComboBox
+from forcelab.review.consensus import CONSENSUS
+from forcelab.text import tidy_name
+
+if TYPE_CHECKING:
+    from forcelab.project import Edit
+    from forcelab.review.agreement import CoderTracks
+    from forcelab.review.consensus import CoderDifference, Consensus
+    from forcelab.review.differences import Interval
+
+
+#: Where it is remembered who the consensus is by.
+AUTHOR_SETTING = "review/consensus"
+
+
+class ConsensusChoice(QWidget):
+    """Two coders, a demonstration that both labelled, and a name that is remembered.
+
+    Parameters
+    ----------
+    begin : QWidget
+        Stands below: what begins the consensus.
+    known : callable
+        Gives the coders of the project: where a name is nearly one of theirs, one is asked.
+
+    Signals
+    -------
+    changed()
+        Anything else was chosen.
+    """
+
+    changed = Signal()
+
+    def __init__(self, begin: QWidget, known: Callable[[], Iterable[str]]) -> None:
+        super().__init__()
+        self._known = known
+        self._coded: tuple[CoderTracks, ...] = ()
+        self._asked = ("", "")
+        self.first, self.second, self.demonstration = (
+            ElidedComboBox(),
+            ElidedComboBox(),
+            ElidedComboBox(),
+        )
+        self.first.setAccessibleName("First coder")
+        self.second.setAccessibleName("Second coder")
+        self.demonstration.setAccessibleName("Demonstration")
+        for box in (self.first, self.second, self.demonstration):
+            box.setMinimumContentsLength(3)
+            box.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+        self.first.activated.connect(lambda _: self._offer_demonstrations())
+        self.second.activated.connect(lambda _: self._offer_demonstrations())
+        self.demonstration.activated.connect(lambda _: self.changed.emit())
+        self.author = QLineEdit(settings.text(AUTHOR_SETTING, CONSENSUS))
+        self.author.setPlaceholderText(CONSENSUS)
+        self.author.setMinimumWidth(40)
+        self.author.setAccessibleName("Whose track the consensus becomes")
+        self.author.editingFinished.connect(self._named)
+        grid = QGridLayout(self)
+        grid.setContentsMargins(0, 0, 0, 0)
+        grid.setSpacing(4)
+        grid.addWidget(QLabel("Coders"), 0, 0)
+        grid.addWidget(self.first, 0, 1)
+        grid.addWidget(self.second, 0, 2)
+        grid.addWidget(QLabel("Demonstration"), 1, 0)
+        grid.addWidget(self.demonstration, 1, 1, 1, 2)
+        grid.addWidget(QLabel("Consensus by"), 2, 0)
+        grid.addWidget(self.author, 2, 1, 1, 2)
+        grid.addWidget(begin, 3, 0, 1, 3)
+
+    @property
+    def coders(self) -> tuple[str, str]:
+        """The two coders."""
+        return self.first.currentText(), self.second.currentText()
+
+    @property
+    def id(self) -> str:
+        """The demonstration's; ``""`` where the two have none in common."""
+        return self.demonstration.currentData() or ""
+
+    @property
+    def name(self) -> str:
+        """Who the consensus is by."""
+        return tidy_name(self.author.text()) or CONSENSUS
+
+    def offer(self, coded: Sequence[CoderTracks], at_first: str) -> None:
+        """Offer demonstrations; the first time the one that is open, if it is among them."""
+        self._coded = tuple(coded)
+        authors = sorted({a for one in self._coded for a in one.tracks if a != self.name})
+        for box, fallback in ((self.first, 0), (self.second, 1)):
+            kept = box.currentText()
+            box.clear()
+            box.addItems(authors)
+            index = box.findText(kept) if kept else -1
+            box.setCurrentIndex(index if index >= 0 else min(fallback, len(authors) - 1))
+        self._offer_demonstrations(self.id or at_first)
+
+    def choose(self, a: str, b: str) -> None:
+        """Choose two coders that are offered; the same two once more change nothing."""
+        if (a, b) == self._asked:
+            return
+        self._asked = a, b
+        for box, name in ((self.first, a), (self.second, b)):
+            box.setCurrentIndex(max(box.findText(name), 0))
+        self._offer_demonstrations()
+
+    def _offer_demonstrations(self, kept: str = "") -> None:
+        """List the demonstrations that both chosen coders labelled."""
+        kept = kept or self.id
+        a, b = self.coders
+        self.demonstration.clear()
+        for one in self._coded:
+            if a != b and a in one.tracks and b in one.tracks:
+                self.demonstration.addItem(f"{one.task}: {one.name}", one.id)
+        self.demonstration.setCurrentIndex(max(self.demonstration.findData(kept), 0))
+        self.changed.emit()
+
+    def _named(self) -> None:
+        """Make the consensus under another name, and remember it."""
+        if self.name == settings.text(AUTHOR_SETTING, CONSENSUS):
+            return
+        with QSignalBlocker(self.author):  # the question takes the keyboard from the field
+            self.author.setText(settle_name(self, self.name, self._known()))
+        if self.name != settings.text(AUTHOR_SETTING, CONSENSUS):
+            settings.store(AUTHOR_SETTING, self.name)
+            self.offer(self._coded, "")
+
+
+#: How many letters wide a button is around "Take NAME": its key and its edges.
+BUTTON_CHARACTERS = 8
+NO_MODIFIER = Qt.KeyboardModifier.NoModifier
+CTRL = Qt.KeyboardModifier.ControlModifier
+SHIFT = Qt.KeyboardModifier.ShiftModifier
+
+
+class _KeyBinding(NamedTuple):
+    """What a button and its key do."""
+
+    button: QPushButton
+    key: Qt.Key
+    modifiers: Qt.KeyboardModifier
+    do: Callable[[], object]
+
+
+class _KeyedButtons:
+    """Buttons that show their key; the keys hold while the keyboard is near them."""
+
+    def __init__(self) -> None:
+        self._verbs: list[_KeyBinding] = []
+
+    def add(
+        self,
+        text: str,
+        key: Qt.Key,
+        do: Callable[[], object],
+        modifiers: Qt.KeyboardModifier = NO_MODIFIER,
+    ) -> QPushButton:
+        """A new button with a key, a letter or a digit."""
+        button = QPushButton()
+        button.setMinimumWidth(40)
+        button.clicked.connect(lambda _=False: do())
+        self._verbs.append(_KeyBinding(button, key, modifiers, do))
+        self.name(button, text)
+        return button
+
+    def name(self, button: QPushButton, text: str, whole: str = "") -> None:
+        """Write a button's text, which may be cut from a whole one, and its key on it."""
+        verb = next(verb for verb in self._verbs if verb.button is button)
+        held = {SHIFT: "⇧", CTRL: "Ctrl+"}.get(verb.modifiers, "")
+        button.setText(escape_ampersands(f"{text}  [{held}{chr(verb.key)}]"))
+        button.setAccessibleName(whole or text)
+        button.setToolTip(whole or text)
+
+    def handle_key(self, event: QKeyEvent) -> Callable[[], object] | None:
+        """What a key does: nothing where its button cannot be pressed, None where it is no key."""
+        modifiers = event.modifiers() & ~Qt.KeyboardModifier.KeypadModifier
+        pressed = (Qt.Key(event.key()), modifiers)
+        verb = next((v for v in self._verbs if (v.key, v.modifiers) == pressed), None)
+        if verb is None:
+            return None
+        return verb.do if verb.button.isEnabled() else lambda: None
+
+
+class ConsensusButtons(QWidget):
+    """The buttons; what they ask for is a verb of the consensus.
+
+    Signals
+    -------
+    begun()
+        What both say is wanted.
+    decided(callable)
+        ``verb(consensus, difference)`` decides the current difference.
+    taken_back(callable)
+        ``verb(consensus)`` undoes or redoes.
+    all_meant(float)
+        Edges up to so many seconds apart are to be set to their means.
+    stepped(int)
+        The next difference is wanted, or with -1 the one before.
+    other_asked()
+        Another action is to be chosen.
+    """
+
+    begun = Signal()
+    decided = Signal(object)
+    taken_back = Signal(object)
+    means_requested = Signal(float)
+    stepped = Signal(int)
+    other_requested = Signal()
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._coders = ("", "")
+        self._keys = _KeyedButtons()
+        verb, key = self._keys.add, Qt.Key
+        # It stands apart, beside what is chosen; see ConsensusChoice.
+        self.begin = verb("Take what both say", key.Key_B, self.begun.emit)
+        self.take_a = verb("", key.Key_1, lambda: self.decided.emit(lambda c, d: c.take(d, "a")))
+        self.take_b = verb("", key.Key_2, lambda: self.decided.emit(lambda c, d: c.take(d, "b")))
+        self.mean = verb(
+            "Mean of both edges",
+            key.Key_M,
+            lambda: self.decided.emit(lambda c, d: c.mean(d)),
+        )
+        self.leave = verb(
+            "Unlabelled", key.Key_U, lambda: self.decided.emit(lambda c, d: c.leave(d))
+        )
+        self.other = verb("Other…", key.Key_O, self.other_requested.emit)
+        self._keys.name(self.other, "Other…", "Another action…")
+        self.next = verb("Next", key.Key_N, lambda: self.stepped.emit(1))
+        self.previous = verb("Previous", key.Key_N, lambda: self.stepped.emit(-1), SHIFT)
+        self.undo = verb("Undo", key.Key_Z, lambda: self.taken_back.emit(lambda c: c.undo()), CTRL)
+        self.redo = verb("Redo", key.Key_Y, lambda: self.taken_back.emit(lambda c: c.redo()), CTRL)
+        self.tolerance = QSpinBox()
+        self.tolerance.setRange(1, 500)
+        self.tolerance.setValue(100)
+        self.tolerance.setSuffix(" ms")
+        self.tolerance.setAccessibleName("How far apart edges may be")
+        self.mean_all = QPushButton("Mean of edges up to")
+        self.mean_all.setToolTip("Set edges that are up to this far apart to their mean")
+        self.mean_all.setMinimumWidth(40)
+        self.mean_all.clicked.connect(
+            lambda: self.means_requested.emit(self.tolerance.value() / 1000)
+        )
+        self._lay_out()
+
+    def _lay_out(self) -> None:
+        """Decisions, steps and what can be taken back; all edges at once below them."""
+        decisions = QGridLayout()
+        decisions.setSpacing(4)
+        decisions.addWidget(self.mean, 1, 0, 1, 2)
+        for row, pair in {
+            0: (self.take_a, self.take_b),
+            2: (self.leave, self.other),
+            3: (self.previous, self.next),
+            4: (self.undo, self.redo),
+        }.items():
+            decisions.addWidget(pair[0], row, 0)
+            decisions.addWidget(pair[1], row, 1)
+        for half in (0, 1):
+            decisions.setColumnStretch(half, 1)
+        together = QHBoxLayout()
+        together.addWidget(self.mean_all, 1)
+        together.addWidget(self.tolerance)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(6)
+        column.addLayout(decisions)
+        column.addLayout(together)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Show as much of the coders' names as has room."""
+        super().resizeEvent(event)
+        self.name_coders(self._coders)
+
+    def name_coders(self, coders: tuple[str, str]) -> None:
+        """Print the coders' names on the buttons that take theirs."""
+        self._coders = coders
+        for button, coder in zip((self.take_a, self.take_b), coders, strict=True):
+            whole = f"Take {coder}"
+            room = self.width() // 2 - BUTTON_CHARACTERS * self.fontMetrics().averageCharWidth()
+            cut = self.fontMetrics().elidedText(whole, NAMES, room)
+            self._keys.name(button, cut, whole)
+
+    def offer(self, consensus: Consensus | None, current: CoderDifference | None) -> None:
+        """Let what can be done be pressed."""
+        begun = consensus is not None and consensus.begun
+        chosen = begun and current is not None
+        for button in (self.take_a, self.take_b, self.leave, self.other):
+            set_enabled_with_reason(button, "" if chosen else self._missing_choice(begun))
+        edge = chosen and current is not None and current.edge
+        only = "Only where two edges differ is there a mean of them."
+        set_enabled_with_reason(
+            self.mean, "" if edge else only if chosen else self._missing_choice(begun)
+        )
+        waiting = () if consensus is None else consensus.undecided
+        for part in (self.mean_all, self.tolerance):
+            left = begun and any(d.edge for d in waiting)
+            set_enabled_with_reason(
+                part, "" if left else "No edge that differs is left to decide on."
+            )
+        for button in (self.next, self.previous):
+            differing = consensus is not None and bool(consensus.differences)
+            set_enabled_with_reason(
+                button, "" if differing else "The coders do not differ anywhere here."
+            )
+        two = "A demonstration that two coders have labelled is needed."
+        set_enabled_with_reason(self.begin, two if consensus is None else "")
+        self.undo.setEnabled(consensus is not None and consensus.can_undo)
+        self.redo.setEnabled(consensus is not None and consensus.can_redo)
+
+    def _missing_choice(self, begun: bool) -> str:
+        """What has to be done before a difference can be decided on."""
+        if begun:
+            return "Choose a place where the coders differ first."
+        return "Begin the consensus first."
+
+    def handle_key(self, event: QKeyEvent) -> Callable[[], object] | None:
+        """What a key does; a number that is being typed does nothing."""
+        return None if self.tolerance.hasFocus() else self._keys.handle_key(event)
+
+
+class ConsensusBar(QWidget):
+    """Makes one track of two; every decision is stored at once, as an edit of its author's track.
+
+    The keys on the buttons hold while the keyboard is in here and nowhere else.
+    """
+
+    def __init__(self, document: Document) -> None:
+        super().__init__()
+        self.document = document
+        self.consensus: Consensus | None = None
+        self.current: CoderDifference | None = None
+        self._names: Mapping[str, str] = {}
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self.setAccessibleName("Consensus")
+        self.state, self.now = sentence_label(), sentence_label(muted=True)
+        self.places = IntervalTable("Differences, in order of time")
+        self.buttons = ConsensusButtons()
+        self.choice = ConsensusChoice(self.buttons.begin, self._coders)
+        self._lay_out()
+        self._connect()
+
+    def _lay_out(self) -> None:
+        """Put choices above, decisions below them, the list at the bottom."""
+        self.places.hideColumn(0)  # it is the same one throughout
+        parts = self.choice, self.state, self.now, self.buttons, self.places
+        page_layout(self, *parts, growing=self.places, margin=6, spacing=6)
+
+    def _connect(self) -> None:
+        """Listen to what is pressed, and to the document."""
+        buttons, document = self.buttons, self.document
+        self.places.wanted.connect(self._show_row)
+        self.choice.changed.connect(self._read)
+        buttons.begun.connect(self._begin)
+        buttons.decided.connect(self._decide)
+        buttons.taken_back.connect(self._go_back)
+        buttons.means_requested.connect(self._mean_all)
+        buttons.stepped.connect(self.step)
+        buttons.other_requested.connect(self._offer_actions)
+        document.tracks_changed.connect(self._track_changed)
+        document.author_changed.connect(self._viewer_changed)
+        document.listing_changed.connect(self._viewer_changed)
+
+    def _coders(self) -> tuple[str, ...]:
+        """The coders of the project; a consensus that was made is one of them."""
+        project = self.document.project
+        return project.coders() if project else ()
+
+    # What is shown
+
+    @property
+    def name(self) -> str:
+        """Who the consensus is by."""
+        return self.choice.name
+
+    def show_coded(self, coded: Sequence[CoderTracks], names: Mapping[str, str]) -> None:
+        """Offer demonstrations that two coders labelled; models are not among them."""
+        self._names = names
+        self.choice.offer(coded, self.document.id)
+
+    def showEvent(self, event: QShowEvent) -> None:
+        """Read what there is by now."""
+        super().showEvent(event)
+        self._read()
+
+    def _read(self) -> None:
+        """Read the three tracks of what is chosen."""
+        if not self.isVisible():
+            return
+        project, id_ = self.document.project, self.choice.id
+        there = any(info.id == id_ for info in self.document.infos)  # and not of one before
+        self.consensus = None
+        if project is not None and there and id_ not in blind_demonstrations(self.document):
+            from forcelab.review.consensus import Consensus
+
+            try:
+                self.consensus = Consensus(project, id_, *self.choice.coders, self.name)
+            except ForcelabError as error:
+                self.document.say(str(error), True)
+        self._show()
+
+    def _viewer_changed(self) -> None:
+        """Show nothing of what whoever looks codes blind; read what became free to be seen."""
+        hidden = self.choice.id in blind_demonstrations(self.document)
+        if hidden == (self.consensus is not None):
+            self._read()
+
+    def _track_changed(self) -> None:
+        """Follow an edit of one of the three tracks that was made elsewhere."""
+        consensus = self.consensus
+        if (
+            consensus is not None
+            and self.isVisible()
+            and self.document.project is consensus.project
+            and self.document.id == consensus.demonstration
+            and self.document.author in (consensus.a, consensus.b, consensus.author)
+        ):
+            try:
+                consensus.refresh()
+            except ForcelabError as error:
+                self.document.say(str(error), True)
+            self._show()
+
+    def _show(self) -> None:
+        """Say how far it is, and list the differences."""
+        consensus = self.consensus
+        every = () if consensus is None else consensus.differences
+        waiting = () if consensus is None else consensus.undecided
+        if self.current not in every:
+            self.current = waiting[0] if waiting else None
+        self.buttons.name_coders(self.choice.coders)
+        had = QApplication.focusWidget() if self._has_keyboard() else None
+        self.buttons.offer(consensus, self.current)
+        if had is not None and not had.isEnabled():  # the next field would take the keys as text
+            self.setFocus()
+        self.state.setText(self._state(len(every), len(waiting)))
+        self.now.setText(self._current_item())
+        open_ones = set(waiting)
+        rows = [
+            IntervalRow(
+                one.place(self.choice.id),
+                self._what(one),
+                one not in open_ones,
+            )
+            for one in every
+        ]
+        self.places.put(rows, self._names, (*self.choice.coders, "What"))
+        if self.current in every:
+            self.places.selectRow(every.index(self.current))
+
+    def _what(self, one: CoderDifference) -> str:
+        """What differs, in the words of the table of agreement."""
+        if one.edge:
+            return "boundary moved"
+        both = one.a is not None and one.b is not None
+        return "different actions" if both else "only one labelled"
+
+    def _state(self, every: int, waiting: int) -> str:
+        """How far the consensus is, in a sentence."""
+        if self.consensus is None:
+            return "Choose two coders who labelled the same demonstration."
+        if not every:
+            return "The two agree everywhere; take what both say, and it is done."
+        if not self.consensus.begun:
+            return f"{every} differences. Take what both say first, then decide these."
+        return f"{every - waiting} of {every} differences decided"
+
+    def _current_item(self) -> str:
+        """What is to be decided."""
+        one = self.current
+        if one is None:
+            return ""
+        nothing = "unlabelled"
+        text = "{0:.3f} to {1:.3f} s: {2} says {3}, {4} says {5}."
+        names = self.choice.coders
+        return text.format(
+            one.start, one.end, names[0], one.a or nothing, names[1], one.b or nothing
+        )
+
+    # What is done
+
+    def step(self, direction: int) -> None:
+        """Go to the next difference that waits, or to the next one at all where none does."""
+        if self.consensus is None or not self.consensus.differences:
+            return
+        every = self.consensus.differences
+        pool = self.consensus.undecided or every
+        start = self.current.start if self.current is not None else every[0].start - 1.0
+        if direction > 0:
+            found = next((d for d in pool if d.start > start), pool[0])
+        else:
+            found = next((d for d in reversed(pool) if d.start < start), pool[-1])
+        self._go_to(found)
+
+    def _go_to(self, difference: CoderDifference) -> None:
+        """Look at a difference."""
+        self.current = difference
+        had = self._has_keyboard()
+        self.document.examine(difference.place(self.choice.id))
+        if had and not self._has_keyboard():  # another demonstration's track, which was opened, has
+            self.setFocus()
+        self._show()
+
+    def _has_keyboard(self) -> bool:
+        """Whether keys that are pressed come here."""
+        now = QApplication.focusWidget()
+        return now is not None and (now is self or self.isAncestorOf(now))
+
+    def _show_row(self, place: Interval) -> None:
+        """Look at the difference of a row."""
+        every = () if self.consensus is None else self.consensus.differences
+        for one in every:
+            if one.start == place.start:  # they do not overlap
+                self._go_to(one)
+
+    def _begin(self) -> None:
+        """Take what both say, and go to the first difference."""
+        done = self._carry_out(lambda consensus: consensus.begin())
+        if done and self.consensus is not None and self.consensus.undecided:
+            self._go_to(self.consensus.undecided[0])
+
+    def _go_back(self, verb: Callable[[Consensus], Edit | None]) -> None:
+        """Undo or redo, and look at the difference that waits again."""
+        before = () if self.consensus is None else self.consensus.undecided
+        if self._carry_out(verb) and self.consensus is not None:
+            again = [one for one in self.consensus.undecided if one not in before]
+            if again:
+                self._go_to(again[0])
+
+    def _decide(self, verb: Callable[[Consensus, CoderDifference], Edit | None]) -> None:
+        """Decide the current difference, and go to the next that waits."""
+        current = self.current
+        if current is None:
+            return
+        if self._carry_out(lambda consensus: verb(consensus, current)) and self.consensus:
+            if self.consensus.undecided:
+                self.step(1)
+            else:
+                self.document.say("Every difference is decided.")
+
+    def _mean_all(self, tolerance: float) -> None:
+        """Set all edges that are up to so many seconds apart to their means."""
+        self._carry_out(lambda consensus: consensus.mean_all(tolerance))
+
+    def _carry_out(self, verb: Callable[[Consensus], Edit | None]) -> bool:
+        """Let the consensus be edited; gives whether it was."""
+        consensus, edit = self.consensus, None
+        if consensus is None:
+            return False
+        try:
+            edit = verb(consensus)
+        except ForcelabError as error:
+            self.document.say(str(error), True)
+            self._read()
+            return False
+        if edit is None:
+            self.document.say("There is nothing to change.")
+        else:
+            if self.document.id == consensus.demonstration:
+                self.document.reread()
+            self.document.say(edit.what)
+        self._show()
+        return edit is not None
+
+    def _offer_actions(self) -> None:
+        """Let any action of the task be chosen."""
+        menu, other = self.action_menu(), self.buttons.other
+        menu.exec(other.mapToGlobal(other.rect().bottomLeft()))
+        menu.deleteLater()
+
+    def action_menu(self) -> QMenu:
+        """The actions of the task."""
+        menu = QMenu(self)
+        project, id_ = self.document.project, self.choice.id
+        if project is not None and id_:
+            for name in project.vocabulary(project.info(id_).task).names:
+                action = menu.addAction(escape_ampersands(name))
+                action.triggered.connect(partial(self._put, name))
+        return menu
+
+    def _put(self, name: str, _checked: bool = False) -> None:
+        """Decide for an action."""
+        self._decide(lambda consensus, difference: consensus.put(difference, name))
+
+    # Keys
+
+    def keeps(self, event: QKeyEvent) -> bool:
+        """Whether a key is one of the buttons', and not the window's."""
+        return self._handle_key(event) is not None
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Carry out what the key's button does."""
+        do = self._handle_key(event)
+        if do is None:
+            super().keyPressEvent(event)
+        else:
+            do()
+
+    def _handle_key(self, event: QKeyEvent) -> Callable[[], object] | None:
+        """What a key does; text that is being typed does nothing."""
+        return None if self.choice.author.hasFocus() else self.buttons.handle_key(event)

@@ -1,0 +1,526 @@
+"""The explanation view: what spoke for the predicted action, and which segments are alike."""
+
+from __future__ import annotations
+
+import time
+from collections import OrderedDict
+from collections.abc import Callable, Collection, Generator
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import Qt, QTimer
+from PySide6.QtGui import QHideEvent, QPalette, QResizeEvent, QShowEvent
+from PySide6.QtWidgets import (
+    QBoxLayout,
+    QHBoxLayout,
+    QLabel,
+    QPushButton,
+    QScrollArea,
+    QVBoxLayout,
+    QWidget,
+)
+
+from forcelab.errors import ForcelabError
+from forcelab.gui.document import Document
+from forcelab.gui.jobs import Jobs
+from forcelab.gui.layout import PageOrPlaceholder, copyable, emphasise, muted_label, page_layout
+from forcelab.gui.review import explanation_plots
+from forcelab.gui.review.explanation_plots import BandMap, NearestSegments, ProbabilityChart
+from forcelab.gui.review.reviewed_run import blind_demonstrations
+from forcelab.jobs import Progress
+from forcelab.review.differences import Interval, place_at, place_of
+
+if TYPE_CHECKING:
+    from forcelab.recognition.probability_trace import Certainty
+    from forcelab.review.differences import Interval
+    from forcelab.review.explanation import Why, Withheld
+    from forcelab.review.run_result import Outcome
+
+
+def chosen_interval(document: Document, selecting: bool) -> Interval | None:
+    """The place that was examined, or the selected segment; None if there is neither.
+
+    Parameters
+    ----------
+    document : Document
+    selecting : bool
+        Whether the segment was selected after the place was examined.
+    """
+    reviewed, examined = document.reviewed, document.examined
+    if reviewed is None or document.outcome is None:
+        return None
+    if examined is not None and examined.demonstration != document.id:
+        examined = None
+    if document.selected is None or (examined is not None and not selecting):
+        return examined
+    segment = document.segments[document.selected]
+    # What was trained may have merged it with another action.
+    human = segment.action if segment.action in document.outcome.actions else None
+    return place_of(reviewed, segment.start, segment.end, human)
+
+
+def interval_at_cursor(document: Document) -> Interval | None:
+    """What is labelled or predicted at the cursor; None where nothing is."""
+    reviewed = document.reviewed
+    return None if reviewed is None else place_at(reviewed, document.cursor)
+
+
+def missing_explanation_text(document: Document) -> str:
+    """What is said where nothing can be explained."""
+    if document.project is None or not document.id:
+        return "Open a demonstration to see why something was predicted in it."
+    if document.coding_blind:
+        return "You code this demonstration blind: what was predicted is shown when it is done."
+    if document.outcome is None:
+        return "Train a recogniser; then a mistake of it can be explained here."
+    if document.reviewed is None:
+        return (
+            "This demonstration was not part of the training; choose one that was, or train again."
+        )
+    return (
+        "Nothing is labelled or predicted at the cursor; choose a segment or a mistake to see why."
+    )
+
+
+#: Recognisers that are kept at most, and the memory that they may take in bytes.
+MODELS_KEPT, MODEL_BYTES = 12, 128 * 2**20
+
+
+class ModelCache:
+    """Recognisers that have not seen one demonstration each, by run and demonstration.
+
+    The ones longest unused make room; the latest one stays in any case.
+    """
+
+    def __init__(self) -> None:
+        self._kept: OrderedDict[tuple[Path, int, str], Withheld] = OrderedDict()
+
+    def __len__(self) -> int:
+        return len(self._kept)
+
+    def get(self, path: Path, outcome: Outcome, id_: str) -> Withheld | None:
+        """The one of a run and a demonstration, if it is here."""
+        key = path, outcome.number, id_
+        if key in self._kept:
+            self._kept.move_to_end(key)
+        return self._kept.get(key)
+
+    def put(self, path: Path, outcome: Outcome, id_: str, withheld: Withheld) -> None:
+        """Keep one."""
+        self._kept[path, outcome.number, id_] = withheld
+        while len(self._kept) > 1 and (
+            len(self._kept) > MODELS_KEPT
+            or sum(one.bytes for one in self._kept.values()) > MODEL_BYTES
+        ):
+            self._kept.popitem(last=False)
+
+    def clear(self) -> None:
+        """Forget all."""
+        self._kept.clear()
+
+
+def train_without(path: Path, outcome: Outcome, id_: str) -> Generator[Progress, None, Withheld]:
+    """Train without a demonstration, in a process of its own."""
+    from forcelab.process import elsewhere
+    from forcelab.review.explanation import withholding  # takes a second to load
+
+    return (yield from elsewhere(withholding, path, outcome, id_))
+
+
+def explain_interval(
+    withheld: Withheld, outcome: Outcome, place: Interval, hidden: Collection[str]
+) -> Generator[Progress, None, Why]:
+    """Explain a place."""
+    from forcelab.review.explanation import explaining
+
+    return (yield from explaining(withheld, outcome, place, hidden))
+
+
+#: From this width on, in pixels, what speaks and what is alike stand side by side.
+WIDE_PAGE = 860
+
+
+class ExplanationPage(QScrollArea):
+    """Sentence, probabilities, progress, bands and neighbours.
+
+    What was found is grey while it is of an older place.
+
+    Attributes
+    ----------
+    back, stop : QPushButton
+        To the place that is explained; ends the training, or begins it again.
+    neighbours : Neighbours
+    """
+
+    def __init__(self, document: Document) -> None:
+        super().__init__()
+        self.setWidgetResizable(True)
+        self.setFrameShape(QScrollArea.Shape.NoFrame)
+        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.setAccessibleName("Explanation")
+        plain = Qt.TextFormat.PlainText  # names in it are anybody's
+        self.sentence = QLabel(wordWrap=True, textFormat=plain)
+        self.state_text = QLabel(wordWrap=True, textFormat=plain)
+        self.strongest, self.method = copyable(), copyable()
+        emphasise(self.sentence)
+        small = self.method.font()
+        small.setPointSizeF(max(small.pointSizeF() * 0.86, 7.0))
+        self.method.setFont(small)
+        self.method.setForegroundRole(QPalette.ColorRole.PlaceholderText)
+        self.back, self.stop = QPushButton("Back to the place"), QPushButton()
+        self.back.setAccessibleName("Back to the place that is explained")
+        self.back.hide()
+        self.chart, self.bands = ProbabilityChart(document), BandMap()
+        self.neighbours = NearestSegments(document)
+        self._arrange()
+
+    def _arrange(self) -> None:
+        """Put the parts in their places."""
+        top, alike, speaking = QHBoxLayout(), QVBoxLayout(), QVBoxLayout()
+        top.addWidget(self.sentence, 1)
+        top.addWidget(self.back, 0, Qt.AlignmentFlag.AlignTop)
+        self.state = QWidget()
+        line = QHBoxLayout(self.state)
+        line.setContentsMargins(0, 0, 0, 0)
+        line.addWidget(self.state_text, 1)
+        line.addWidget(self.stop)
+        speaking.addWidget(self.bands)
+        speaking.addWidget(self.strongest)
+        speaking.addWidget(self.method)
+        speaking.addStretch(1)
+        title = QLabel("Nearest in training")
+        title.setFont(self.sentence.font())
+        note = muted_label("d: distance, in standard deviations of the training segments")
+        note.setFont(self.method.font())
+        alike.addWidget(title)
+        alike.addWidget(note)
+        alike.addWidget(self.neighbours)
+        alike.addStretch(1)
+        self.found = QWidget()
+        self._halves = QBoxLayout(QBoxLayout.Direction.TopToBottom, self.found)
+        self._halves.setContentsMargins(0, 0, 0, 0)
+        self._halves.setSpacing(14)
+        self._halves.addLayout(speaking, 1)
+        self._halves.addLayout(alike, 1)
+        inner = QWidget()
+        column = QVBoxLayout(inner)
+        column.setContentsMargins(10, 8, 10, 8)
+        column.addLayout(top)
+        column.addWidget(self.chart)
+        column.addWidget(self.state)
+        column.addWidget(self.found)
+        column.addStretch(1)
+        self.setWidget(inner)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Side by side where there is room."""
+        way = QBoxLayout.Direction
+        wide = event.size().width() >= WIDE_PAGE
+        self._halves.setDirection(way.LeftToRight if wide else way.TopToBottom)
+        super().resizeEvent(event)
+
+    @property
+    def stale(self) -> bool:
+        """Whether what was found is of an older place, or not there yet."""
+        return not self.found.isEnabled()
+
+    def begin(self, place: Interval, certainty: Certainty | None, threshold: float | None) -> None:
+        """Show what is known of another place at once; what was found so far turns grey."""
+        self.sentence.setText(explanation_plots.interval_sentence(place))
+        missing = "the run kept no probabilities; they are computed anew"
+        self.chart.show_place(place, certainty, threshold, missing)
+        self.found.setVisible(self.bands.why is not None)
+        self.found.setEnabled(False)
+
+    def forget(self) -> None:
+        """Nothing is found any more."""
+        self.bands.set_why(None)
+
+    def show_why(self, why: Why, name_of: Callable[[str], str], threshold: float | None) -> None:
+        """Show what was found; `name_of` gives the name of a demonstration."""
+        self.state.hide()
+        self.sentence.setText(explanation_plots.interval_sentence(_with_probability(why)))
+        missing = "this classifier gives no probabilities"
+        self.chart.show_place(why.place, why.certainty, threshold, missing)
+        self.bands.set_why(why)
+        self.strongest.setText(explanation_plots.strongest_bands(why))
+        name = name_of(why.place.demonstration)
+        lines = [
+            explanation_plots.method_sentence(why),
+            explanation_plots.recogniser_sentence(why, name),
+        ]
+        if not why.kept and why.certainty is not None:
+            lines.append("The run kept no probabilities; those above are of this recogniser.")
+        self.method.setText("\n".join([*lines, *why.remarks]))
+        columns = [
+            (action, self._role_text(action, why.place), why.neighbours[action])
+            for action in (why.favoured, why.against)
+        ]
+        self.neighbours.show_neighbours(columns, name_of)
+        self.found.setEnabled(True)
+        self.found.show()
+
+    def _role_text(self, action: str, place: Interval) -> str:
+        """What an action is at the place."""
+        if action == place.predicted:
+            return "predicted"
+        if action == place.human:
+            return "coded"
+        return "most probable other one"
+
+    def say(self, told: str, verb: str) -> None:
+        """Tell how far it is, beside a button."""
+        self.state_text.setText(told)
+        self.stop.setText(verb)
+        self.stop.setAccessibleName(verb)
+        self.state.show()
+
+
+def _with_probability(why: Why) -> Interval:
+    """The place with how probable its prediction is, where only the explanation knows that."""
+    place = why.place
+    if place.confidence is not None or place.predicted is None or why.certainty is None:
+        return place
+    sure = why.certainty.of_action(place.predicted, place.start, place.end)
+    return replace(place, confidence=sure)
+
+
+#: Keys of the jobs.
+JOB_KEYS = HELD_OUT_JOB, EXPLAINING_JOB, TRACES_JOB = "why training", "why", "why traces"
+#: ms in which several things that change at once are answered once.
+SETTLE_TIME = 20
+
+
+class ExplanationView(QWidget):
+    """Explains the place that is examined, the selected segment, or what is at the cursor.
+
+    Nothing is computed while it is hidden. The recogniser that has not seen the demonstration is
+    trained in the background the first time that a place of it is explained, and then kept.
+
+    Attributes
+    ----------
+    place : Place or None
+        What is explained, or is being explained.
+    why : Why or None
+        The explanation on the screen; of an older place as long as it is grey.
+    """
+
+    def __init__(self, document: Document, jobs: Jobs) -> None:
+        super().__init__()
+        self.document, self.jobs = document, jobs
+        self.place: Interval | None = None
+        self.why: Why | None = None
+        self.model_cache = ModelCache()
+        self._outcome: Outcome | None = None
+        self._hidden: frozenset[str] = frozenset()  # what is coded blind by whoever looks
+        self._away: Interval | None = None  # the neighbour that is looked at meanwhile
+        self._selecting = False  # whether the selection is newer than what was examined
+        self._training: tuple[int, str] | None = None  # run and demonstration being withheld
+        self._stopped = False
+        self._begun = 0.0
+        self.setAccessibleName("Why")
+        self.page = ExplanationPage(document)
+        self.page.back.clicked.connect(self.go_back)
+        self.page.stop.clicked.connect(self._toggle_training)
+        self.page.neighbours.chosen.connect(self._go_to)
+        self._room = PageOrPlaceholder(self.page)
+        page_layout(self, self._room)
+        self._timer = QTimer(self, singleShot=True, interval=SETTLE_TIME)
+        self._timer.timeout.connect(self.refresh)
+        document.outcome_changed.connect(self._ask)
+        document.examined_changed.connect(self._examined)
+        document.selection_changed.connect(self._selected)
+        document.demonstration_changed.connect(self._ask)
+        document.tracks_changed.connect(self._ask)
+        document.author_changed.connect(self._ask)
+        document.listing_changed.connect(self._ask)
+        document.cursor_moved.connect(self._moved)
+
+    def showEvent(self, event: QShowEvent) -> None:
+        """Catch up with what was asked for meanwhile."""
+        super().showEvent(event)
+        if blind_demonstrations(self.document) != self._hidden:
+            self.refresh()  # before anything is painted that may not be seen any more
+        self._ask()
+
+    def hideEvent(self, event: QHideEvent) -> None:
+        """Nothing is computed for nobody."""
+        super().hideEvent(event)
+        self._timer.stop()
+        self._cancel()
+        if self.page.stale or not self.page.neighbours.all_traced:
+            self.place = None  # to be begun again
+
+    @property
+    def settled(self) -> bool:
+        """Whether all is on the screen that there is to show."""
+        waiting = self._timer.isActive() or any(map(self.jobs.awaits, JOB_KEYS))
+        return not (self.isVisible() and waiting)
+
+    # Which place
+
+    def _ask(self, *_: object) -> None:
+        """Look soon what is to be explained."""
+        if self.isVisible():
+            self._timer.start()
+
+    def _examined(self) -> None:
+        self._selecting = False
+        self._ask()
+
+    def _selected(self) -> None:
+        self._selecting = self.document.selected is not None
+        self._ask()
+
+    def _moved(self, *_: object) -> None:
+        """The cursor counts only where nothing was chosen."""
+        if (
+            self.isVisible()
+            and not self.document.playing
+            and chosen_interval(self.document, self._selecting) is None
+        ):
+            self._ask()
+
+    def _wanted(self) -> Interval | None:
+        """What is to be explained now."""
+        if self._away is not None and self.document.examined == self._away:
+            here = self.document.id == self._away.demonstration and not self._selecting
+            if here and not self.document.coding_blind:
+                return self.place
+        self._away = None
+        return chosen_interval(self.document, self._selecting) or interval_at_cursor(self.document)
+
+    # Showing
+
+    def refresh(self) -> None:
+        """Explain what is to be explained, unless it is on the screen already."""
+        document = self.document
+        place = self._wanted()
+        self.page.back.setVisible(self._away is not None)
+        self.page.neighbours.mark(self._away)
+        if place is None or document.outcome is None:
+            self._cancel()
+            self.place = self.why = None
+            self.page.forget()
+            self._room.say(missing_explanation_text(self.document))
+            return
+        hidden = blind_demonstrations(document)
+        if (place, hidden) == (self.place, self._hidden) and document.outcome is self._outcome:
+            return
+        if hidden - self._hidden:  # a neighbour may be among those
+            self.page.forget()
+        self._hidden = hidden
+        if document.outcome is not self._outcome:
+            self.model_cache.clear()
+        self.place, self._outcome, self._stopped = place, document.outcome, False
+        self._room.say("")
+        reviewed = self._outcome.find(place.demonstration)
+        certainty = None if reviewed is None else reviewed.certainty
+        self.page.begin(place, certainty, self._outcome.settings.threshold)
+        self._cancel(EXPLAINING_JOB, TRACES_JOB)
+        self._begin()
+
+    def _begin(self) -> None:
+        """Explain with what is on the shelf, or train it first."""
+        project, place, outcome = self.document.project, self.place, self._outcome
+        if project is None or place is None or outcome is None:
+            return
+        id_ = place.demonstration
+        withheld = self.model_cache.get(project.path, outcome, id_)
+        if withheld is not None:
+            self.jobs.cancel(HELD_OUT_JOB)  # of another demonstration
+            self._explain(withheld)
+            return
+        ticket = outcome.number, id_
+        if self.jobs.awaits(HELD_OUT_JOB) and self._training == ticket:
+            return  # on its way
+        self._training, self._begun = ticket, time.monotonic()
+        path = project.path
+
+        def done(made: Withheld) -> None:
+            self.model_cache.put(path, outcome, id_, made)
+            self._begin()
+
+        job = train_without(path, outcome, id_)
+        self.jobs.run(job, done, self._failed, self._tell, HELD_OUT_JOB)
+        self._tell(Progress(0, 1, "features"))
+
+    def _explain(self, withheld: Withheld) -> None:
+        """Explain the place."""
+        project, place, outcome = self.document.project, self.place, self._outcome
+        assert project is not None
+        assert place is not None
+        assert outcome is not None
+        self.page.state.hide()
+        job = explain_interval(withheld, outcome, place, self._hidden)
+        self.jobs.run(job, self._show, self._failed, key=EXPLAINING_JOB)
+
+    def _show(self, why: Why) -> None:
+        """Put an explanation on the screen; the traces of its neighbours follow."""
+        assert self._outcome is not None
+        self.why = why
+        self.page.show_why(why, self._name_of, self._outcome.settings.threshold)
+        self._trace()
+
+    def _trace(self) -> None:
+        """Read what the neighbours looked like."""
+        project = self.document.project
+        places = [card.neighbour.place for card in self.page.neighbours.cards]
+        if project is None or not places:
+            return
+        from forcelab.review.explanation import tracing
+
+        job, show = tracing(project.path, places), self.page.neighbours.show_traces
+        self.jobs.run(job, show, self._failed, key=TRACES_JOB)
+
+    def _name_of(self, id_: str) -> str:
+        """The name of a demonstration."""
+        return next((info.name for info in self.document.infos if info.id == id_), id_)
+
+    # Jobs, their progress, and their end
+
+    def _cancel(self, *keys: str) -> None:
+        """Give up what nobody waits for any more: without keys, all that is under way."""
+        for key in keys or JOB_KEYS:
+            self.jobs.cancel(key)
+
+    def _tell(self, progress: object) -> None:
+        """Say how far the training is."""
+        if isinstance(progress, Progress) and self.place and self._outcome:
+            name = self._name_of(self.place.demonstration)
+            elapsed = time.monotonic() - self._begun
+            self.page.say(
+                explanation_plots.held_out_progress(progress, name, elapsed, self._outcome), "Stop"
+            )
+
+    def _failed(self, error: Exception) -> None:
+        """Say what stands in the way."""
+        self._stopped = True
+        told = str(error) if isinstance(error, ForcelabError) else "This did not work."
+        self.page.say(told, "Try again")
+
+    def _toggle_training(self) -> None:
+        """Stop the training, or begin again."""
+        self._stopped = not self._stopped
+        if self._stopped:
+            self._cancel()
+            self.page.say("Stopped before it was explained.", "Explain")
+        else:
+            self._begin()
+
+    # Going there and back
+
+    def _go_to(self, place: Interval) -> None:
+        """Look at a neighbour; the explanation stays."""
+        self._away, before = place, self._away
+        if not self.document.examine(place):
+            self._away = before
+        self.refresh()
+
+    def go_back(self) -> None:
+        """Go back from a neighbour to the place that is explained."""
+        self._away = None
+        if self.place is not None:
+            self.document.examine(self.place)
+        self.refresh()

@@ -1,0 +1,266 @@
+"""The loss of each fold while it trains, and the remarks of the run that came of it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import QPointF, QRectF, QSize, Qt, QTimer
+from PySide6.QtGui import (
+    QColor,
+    QFont,
+    QHideEvent,
+    QPainter,
+    QPaintEvent,
+    QPen,
+    QPolygonF,
+    QShowEvent,
+)
+from PySide6.QtWidgets import QSizePolicy, QVBoxLayout, QWidget
+
+from forcelab.errors import ForcelabError
+from forcelab.gui.document import Document
+from forcelab.gui.figures.axes import Axis, LogAxis, draw_bottom, draw_left
+from forcelab.gui.layout import muted_label, set_tone
+from forcelab.gui.review.reviewed_run import visible_outcome
+from forcelab.gui.review.trainer import Trainer
+from forcelab.gui.theme import colours, themes
+
+if TYPE_CHECKING:
+    from forcelab.review.run_result import Outcome
+    from forcelab.review.training import Step
+
+
+#: From this ratio of the largest to the smallest loss on, the axis is logarithmic.
+LOG_RATIO = 30.0
+#: Newly come losses are drawn once in so many ms.
+REFRESH_DELAY = 50
+
+#: Of one fold: whether it is the final fit, its number, and its (epoch, loss).
+Curve = tuple[bool, int, list[tuple[int, float]]]
+
+
+def loss_curves(steps: Sequence[Step]) -> tuple[Curve, ...]:
+    """The curve of each fold, in the order in which they were trained.
+
+    Parameters
+    ----------
+    steps : sequence of Step
+        Those of one training; without a loss they are left out.
+    """
+    found: dict[tuple[bool, int], list[tuple[int, float]]] = {}
+    for step in steps:
+        if step.loss is not None and step.epoch is not None and math.isfinite(step.loss):
+            curve = found.setdefault((step.phase == "final fit", step.fold), [])
+            curve.append((step.epoch, step.loss))
+    return tuple((final, fold, points) for (final, fold), points in found.items())
+
+
+class LossCurves(QWidget):
+    """The curves themselves: the fold at work is bold, the final fit has the range's blue."""
+
+    def __init__(self, learning: Trainer) -> None:
+        super().__init__()
+        self._learning = learning
+        self.curves: tuple[Curve, ...] = ()
+        self.setAccessibleName("Loss of each fold")
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
+
+    def sizeHint(self) -> QSize:
+        """Enough to see a curve bend."""
+        return QSize(420, 200)
+
+    def minimumSizeHint(self) -> QSize:
+        """Less than that is a thumbnail."""
+        return QSize(200, 110)
+
+    def show_curves(self, curves: tuple[Curve, ...]) -> None:
+        """Draw other curves."""
+        self.curves = curves
+        last = curves[-1][2][-1] if curves else None
+        self.setAccessibleDescription(
+            "" if last is None else f"Loss {last[1]:.3g} after epoch {last[0]}"
+        )
+        self.update()
+
+    @property
+    def logarithmic(self) -> bool:
+        """Whether the losses span decades."""
+        values = [loss for _, _, points in self.curves for _, loss in points]
+        return bool(values) and min(values) > 0 and max(values) / min(values) > LOG_RATIO
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Draw axes and curves, or say why there are none."""
+        theme = colours()
+        with QPainter(self) as painter:
+            painter.fillRect(self.rect(), QColor(theme.background))
+            if not self.curves:
+                self._paint_empty(painter)
+                return
+            plot = QRectF(self.rect()).adjusted(58, 12, -14, -38)
+            epochs = [epoch for _, _, points in self.curves for epoch, _ in points]
+            values = [loss for _, _, points in self.curves for _, loss in points]
+            right = max(*epochs, 2)
+            across = Axis(1.0 if min(epochs) else 0.0, right, plot.left(), plot.right())
+            up = self._loss_axis(values, plot)
+            draw_bottom(painter, across, plot.bottom(), "epoch", theme)
+            draw_left(painter, up, plot.left(), "loss", theme)
+            painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+            working = self._learning.training
+            for number, (final, _, points) in enumerate(self.curves):
+                current = working and number == len(self.curves) - 1
+                ink = QColor(theme.range if final else theme.text if current else theme.muted)
+                if not (final or current):
+                    ink.setAlphaF(0.7)
+                width = 2.5 if current else 2.0 if final else 1.0
+                painter.setPen(QPen(ink, width))
+                spots = [QPointF(across.at(e), up.at(v)) for e, v in points]
+                if len(spots) == 1:
+                    painter.setBrush(ink)
+                    painter.drawEllipse(spots[0], 2, 2)
+                else:
+                    painter.drawPolyline(QPolygonF(spots))
+            self._paint_legend(painter, plot)
+
+    def _loss_axis(self, values: list[float], plot: QRectF) -> Axis | LogAxis:
+        """The axis of the losses."""
+        high, low = max(values), min(values)
+        if self.logarithmic:
+            return LogAxis(low / 1.2, high * 1.2, plot.bottom(), plot.top())
+        top = high * 1.05 if high > 0 else 1.0
+        return Axis(min(0.0, low), top, plot.bottom(), plot.top())
+
+    def _paint_legend(self, painter: QPainter, plot: QRectF) -> None:
+        """Say which line is which, top right, where curves that fall are not."""
+        theme = colours()
+        texts = []
+        if self._learning.training:
+            texts.append(("now", theme.text))
+        if any(not final for final, _, _ in self.curves):
+            texts.append(("folds", theme.muted))
+        if any(final for final, _, _ in self.curves):
+            texts.append(("final fit", theme.range))
+        face = QFont(self.font())
+        face.setPixelSize(11)
+        painter.setFont(face)
+        top = plot.top()
+        for shown, ink in texts:
+            box = QRectF(plot.right() - 120, top, 96, 14)
+            painter.setPen(QColor(ink))
+            painter.drawText(
+                box, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter, shown
+            )
+            painter.setPen(QPen(QColor(ink), 2.0))
+            painter.drawLine(
+                QPointF(plot.right() - 18, box.center().y()),
+                QPointF(plot.right() - 2, box.center().y()),
+            )
+            top += 15
+
+    def _paint_empty(self, painter: QPainter) -> None:
+        """What will be here."""
+        painter.setPen(QColor(colours().muted))
+        painter.drawText(
+            QRectF(self.rect()).adjusted(16, 8, -16, -8),
+            Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap,
+            self.empty_text(),
+        )
+
+    def empty_text(self) -> str:
+        """What is said where there is no curve."""
+        if self._learning.ready and self._learning.classifier != "mlp":
+            return "The loss of each fold is drawn here while it trains; this classifier has none."
+        return "The loss of each fold is drawn here while it trains."
+
+
+class LossView(QWidget):
+    """The curves, and below them how long what took and what was left out.
+
+    While it is hidden nothing is computed.
+    """
+
+    def __init__(self, document: Document, learning: Trainer) -> None:
+        super().__init__()
+        self.document, self.learning = document, learning
+        self.setAccessibleName("Training")
+        self.curves = LossCurves(learning)
+        self.times, self.remarks = muted_label(), set_tone("warning")
+        for label in (self.times, self.remarks):
+            label.setContentsMargins(8, 0, 8, 2)
+            label.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 4)
+        column.setSpacing(2)
+        column.addWidget(self.curves, 1)
+        column.addWidget(self.times)
+        column.addWidget(self.remarks)
+        self._soon = QTimer(self, singleShot=True, interval=REFRESH_DELAY)
+        self._soon.timeout.connect(self.refresh)
+        learning.losses_changed.connect(self._refresh_soon)
+        learning.changed.connect(self._refresh_soon)
+        for changed in (document.outcome_changed, document.author_changed):
+            changed.connect(self.refresh)
+        document.listing_changed.connect(self.refresh)  # somebody may code blind from now on
+        themes().changed.connect(self.refresh)
+        self.refresh()
+
+    def showEvent(self, event: QShowEvent) -> None:
+        """Catch up with what happened while it was hidden."""
+        super().showEvent(event)
+        self.refresh()
+
+    def hideEvent(self, event: QHideEvent) -> None:
+        """Do nothing more."""
+        super().hideEvent(event)
+        self._soon.stop()
+
+    def _refresh_soon(self) -> None:
+        """Draw what came, together with what comes in the next moment."""
+        if self.isVisible() and not self._soon.isActive():
+            self._soon.start()
+
+    def refresh(self) -> None:
+        """Show what there is by now."""
+        if not self.isVisible():
+            return
+        self.curves.show_curves(loss_curves(self.learning.step_history))
+        outcome = self.document.outcome
+        parts = [] if outcome is None else self._run_times(outcome)
+        self.times.setText(" · ".join(parts))
+        self.times.setVisible(bool(parts))
+        remarks = self._remarks()
+        self.remarks.setText(remarks)
+        self.remarks.setVisible(bool(remarks))
+
+    def _remarks(self) -> str:
+        """What the run says besides, as far as the coder may know it."""
+        try:
+            seen = visible_outcome(self.document)
+        except ForcelabError as error:
+            return str(error)
+        return "" if seen is None else "\n".join(seen.remarks)
+
+    def _run_times(self, outcome: Outcome) -> list[str]:
+        """How long what took."""
+        names = {
+            "features": "features",
+            "fit": "fit",
+            "predict": "predict",
+            "filter": "filters",
+        }
+        parts = []
+        for name, value in outcome.seconds.items():
+            part = f"{names.get(name, name)} {_run_time_text(value)}"
+            if name == "fit" and outcome.tested:
+                each = _run_time_text(value / len(outcome.tested))
+                part = f"{part} ({each} a fold)"
+            parts.append(part)
+        return parts
+
+
+def _run_time_text(value: float) -> str:
+    """A run time with two digits that count."""
+    if value >= 100:
+        return f"{value:.0f} s"
+    return f"{value * 1000:.0f} ms" if value < 0.1 else f"{value:.2g} s"

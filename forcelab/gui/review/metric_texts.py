@@ -1,0 +1,209 @@
+"""The metrics of an evaluation: names, units, and a sentence that explains each."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from forcelab.recognition.intervals import look_up
+
+
+@dataclass(frozen=True, slots=True)
+class Metric:
+    """A number of the scores.
+
+    Parameters
+    ----------
+    path : str
+        Where it stands in the scores' JSON, such as ``"f1.50"``.
+    name, tip : str
+        For people.
+    unit : {"%", "ms", "s", "", "#"}
+        ``""`` is a plain number from -1 to 1, ``"#"`` a number of things.
+    better : int
+        1 if more is better, -1 if less is, 0 if neither.
+    """
+
+    path: str
+    name: str
+    tip: str
+    unit: str
+    better: int = 1
+
+    @property
+    def title(self) -> str:
+        """The name with its unit."""
+        return self.name if self.unit in ("", "#") else f"{self.name} ({self.unit})"
+
+    def value(self, scores: Mapping[str, Any]) -> float | None:
+        """The number in scores as of ``forcelab evaluate --json``, in its own unit."""
+        found = look_up(scores, self.path)
+        return None if found is None else float(found)
+
+    def text(self, value: float | None, *, signed: bool = False) -> str:
+        """The number as it is shown, with as many decimals in every row; a dash for none."""
+        if value is None:
+            return "–"
+        decimals = {"%": 1, "ms": 0, "s": 2, "": 3, "#": 0}[self.unit]
+        shown = round(100.0 * value if self.unit == "%" else value, decimals) + 0.0  # no -0
+        sign = "+" if signed and shown > 0 else ""
+        return f"{sign}{shown:,.{decimals}f}".replace("-", "\u2212")
+
+    def span(self, ends: tuple[float, float] | None, *, signed: bool = False) -> str:
+        """An interval as it is shown."""
+        if ends is None:
+            return "–"
+        low, high = (self.text(end, signed=signed) for end in ends)
+        return f"{low} to {high}"
+
+
+def agreement_metrics() -> tuple[Metric, ...]:
+    """How well predictions agree with the human, from samples to boundaries."""
+    overlap = (
+        "Share of segments that are found: F1 of segments that overlap one of the same action by "
+        "{0} % of their union."
+    )
+    labelled = "F1@{0} labelled"
+    closed = "F1@{0} with all unlabelled time cut out: a segment that goes on behind it is one."
+    off = (
+        "{0} % of the edges of matched segments are no further off than this. At unlabelled time "
+        "every edge counts as right."
+    )
+    cut_out = (
+        "{0} % of the edges of matched segments are no further off than this, with all unlabelled "
+        "time cut out; the first and the last edge are left out."
+    )
+    ms = ("ms", -1)
+    return (
+        Metric(
+            "accuracy",
+            "Accuracy",
+            "Share of the human-labelled samples that are predicted right.",
+            "%",
+        ),
+        Metric(
+            "balanced_accuracy",
+            "Balanced",
+            "Mean over the actions of the share of their samples predicted right.",
+            "%",
+        ),
+        Metric(
+            "coverage",
+            "Coverage",
+            "Share of the human-labelled samples that are predicted as any action.",
+            "%",
+            0,
+        ),
+        Metric(
+            "kappa",
+            "Kappa",
+            "Cohen's kappa over samples: agreement beyond chance, 1 if it is full.",
+            "",
+        ),
+        Metric(
+            "edit",
+            "Edit",
+            "How alike the two sequences of actions are, whatever the segments' durations.",
+            "%",
+        ),
+        *(
+            Metric(f"f1.{percent}", f"F1@{percent}", overlap.format(percent), "%")
+            for percent in (10, 25, 50)
+        ),
+        *(
+            Metric(f"f1_labelled.{percent}", labelled.format(percent), closed.format(percent), "%")
+            for percent in (10, 25, 50)
+        ),
+        Metric(
+            "boundaries_found",
+            "Boundaries found",
+            "Human boundaries with a predicted one within 100 ms; unlabelled time is cut out.",
+            "%",
+        ),
+        Metric("boundary_ms.median", "Boundary median", off.format(50), *ms),
+        Metric("boundary_ms.p90", "Boundary 90 %", off.format(90), *ms),
+        Metric(
+            "boundary_labelled_ms.median",
+            "Boundary median labelled",
+            cut_out.format(50),
+            *ms,
+        ),
+        Metric(
+            "boundary_labelled_ms.p90",
+            "Boundary 90 % labelled",
+            cut_out.format(90),
+            *ms,
+        ),
+    )
+
+
+def error_metrics() -> tuple[Metric, ...]:
+    """In which way predictions are wrong, after Ward et al.: numbers and seconds."""
+    words = {
+        "human": (
+            "Human",
+            "Segments that the human labelled.",
+            0,
+        ),
+        "predicted": (
+            "Predicted",
+            "Segments that were predicted where the human labelled.",
+            0,
+        ),
+        "insertion": (
+            "Insertions",
+            "Predicted segments where there is no human one of their action.",
+            -1,
+        ),
+        "deletion": (
+            "Deletions",
+            "Human segments that no predicted one of their action meets.",
+            -1,
+        ),
+        "fragmentation": (
+            "Fragmented",
+            "Human segments that several predicted ones fall into.",
+            -1,
+        ),
+        "merge": (
+            "Merged",
+            "Predicted segments that join several human ones.",
+            -1,
+        ),
+        "overfill": (
+            "Overfill",
+            "Predicted segments that reach over an edge of a human one.",
+            -1,
+        ),
+        "underfill": (
+            "Underfill",
+            "Predicted segments that stay short of an edge of a human one.",
+            -1,
+        ),
+    }
+    return tuple(
+        Metric(f"events.{part}.{what}", name, tip, unit, better)
+        for part, (name, tip, better) in words.items()
+        for what, unit in (("count", "#"), ("seconds", "s"))
+    )
+
+
+def reliability_text(found: Mapping[str, Any]) -> str:
+    """How far to rely on the probabilities, as an evaluation's JSON tells; "" of nothing."""
+    brier, error = found.get("brier"), found.get("ece")
+    if brier is None or error is None:
+        return ""
+    return "Brier score {}, expected calibration error {} points.".format(
+        f"{brier:.3f}", f"{100 * error:.1f}"
+    )
+
+
+def reliability_tip() -> str:
+    """What that means."""
+    return (
+        "Brier score: squared differences between the probabilities and what is right, summed over "
+        "the actions, mean over the samples; 0 is best, 2 worst.\n"
+        "Expected calibration error: how far the probability of the likeliest action is from the "
+        "share that is right, mean over ten bins of equal width."
+    )

@@ -1,0 +1,359 @@
+"""The rows of the timeline pairs: a run's demonstrations with their current tracks."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Generator, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+from PySide6.QtCore import QObject, Signal
+
+from forcelab.errors import ForcelabError
+from forcelab.gui.document import Document
+from forcelab.gui.figures.pairs import Pair, PairRow
+from forcelab.gui.figures.tracks import agreed_share
+from forcelab.gui.jobs import Jobs
+from forcelab.labels import Segments, is_model
+from forcelab.project import LabelsUsed, Project
+from forcelab.project.loading import natural_order
+
+if TYPE_CHECKING:
+    from forcelab.review.differences import Difference
+    from forcelab.review.run_result import Outcome, Reviewed
+
+
+#: Tracks by coder, spelt as in the outcome.
+Tracks = Mapping[str, Segments]
+PairOrder = Literal["name", "worst", "longest"]
+
+
+@dataclass(frozen=True, eq=False)
+class PairEntry:
+    """One demonstration of the list.
+
+    Parameters
+    ----------
+    reviewed : Reviewed
+    human : tuple of Segment or None
+        The coder's track as it is now; None in a proposal.
+    lanes : tuple of Lane
+        The rows that were asked for besides.
+    evaluated : float or None
+        The accuracy that the run found.
+    """
+
+    reviewed: Reviewed
+    human: Segments | None
+    lanes: tuple[PairRow, ...] = ()
+    evaluated_accuracy: float | None = None
+
+    @property
+    def id(self) -> str:
+        """Of the demonstration."""
+        return self.reviewed.id
+
+    @property
+    def edited(self) -> bool:
+        """Whether the coder has changed the track since the run."""
+        return self.human is not None and self.human != self.reviewed.human
+
+    @cached_property
+    def marks(self) -> tuple[Difference, ...]:
+        """Where the model differs from what the human labelled."""
+        from forcelab.review.differences import compared
+
+        if not self.human:
+            return ()
+        found = compared(self.id, self.human, self.reviewed.predicted)
+        return tuple(difference for difference in found if difference.human is not None)
+
+    @cached_property
+    def share(self) -> float | None:
+        """The accuracy now: as evaluated, or by time where the track has changed since.
+
+        In a proposal the mean probability of what is predicted.
+        """
+        if self.human is None:
+            return _mean_probability(self.reviewed)
+        if self.evaluated_accuracy is not None and not self.edited:
+            return self.evaluated_accuracy
+        return agreed_share(self.human, self.marks)
+
+    @property
+    def final_tracks(self) -> tuple[Segments, ...]:
+        """Human's, model's and other coders' tracks: not the steps to the prediction."""
+        coders = (lane.segments for lane in self.lanes if not lane.certain)
+        return (self.human or (), self.reviewed.predicted, *coders)
+
+    @property
+    def pair_without_marks(self) -> Pair:
+        """The pair as far as it costs nothing: all but its marks."""
+        reviewed = self.reviewed
+        return Pair(
+            reviewed.name,
+            self.human,
+            reviewed.predicted,
+            reviewed.start,
+            reviewed.end,
+            lanes=self.lanes,
+            certainty=reviewed.certainty,
+            marks=(),
+        )
+
+    @cached_property
+    def pair(self) -> Pair:
+        """The pair, to be drawn."""
+        return replace(self.pair_without_marks, marks=self.marks)
+
+
+@dataclass(frozen=True)
+class ExtraRows:
+    """Which rows stand below the pairs.
+
+    Parameters
+    ----------
+    stages : tuple of (str, str)
+        Keys of :attr:`Reviewed.stages` with their captions.
+    coders : tuple of str
+        Whose tracks.
+    """
+
+    stages: tuple[tuple[str, str], ...] = ()
+    coders: tuple[str, ...] = ()
+
+    def lanes(self, reviewed: Reviewed, tracks: Tracks) -> tuple[PairRow, ...]:
+        """The further rows of a demonstration, as far as there are such."""
+        stages = tuple(
+            PairRow(caption, reviewed.stages[key], certain=True)
+            for key, caption in self.stages
+            if key in reviewed.stages
+        )
+        coders = tuple(PairRow(name, tracks[name]) for name in self.coders if tracks.get(name))
+        return stages + coders
+
+
+def current_tracks(
+    project: Project, outcome: Outcome, reviewed: Reviewed, coders: Iterable[str]
+) -> dict[str, Segments]:
+    """Some coders' tracks of a demonstration as they are now.
+
+    Of the coder whose labels were used that is what the run holds, as long as it was not changed:
+    there every edge lies on a sample.
+    """
+    from forcelab.review.differences import spelt
+
+    found = {
+        coder: spelt(project.track(reviewed.id, coder).segments, outcome, reviewed)
+        for coder in coders
+    }
+    mine = found.get(outcome.author)
+    if mine is not None and _is_as_evaluated(project, outcome, reviewed, mine):
+        found[outcome.author] = reviewed.human
+    return found
+
+
+def _is_as_evaluated(project: Project, outcome: Outcome, reviewed: Reviewed, now: Segments) -> bool:
+    """Whether a track is the one that the run was made from, or came back to it."""
+    head = project.head(reviewed.id, outcome.author)
+    if LabelsUsed(reviewed.id, outcome.author, head) in outcome.labels:
+        return True
+    rates = (project.info(reviewed.id).rate, outcome.settings.rate or math.inf)
+    sample = 1 / min(rates)
+    return len(now) == len(reviewed.human) and all(
+        one.action == other.action
+        and abs(one.start - other.start) < sample
+        and abs(one.end - other.end) < sample
+        for one, other in zip(now, reviewed.human, strict=True)
+    )
+
+
+def read_tracks(
+    path: Path, outcome: Outcome, coders: Collection[str], ids: Collection[str]
+) -> Generator[None, None, dict[str, dict[str, Segments]]]:
+    """Some coders' tracks of all tested demonstrations, as a job; by id.
+
+    Raises
+    ------
+    ForcelabError
+        If the project cannot be read.
+    """
+    found = {}
+    with Project.open(path) as project:
+        for reviewed in outcome.tested:
+            yield
+            if reviewed.id in ids:
+                found[reviewed.id] = current_tracks(project, outcome, reviewed, coders)
+    return found
+
+
+def pair_entries(
+    outcome: Outcome, tracks: Mapping[str, Tracks], wanted: ExtraRows, hidden: Collection[str]
+) -> tuple[PairEntry, ...]:
+    """All demonstrations that may be seen, the tested first.
+
+    Parameters
+    ----------
+    outcome : Outcome
+    tracks : mapping
+        By id, as far as they were read; without, the tracks are those of the run.
+    wanted : Wanted
+    hidden : collection of str
+        Ids of the demonstrations that are left out.
+    """
+    scores = outcome.scores.get("filtered", {}).get("demonstrations", ())
+    shares = [score.get("accuracy") for score in scores]
+    shares += [None] * (len(outcome.tested) - len(shares))
+    tested = tuple(
+        tested_entry(outcome, reviewed, tracks.get(reviewed.id, {}), wanted, share)
+        for reviewed, share in zip(outcome.tested, shares, strict=False)
+        if reviewed.id not in hidden
+    )
+    proposals = tuple(
+        PairEntry(reviewed, None, wanted.lanes(reviewed, {}))
+        for reviewed in outcome.proposals
+        if reviewed.id not in hidden
+    )
+    return tested + proposals
+
+
+def tested_entry(
+    outcome: Outcome, reviewed: Reviewed, tracks: Tracks, wanted: ExtraRows, share: float | None
+) -> PairEntry:
+    """A tested demonstration."""
+    human = tracks.get(outcome.author, reviewed.human)
+    return PairEntry(reviewed, human, wanted.lanes(reviewed, tracks), share)
+
+
+def filter_and_sort(
+    entries: Sequence[PairEntry], order: PairOrder, searched: str = ""
+) -> list[PairEntry]:
+    """Those whose name or task holds all words searched for, in an order; proposals at the end.
+
+    The worst are those of the run, so that no row runs away while its mistakes are put right. Of
+    the proposals the least certain is the worst.
+    """
+    words = searched.casefold().split()
+    found = [
+        entry
+        for entry in entries
+        if all(word in f"{entry.reviewed.name} {entry.reviewed.task}".casefold() for word in words)
+    ]
+
+    def place(entry: PairEntry) -> float:
+        if order == "worst":
+            share = entry.share if entry.evaluated_accuracy is None else entry.evaluated_accuracy
+            return 2.0 if share is None else share
+        return entry.reviewed.start - entry.reviewed.end if order == "longest" else 0.0
+
+    return sorted(
+        found,
+        key=lambda one: (one.human is None, place(one), natural_order(one.reviewed.name)),
+    )
+
+
+def _mean_probability(reviewed: Reviewed) -> float | None:
+    """How probable what is predicted is on the whole; None where nothing is known of it."""
+    certainty = reviewed.certainty
+    seconds = sum(segment.duration for segment in reviewed.predicted)
+    if certainty is None or not seconds:
+        return None
+    each = (
+        segment.duration * certainty.of_action(segment.action, segment.start, segment.end)
+        for segment in reviewed.predicted
+    )
+    return sum(each) / seconds
+
+
+TRACKS_JOB = "pairs tracks"
+
+
+class CurrentTracks(QObject):
+    """Tracks by demonstration and coder, spelt as in the outcome.
+
+    Parameters
+    ----------
+    document : Document
+    jobs : Jobs
+        Reads all tracks in the background.
+    parent : QObject, optional
+
+    Attributes
+    ----------
+    tracks : dict
+        What was read, by id and coder; of the tested demonstrations only.
+
+    Signals
+    -------
+    changed()
+        Of several demonstrations.
+    """
+
+    changed = Signal()
+
+    def __init__(self, document: Document, jobs: Jobs, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self.tracks: dict[str, dict[str, Segments]] = {}
+        self._document = document
+        self._jobs = jobs
+        self._painted: set[str] = set()
+
+    def forget(self) -> None:
+        """Another outcome is reviewed."""
+        self._jobs.cancel(TRACKS_JOB)
+        self.tracks = {}
+
+    def lacks(self, coders: Collection[str]) -> bool:
+        """Whether tracks of these coders were not read yet."""
+        return bool(set(coders) - {coder for read in self.tracks.values() for coder in read})
+
+    def read_all(self, coders: Sequence[str], hidden: Collection[str]) -> None:
+        """Read the tracks of all demonstrations but the hidden ones, in the background."""
+        outcome, project = self._document.outcome, self._document.project
+        if outcome is None or project is None:
+            return
+        ids = {info.id for info in self._document.infos}.difference(hidden)
+        self._painted.clear()
+
+        def take(tracks: dict[str, dict[str, Segments]]) -> None:
+            # What was painted meanwhile is newer than what the job has read.
+            tracks |= {id_: self.tracks[id_] for id_ in self._painted & tracks.keys()}
+            if self._document.outcome is outcome and tracks != self.tracks:
+                self.tracks = tracks
+                self.changed.emit()
+
+        job = read_tracks(project.path, outcome, (outcome.author, *coders), ids)
+        self._jobs.run(job, take, key=TRACKS_JOB)
+
+    def read_open(self, coders: Sequence[str]) -> bool:
+        """Read the open demonstration's tracks at once; gives whether they are other ones."""
+        document = self._document
+        outcome, project = document.outcome, document.project
+        if outcome is None or project is None:
+            return False
+        reviewed = next((d for d in outcome.tested if d.id == document.id), None)
+        if reviewed is None:
+            return False
+        try:
+            found = current_tracks(project, outcome, reviewed, (outcome.author, *coders))
+        except ForcelabError as error:
+            document.say(str(error), True)
+            return False
+        changed = found != self.tracks.get(reviewed.id)
+        self.tracks[reviewed.id] = found
+        if changed:
+            self._painted.add(reviewed.id)
+        return changed
+
+
+def other_coders(document: Document, hidden: Collection[str]) -> tuple[str, ...]:
+    """Who else labelled what the outcome tested, as far as it is not hidden."""
+    outcome = document.outcome
+    if outcome is None:
+        return ()
+    tested = {reviewed.id for reviewed in outcome.tested}.difference(hidden)
+    infos = (info for info in document.infos if info.id in tested)
+    authors = dict.fromkeys(author for info in infos for author in info.authors)
+    return tuple(a for a in authors if a != outcome.author and not is_model(a))

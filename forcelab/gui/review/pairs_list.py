@@ -1,0 +1,924 @@
+"""The scrolled list of timeline pairs: layout, painting, hit test, mouse and keyboard."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections import OrderedDict
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from html import escape
+from itertools import accumulate, pairwise
+from operator import attrgetter
+from time import perf_counter
+
+import numpy as np
+from PySide6.QtCore import QEvent, QLineF, QPoint, QPointF, QRect, QRectF, QSize, Qt, QTimer, Signal
+from PySide6.QtGui import (
+    QAccessible,
+    QAccessibleEvent,
+    QColor,
+    QFocusEvent,
+    QHelpEvent,
+    QKeyEvent,
+    QMouseEvent,
+    QPainter,
+    QPaintEvent,
+    QPen,
+    QPixmap,
+    QResizeEvent,
+)
+from PySide6.QtWidgets import QAbstractScrollArea, QToolTip
+
+from forcelab.gui.document import Document
+from forcelab.gui.figures import text
+from forcelab.gui.figures.axes import Axis
+from forcelab.gui.figures.colormap import mixed
+from forcelab.gui.figures.pairs import (
+    CAPTION,
+    Pair,
+    PairBoxes,
+    PairGeometry,
+    PairRow,
+    captions,
+    paint_pair,
+)
+from forcelab.gui.figures.tracks import LabelStyle, difference_box
+from forcelab.gui.label.track_rows import crowded_runs, outline
+from forcelab.gui.review.pair_entries import PairEntry
+from forcelab.gui.theme import Colours, colours, themes
+from forcelab.gui.widgets import ARROW_STEPS, ENTER_KEYS, is_plain
+from forcelab.labels import Segment, Segments
+from forcelab.review.differences import Interval, action_over
+
+MEASURES = PairGeometry(bar=16.0, lane=10.0)
+#: Left and right of everything, and above and below the bars of a row, in pixels.
+MARGIN = 12.0
+ROW_PADDING = 6.0
+#: The heading of the proposals.
+HEADING_HEIGHT = 44.0
+#: Names take so much of the width at most, in pixels and as a share.
+NAME_WIDTH, NAME_SHARE = 190.0, 0.26
+CAPTION_WIDTH = 80.0
+NOTE_WIDTH = 56.0
+
+
+@dataclass(frozen=True)
+class PairsLayout:
+    """The rows of some entries in a width.
+
+    Parameters
+    ----------
+    entries : sequence of Entry
+        The tested first, then the proposals.
+    width : float
+        In pixels.
+    stretched : bool
+        Whether each takes the whole width, whatever it lasts.
+    names : tuple of str
+        What the bars of the human and of the model are called.
+    """
+
+    entries: Sequence[PairEntry]
+    width: float
+    stretched: bool
+    names: tuple[str, str]
+
+    @cached_property
+    def name_room(self) -> float:
+        """Width of the column of names."""
+        widest = text.widest(
+            (text.printable(e.reviewed.name) for e in self.entries), text.font(bold=True)
+        )
+        return min(widest + 2, NAME_WIDTH, NAME_SHARE * self.width)
+
+    @cached_property
+    def caption_room(self) -> float:
+        """Width of the column of captions; 0 where no row needs one."""
+        found = {
+            caption
+            for entry in self.entries
+            if entry.lanes
+            for _, caption in captions(self._boxes(entry), entry.pair_without_marks, *self.names)
+        }
+        return min(text.widest(found, text.font(CAPTION)), CAPTION_WIDTH) + 12 if found else 0.0
+
+    @property
+    def left(self) -> float:
+        """Where the bars begin."""
+        return MARGIN + self.name_room + self.caption_room + 10
+
+    @property
+    def right(self) -> float:
+        """Where the longest bars end."""
+        return max(self.width - MARGIN - NOTE_WIDTH, self.left + 40)
+
+    @cached_property
+    def span(self) -> tuple[float, float]:
+        """From the earliest start to the latest end, in seconds."""
+        if not self.entries:
+            return 0.0, 1.0
+        start = min(entry.reviewed.start for entry in self.entries)
+        return start, max(entry.reviewed.end for entry in self.entries)
+
+    def axis(self, entry: PairEntry | None = None) -> Axis:
+        """The time axis of an entry, or the common one."""
+        start, end = self.span
+        if entry is not None and self.stretched:
+            start, end = entry.reviewed.start, entry.reviewed.end
+        return Axis(start, end, self.left, self.right)
+
+    @cached_property
+    def first_proposal(self) -> int | None:
+        """Above which row the heading of the proposals stands."""
+        return next((i for i, entry in enumerate(self.entries) if entry.human is None), None)
+
+    @cached_property
+    def tops(self) -> list[float]:
+        """Upper edge of each row, headings above it left out, and the end of the last one."""
+        heights = []
+        for i, entry in enumerate(self.entries):
+            heading = HEADING_HEIGHT if i == self.first_proposal else 0.0
+            heights += [heading, MEASURES.height(entry.pair_without_marks) + 2 * ROW_PADDING]
+        edges = list(accumulate(heights, initial=0.0))
+        return [*edges[1::2], edges[-1]]
+
+    @property
+    def height(self) -> float:
+        """Of all rows."""
+        return self.tops[-1] if self.entries else 0.0
+
+    def row_height(self, row: int) -> float:
+        """Height of a row."""
+        return MEASURES.height(self.entries[row].pair_without_marks) + 2 * ROW_PADDING
+
+    def row_box(self, row: int) -> QRectF:
+        """Where a row lies among all rows."""
+        return QRectF(0, self.tops[row], self.width, self.row_height(row))
+
+    def visible(self, top: float, bottom: float) -> range:
+        """The rows of which something lies between two heights."""
+        count = len(self.entries)
+        first = max(bisect_right(self.tops, top, 0, count) - 1, 0)
+        return range(first, max(first, bisect_right(self.tops, bottom, 0, count)))
+
+    def row_at(self, y: float) -> int | None:
+        """Which row is at a height; None between and below them."""
+        row = bisect_right(self.tops, y, 0, len(self.entries)) - 1
+        if row < 0 or y >= self.tops[row] + self.row_height(row):
+            return None
+        return row
+
+    def boxes(self, row: int) -> PairBoxes:
+        """Where the bars of a row lie, measured from the row's upper edge."""
+        entry = self.entries[row]
+        return MEASURES.boxes(entry.pair_without_marks, self.axis(entry), ROW_PADDING)
+
+    def _boxes(self, entry: PairEntry) -> PairBoxes:
+        """Where the bars of an entry lie up and down."""
+        return MEASURES.boxes(entry.pair_without_marks, Axis(*self.span, 0.0, 1.0), 0.0)
+
+
+#: How far from a mark it is still meant, in pixels.
+HIT_DISTANCE = 3.0
+#: How many actions a tooltip tells the probability of.
+MOST_MARKS = 3
+
+_start = attrgetter("start")
+
+
+@dataclass(frozen=True)
+class Hit:
+    """What is at a point of a row.
+
+    Parameters
+    ----------
+    row : int
+    time : float or None
+        In seconds; None beside the bars.
+    what : Segment, Place or None
+    author : str
+        Whose bar it is, as it is called on screen.
+    """
+
+    row: int
+    time: float | None = None
+    what: Segment | Interval | None = None
+    author: str = ""
+
+
+def hit_test(layout: PairsLayout, point: QPointF) -> Hit | None:
+    """What is at a point among all rows; None below and between them."""
+    row = layout.row_at(point.y())
+    if row is None:
+        return None
+    entry, boxes = layout.entries[row], layout.boxes(row)
+    axis = layout.axis(entry)
+    x, y = point.x(), point.y() - layout.tops[row]
+    if not boxes.predicted.left() - HIT_DISTANCE <= x <= boxes.predicted.right() + HIT_DISTANCE:
+        return Hit(row)
+    time = min(max(axis.value(x), entry.reviewed.start), entry.reviewed.end)
+    if boxes.band.top() <= y < boxes.band.bottom():
+        distances = [(_distance(difference_box(boxes.band, axis, m), x), m) for m in entry.marks]
+        distance, mark = min(distances, key=lambda pair: pair[0], default=(HIT_DISTANCE + 1, None))
+        return Hit(row, time, mark if distance <= HIT_DISTANCE else None)
+    predicted = entry.reviewed.predicted
+    bars: list[tuple[str, QRectF, Segments]] = [
+        (layout.names[0], boxes.human, entry.human or ()),
+        (layout.names[1], boxes.predicted, predicted),
+    ]
+    for lane, box in zip(entry.lanes, boxes.lanes, strict=True):
+        bars.append((lane.caption, box, lane.segments))
+    for author, box, segments in bars:
+        if box.top() <= y < box.bottom():
+            return Hit(row, time, segment_at(segments, time), author)
+    return Hit(row, time)
+
+
+def segment_at(segments: Sequence[Segment], time: float) -> Segment | None:
+    """The segment that covers a time."""
+    i = bisect_right(segments, time, key=_start) - 1
+    return segments[i] if i >= 0 and time < segments[i].end else None
+
+
+def hit_interval(entry: PairEntry, what: Segment | Interval) -> Interval:
+    """A segment or a disagreement as a place: what each sees in most of it, and how sure."""
+    predicted = action_over(entry.reviewed.predicted, what.start, what.end)
+    human = action_over(entry.human or (), what.start, what.end)
+    if isinstance(what, Interval):
+        human, predicted = what.human, what.predicted
+    certainty, confidence = entry.reviewed.certainty, None
+    if certainty is not None and predicted is not None:
+        confidence = certainty.of_action(predicted, what.start, what.end)
+    return Interval(entry.id, what.start, what.end, human, predicted, confidence)
+
+
+def hit_tooltip(entry: PairEntry, found: Hit) -> str:
+    """What a tooltip says, as rich text without anything of the names taken for markup."""
+    lines = [f"<b>{escape(entry.reviewed.name)}</b>"]
+    if found.time is None:
+        return "<br>".join([*lines, escape(entry_description(entry))])
+    what = found.what
+    if isinstance(what, Interval):
+        lines.append(escape(difference_text(what)))
+    elif isinstance(what, Segment):
+        lines.append(
+            escape(f"{found.author}: {what.action}, {_interval_text(what.start, what.end)}")
+        )
+    else:
+        lines.append(f"{found.time:.3f} s")
+    certainty = entry.reviewed.certainty
+    if certainty is not None:
+        start, end = (what.start, what.end) if what is not None else (found.time, found.time)
+        means = certainty.mean(start, end)
+        best = np.argsort(-means, kind="stable")[:MOST_MARKS]
+        lines += [f"{100 * means[i]:.0f} %&nbsp; {escape(certainty.actions[i])}" for i in best]
+    return "<br>".join(lines)
+
+
+def difference_text(mark: Interval) -> str:
+    """A disagreement in words."""
+    predicted = mark.predicted
+    if predicted is None:
+        predicted = "unlabelled"
+    return f"{_interval_text(mark.start, mark.end)}: human {mark.human}, predicted {predicted}"
+
+
+def entry_description(entry: PairEntry, mark: int | None = None) -> str:
+    """A row in words, for screen readers and tooltips; with a disagreement that has the focus."""
+    share = "" if entry.share is None else f"{100 * entry.share:.1f} %"
+    if entry.human is None:
+        mean = f"proposal, mean probability {share}"
+        return mean if share else "proposal"
+    words = [f"accuracy {share}"] if share else []
+    if entry.edited:
+        words.append("edited since the run")
+    count = len(entry.marks)
+    words.append(f"disagreements: {count}")
+    if mark is not None:
+        words.append(f"number {mark + 1}, {difference_text(entry.marks[mark])}")
+    return "; ".join(words)
+
+
+def _interval_text(start: float, end: float) -> str:
+    """A stretch in words."""
+    return f"{start:.3f}\N{EN DASH}{end:.3f} s"
+
+
+def _distance(box: QRectF, x: float) -> float:
+    """Pixels from a mark; of two that cover the point the narrower is the nearer."""
+    if box.left() <= x <= box.right():
+        return box.width() / 1e6
+    return min(abs(box.left() - x), abs(box.right() - x))
+
+
+#: How many rows' pictures are kept: some screens of them.
+PICTURES_KEPT = 48
+#: Tracks of more segments than this are brought onto columns of pixels before they are drawn.
+MANY_SEGMENTS = 300
+#: How much of the accent the ground of the open demonstration has.
+OPEN_TINT = 0.13
+
+
+class RowPictures:
+    """The pictures of the rows seen last, by demonstration."""
+
+    def __init__(self) -> None:
+        self._kept: OrderedDict[str, QPixmap] = OrderedDict()
+        #: How many rows were painted so far.
+        self.painted = 0
+
+    def clear(self) -> None:
+        """Everything looks different now."""
+        self._kept.clear()
+
+    def drop(self, id_: str) -> None:
+        """A demonstration looks different now."""
+        self._kept.pop(id_, None)
+
+    def known(self, id_: str) -> QPixmap | None:
+        """The picture of a demonstration's row, if it is there."""
+        if id_ in self._kept:
+            self._kept.move_to_end(id_)
+        return self._kept.get(id_)
+
+    def paint(
+        self,
+        layout: PairsLayout,
+        row: int,
+        looks: Mapping[str, LabelStyle],
+        opened: bool,
+        ratio: float,
+        remark: str,
+    ) -> QPixmap:
+        """Paint a row and keep its picture; parameters as of :func:`paint_row`."""
+        box = layout.row_box(row)
+        picture = QPixmap(round(box.width() * ratio), round(box.height() * ratio))
+        picture.setDevicePixelRatio(ratio)
+        with QPainter(picture) as painter:
+            paint_row(painter, layout, row, looks, opened, ratio, remark)
+        self._kept[layout.entries[row].id] = picture
+        self.painted += 1
+        while len(self._kept) > PICTURES_KEPT:
+            self._kept.popitem(last=False)
+        return picture
+
+
+def paint_row(
+    painter: QPainter,
+    layout: PairsLayout,
+    row: int,
+    looks: Mapping[str, LabelStyle],
+    opened: bool,
+    ratio: float,
+    remark: str,
+) -> None:
+    """Paint a row with its upper left corner at the origin.
+
+    Parameters
+    ----------
+    painter : QPainter
+    layout : Layout
+    row : int
+    looks : mapping of str to Look
+    opened : bool
+        Whether its demonstration is the open one.
+    ratio : float
+        Image pixels for each pixel.
+    remark : str
+        Said below the share.
+    """
+    theme, entry = colours(), layout.entries[row]
+    axis, boxes = layout.axis(entry), layout.boxes(row)
+    whole = QRectF(0, 0, layout.width, layout.row_height(row))
+    ground = QColor(theme.background)
+    if opened:
+        ground = mixed(ground, theme.accent, OPEN_TINT)
+    painter.fillRect(whole, ground)
+    if opened:
+        painter.fillRect(QRectF(0, 0, 4, whole.height()), QColor(theme.accent))
+    painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+    if not layout.stretched:
+        painter.setPen(QPen(QColor(theme.grid), 1.0))
+        spots = [axis.at(value) for value, _ in axis.marks(10.0, upright=False)]
+        painter.drawLines([QLineF(x, 0, x, whole.height()) for x in spots])
+    on_track = replace(theme, text=theme.on_unlabelled)
+    pair = _thinned_pair(entry.pair, axis, ratio)
+    mark = QColor(theme.trouble)
+    paint_pair(painter, boxes, axis, pair, looks=looks, theme=on_track, mark=mark)
+    _paint_texts(painter, layout, row, opened, remark, theme)
+
+
+def _paint_texts(
+    painter: QPainter, layout: PairsLayout, row: int, opened: bool, remark: str, theme: Colours
+) -> None:
+    """Write name, captions and notes of a row."""
+    entry, boxes = layout.entries[row], layout.boxes(row)
+    top = boxes.human.top()
+    middle = (top + boxes.predicted.bottom()) / 2
+    ink, muted = QColor(theme.text), QColor(theme.muted)
+    face = text.font(bold=opened)
+    name = text.elided_name(entry.reviewed.name, face, layout.name_room)
+    text.draw_text(painter, MARGIN, middle, name, face=face, ink=ink)
+    small = text.font(CAPTION)
+    for height, caption in captions(boxes, entry.pair, *layout.names):
+        short = text.elided(caption, small, layout.caption_room - 10)
+        text.draw_text(painter, layout.left - 7, height, short, face=small, ink=muted, align=1.0)
+    edge = layout.width - MARGIN
+    if entry.share is not None:
+        height = middle - 6 if remark else middle
+        share = f"{100 * entry.share:.1f} %"
+        text.draw_text(painter, edge, height, share, face=text.font(), ink=ink, align=1.0)
+    if remark:
+        height = middle + 7 if entry.share is not None else middle
+        text.draw_text(painter, edge, height, remark, face=small, ink=muted, align=1.0)
+
+
+def thinned_segments(segments: Segments, axis: Axis, ratio: float) -> Segments:
+    """Segments of a pixel or more that look the same as very many narrow ones."""
+    if len(segments) <= MANY_SEGMENTS:
+        return segments
+    count = max(1, round((axis.finish - axis.begin) * ratio))
+    pixel = (axis.end - axis.start) / count
+    wide, columns, names = crowded_runs(segments, axis.start, pixel, count, 3.0 * pixel)
+    cuts = np.concatenate([[0], np.flatnonzero(np.diff(columns)) + 1, [count]]).tolist()
+    narrow = (
+        Segment(axis.start + first * pixel, axis.start + last * pixel, names[columns[first]])
+        for first, last in pairwise(cuts)
+        if columns[first] >= 0
+    )
+    return tuple(sorted((*wide, *narrow)))
+
+
+def _thinned_pair(pair: Pair, axis: Axis, ratio: float) -> Pair:
+    """A pair that looks the same and costs no more than its pixels."""
+    return replace(
+        pair,
+        human=None if pair.human is None else thinned_segments(pair.human, axis, ratio),
+        predicted=thinned_segments(pair.predicted, axis, ratio),
+        lanes=tuple(
+            PairRow(lane.caption, thinned_segments(lane.segments, axis, ratio), lane.certain)
+            for lane in pair.lanes
+        ),
+    )
+
+
+def paint_examined(
+    painter: QPainter, layout: PairsLayout, row: int, start: float, end: float
+) -> None:
+    """Frame a stretch of a row, over all of its bars; the painter stands at the row's corner."""
+    boxes, axis = layout.boxes(row), layout.axis(layout.entries[row])
+    left, right = axis.at(start), axis.at(end)
+    spare = max(8.0 - (right - left), 0.0) / 2 + 2
+    top = boxes.human.top()
+    frame = QRectF(left, top, right - left, boxes.predicted.bottom() - top)
+    outline(painter, frame.adjusted(-spare, -3, spare, 3), colours())
+
+
+def paint_focus(painter: QPainter, layout: PairsLayout, row: int, mark: Interval | None) -> None:
+    """Show which row and which disagreement the keyboard is at."""
+    theme = colours()
+    pen = QPen(QColor(theme.accent), 2.0)
+    pen.setJoinStyle(Qt.PenJoinStyle.MiterJoin)
+    painter.setPen(pen)
+    painter.setBrush(Qt.BrushStyle.NoBrush)
+    painter.drawRect(QRectF(0, 0, layout.width, layout.row_height(row)).adjusted(1, 1, -1, -1))
+    if mark is None:
+        return
+    band = layout.boxes(row).band
+    box = difference_box(band, layout.axis(layout.entries[row]), mark)
+    centre = box.center().x()
+    painter.setPen(QPen(QColor(theme.background), 1.0))
+    painter.setBrush(QColor(theme.accent))
+    for tip, base in ((band.top(), band.top() - 8), (band.bottom(), band.bottom() + 8)):
+        painter.drawPolygon(
+            [QPointF(centre, tip), QPointF(centre - 6, base), QPointF(centre + 6, base)]
+        )
+
+
+#: What one notch of the wheel scrolls by, in pixels.
+WHEEL_STEP = 20
+#: Seconds that one event may spend on painting rows that were never seen before.
+PAINT_BUDGET = 0.004
+#: How many screens above and below are painted before they are scrolled to.
+SCREENS_AHEAD = 0.7
+#: Pixels beside the cursor's place that are drawn anew when it moves.
+CURSOR_MARGIN = 2
+
+
+class PairsPainter(QAbstractScrollArea):
+    """The rows, scrolled; see :class:`~forcelab.gui.review.pairs_list.PairsList` for its hands.
+
+    Parameters
+    ----------
+    document : Document
+        Whose open demonstration, cursor and examined place are shown.
+
+    Attributes
+    ----------
+    entries : list of Entry
+        The rows from top to bottom.
+    row : int
+        Which of them has the keyboard's focus; -1 without rows.
+    mark : int or None
+        Which of its disagreements.
+    """
+
+    def __init__(self, document: Document) -> None:
+        super().__init__()
+        self.document = document
+        self.entries: list[PairEntry] = []
+        self.row = -1
+        self.mark: int | None = None
+        self.pictures = RowPictures()
+        self.stretched = False
+        self._looks: Mapping[str, LabelStyle] = {}
+        self._layout: PairsLayout | None = None
+        self._cursor_at: QRect | None = None
+        self._opened = document.id
+        self._scrolled = False
+        self._skipped: set[str] = set()
+        self._ahead = QTimer(self, singleShot=True, interval=0)
+        self._ahead.timeout.connect(self._paint_ahead)
+        self.setFrameShape(QAbstractScrollArea.Shape.NoFrame)
+        self.setAccessibleName("Timeline pairs")
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.viewport().setMouseTracking(True)
+        self.viewport().setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
+        self.verticalScrollBar().setSingleStep(WHEEL_STEP)
+        themes().changed.connect(self.repaint_all)
+        document.cursor_moved.connect(self._cursor_moved)
+        document.demonstration_changed.connect(self._open_changed)
+        document.examined_changed.connect(self.viewport().update)
+
+    def minimumSizeHint(self) -> QSize:
+        """One row: in a small window the timeline needs the room."""
+        return QSize(160, 46)
+
+    # What is shown
+
+    @property
+    def names(self) -> tuple[str, str]:
+        """What the two bars of a pair are called."""
+        return "human", "predicted"
+
+    @property
+    def arrangement(self) -> PairsLayout:
+        """Where everything lies."""
+        if self._layout is None:
+            width = self.viewport().width()
+            self._layout = PairsLayout(self.entries, width, self.stretched, self.names)
+        return self._layout
+
+    def show_entries(
+        self, entries: list[PairEntry], looks: Mapping[str, LabelStyle], stretched: bool
+    ) -> None:
+        """Show these rows; the focus stays with its demonstration."""
+        focused = self.focused
+        self.entries, self._looks, self.stretched = entries, looks, stretched
+        ids = [entry.id for entry in entries]
+        if focused is None or focused.id not in ids:
+            self.row = ids.index(self.document.id) if self.document.id in ids else 0
+            self.mark = None
+        else:
+            self.row = ids.index(focused.id)
+        self.row = min(self.row, len(ids) - 1)
+        self._check_mark()
+        self.repaint_all()
+
+    def replace_entry(self, new: PairEntry) -> None:
+        """Show one row anew; the others stay as they are."""
+        for i, old in enumerate(self.entries):
+            if old.id == new.id:
+                self.entries[i] = new
+                self.pictures.drop(new.id)
+                if len(old.lanes) != len(new.lanes):
+                    self._lay_out()
+                if i == self.row:
+                    self._check_mark()
+        self.viewport().update()
+        self._describe()
+
+    def repaint_all(self) -> None:
+        """Everything looks different now."""
+        self.pictures.clear()
+        self._lay_out()
+        self.viewport().update()
+        self._describe()
+
+    def _lay_out(self) -> None:
+        """Say anew where everything lies."""
+        self._layout = None
+        page = self.viewport().height()
+        bar = self.verticalScrollBar()
+        bar.setPageStep(page)
+        bar.setRange(0, max(0, round(self.arrangement.height) - page))
+
+    # Painting
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Draw the rows in view."""
+        layout, area = self.arrangement, event.rect()
+        with QPainter(self.viewport()) as painter:
+            offset = self.verticalScrollBar().value()
+            painter.fillRect(area, QColor(colours().background))
+            ratio, began = self.devicePixelRatioF(), perf_counter()
+            for row in layout.visible(area.top() + offset, area.bottom() + 1 + offset):
+                opened = self.entries[row].id == self.document.id
+                picture = self.pictures.known(self.entries[row].id)
+                if picture is None and not self._scrolled and perf_counter() - began < PAINT_BUDGET:
+                    picture = self._painted(row)
+                if picture is None:
+                    # It comes with an event of its own, so that scrolling never waits. That is
+                    # noted: an event that shows a part of it may be the one in which it is painted.
+                    self._skipped.add(self.entries[row].id)
+                    continue
+                top = layout.tops[row] - offset
+                painter.drawPixmap(QPointF(0, round(top * ratio) / ratio), picture)
+                if row == layout.first_proposal:
+                    self._paint_heading(painter, top)
+                painter.save()
+                painter.translate(0, top)
+                painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+                self._paint_marked(painter, layout, row, opened)
+                painter.restore()
+            self._scrolled = False
+            self._ahead.start()
+
+    def _painted(self, row: int) -> QPixmap:
+        """Paint a row's picture."""
+        entry = self.entries[row]
+        opened, ratio = entry.id == self.document.id, self.devicePixelRatioF()
+        remark = self._remark(entry)
+        return self.pictures.paint(self.arrangement, row, self._looks, opened, ratio, remark)
+
+    def _paint_ahead(self) -> None:
+        """Paint one row that is in view or may come there next, and so on until all are there."""
+        if not self.isVisible():
+            return
+        top, page = self.verticalScrollBar().value(), self.viewport().height()
+        seen = self.arrangement.visible(top, top + page)
+        near = self.arrangement.visible(
+            top - SCREENS_AHEAD * page, top + (1 + SCREENS_AHEAD) * page
+        )
+        for row in (*seen, *(row for row in near if row not in seen)):
+            id_ = self.entries[row].id
+            unknown = self.pictures.known(id_) is None
+            if unknown:
+                self._painted(row)
+            if unknown or id_ in self._skipped:
+                self._skipped.discard(id_)
+                if row in seen:
+                    box = self.arrangement.row_box(row).translated(0, -top)
+                    self.viewport().update(box.toAlignedRect())
+                self._ahead.start()
+                return
+
+    def _paint_marked(self, painter: QPainter, layout: PairsLayout, row: int, opened: bool) -> None:
+        """Draw what changes more often than the row: examined place, focus and cursor."""
+        place = self.document.examined
+        if place is not None and place.demonstration == layout.entries[row].id:
+            paint_examined(painter, layout, row, place.start, place.end)
+        if row == self.row and self.hasFocus():
+            marks = layout.entries[row].marks
+            paint_focus(painter, layout, row, None if self.mark is None else marks[self.mark])
+        if opened:
+            boxes = layout.boxes(row)
+            x = round(layout.axis(layout.entries[row]).at(self.document.cursor)) + 0.5
+            bottom = boxes.lanes[-1].bottom() if boxes.lanes else boxes.predicted.bottom()
+            painter.setRenderHint(QPainter.RenderHint.Antialiasing, False)
+            painter.setPen(QPen(QColor(colours().cursor), 1.0))
+            painter.drawLine(QLineF(x, boxes.human.top() - 4, x, bottom + 4))
+            # The next move takes away what stands here, however it came to stand here.
+            self._cursor_at = self._cursor_box()
+
+    def _paint_heading(self, painter: QPainter, bottom: float) -> None:
+        """Draw the heading of the proposals."""
+        theme, width = colours(), self.viewport().width()
+        box = QRectF(0, bottom - HEADING_HEIGHT, width, HEADING_HEIGHT)
+        painter.fillRect(box.adjusted(0, 10, 0, 0), QColor(theme.panel))
+        head, face = "Proposals", text.font(bold=True)
+        middle = box.center().y() + 5
+        text.draw_text(painter, MARGIN, middle, head, face=face, ink=QColor(theme.text))
+        x = MARGIN + text.width(head, face) + 12
+        what = "predicted where nothing is labelled; at the right: mean probability"
+        small = text.font(10)
+        what = text.elided(what, small, width - MARGIN - x)
+        text.draw_text(painter, x, middle, what, face=small, ink=QColor(theme.muted))
+
+    def _remark(self, entry: PairEntry) -> str:
+        """What stands below the share: since when it differs, how long it lasts, or what it is."""
+        if entry.edited:
+            return "edited"
+        if self.stretched:
+            return f"{entry.reviewed.end - entry.reviewed.start:.1f} s"
+        if entry.share is None or entry.human is None:  # a proposal's is told by their heading
+            return ""
+        return "accuracy"
+
+    def scrollContentsBy(self, dx: int, dy: int) -> None:
+        """Move what is there; only what comes into view is painted."""
+        self._scrolled = True
+        if self._cursor_at is not None:  # what is drawn moves along
+            self._cursor_at.translate(dx, dy)
+        self.viewport().scroll(dx, dy)
+
+    def focusInEvent(self, event: QFocusEvent) -> None:
+        """Show where the keyboard is."""
+        super().focusInEvent(event)
+        self.viewport().update()
+
+    def focusOutEvent(self, event: QFocusEvent) -> None:
+        """The keyboard is elsewhere."""
+        super().focusOutEvent(event)
+        self.viewport().update()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Lay out anew."""
+        self.repaint_all()
+
+    @property
+    def focused(self) -> PairEntry | None:
+        """The row with the keyboard's focus."""
+        return self.entries[self.row] if 0 <= self.row < len(self.entries) else None
+
+    def _check_mark(self) -> None:
+        """Focus no disagreement that is there no more."""
+        entry = self.focused
+        if self.mark is not None and (entry is None or self.mark >= len(entry.marks)):
+            self.mark = None
+
+    def _describe(self) -> None:
+        """Tell screen readers what has the focus."""
+        entry = self.focused
+        words = (
+            "" if entry is None else f"{entry.reviewed.name}: {entry_description(entry, self.mark)}"
+        )
+        if words != self.accessibleDescription():
+            self.setAccessibleDescription(words)
+            changed = QAccessibleEvent(self, QAccessible.Event.DescriptionChanged)
+            QAccessible.updateAccessibility(changed)
+
+    # What the document tells
+
+    def _cursor_moved(self, _: float) -> None:
+        """Draw the cursor where it is now, and nothing else."""
+        if not self.isVisible():
+            return
+        for box in (self._cursor_at, self._cursor_box()):
+            if box is not None:
+                self.viewport().update(box)
+        self._cursor_at = self._cursor_box()
+
+    def _cursor_box(self) -> QRect | None:
+        """Around the cursor, in the viewport; None where it is not shown."""
+        for row, entry in enumerate(self.entries):
+            if entry.id == self.document.id:
+                box = self.arrangement.row_box(row)
+                x = round(self.arrangement.axis(entry).at(self.document.cursor))
+                top = int(box.top()) - self.verticalScrollBar().value()
+                return QRect(x - CURSOR_MARGIN, top, 2 * CURSOR_MARGIN + 1, int(box.height()) + 2)
+        return None
+
+    def _open_changed(self) -> None:
+        """Another demonstration is the open one."""
+        for id_ in (self._opened, self.document.id):
+            self.pictures.drop(id_)
+        self._opened = self.document.id
+        self.viewport().update()
+
+
+#: Keys that the list keeps from the window, where arrows move the cursor.
+PAGING_KEYS = (Qt.Key.Key_PageUp, Qt.Key.Key_PageDown, Qt.Key.Key_Home, Qt.Key.Key_End)
+OWN_KEYS = {*ARROW_STEPS, *PAGING_KEYS, *ENTER_KEYS}
+
+
+class PairsList(PairsPainter):
+    """The rows of the timeline pairs.
+
+    Signals
+    -------
+    chosen(Entry, Hit)
+        Somebody wants to go to what is there.
+    """
+
+    chosen = Signal(object, object)
+
+    def __init__(self, document: Document) -> None:
+        super().__init__(document)
+        document.demonstration_changed.connect(self.follow)
+        document.examined_changed.connect(self.follow)
+
+    def follow(self) -> None:
+        """Have the open demonstration in view, whoever opened it."""
+        row = next((i for i, e in enumerate(self.entries) if e.id == self.document.id), None)
+        if row is None:
+            return
+        if row != self.row:
+            self.row, self.mark = row, None
+            self._describe()
+        self.reveal(row)
+        self.viewport().update()
+
+    def show_entries(
+        self, entries: list[PairEntry], looks: Mapping[str, LabelStyle], stretched: bool
+    ) -> None:
+        """Show these rows; where they are other ones, with the open demonstration in view."""
+        before = [entry.id for entry in self.entries]
+        super().show_entries(entries, looks, stretched)
+        if [entry.id for entry in entries] != before:
+            self.follow()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Lay out anew; the row with the focus stays in view."""
+        super().resizeEvent(event)
+        if self.row >= 0:
+            self.reveal(self.row)
+
+    def hit_at(self, point: QPointF) -> Hit | None:
+        """What is at a point of the viewport."""
+        return hit_test(self.arrangement, point + QPointF(0, self.verticalScrollBar().value()))
+
+    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
+        """Go to what was clicked."""
+        found = self.hit_at(event.position())
+        if event.button() != Qt.MouseButton.LeftButton or found is None:
+            return
+        self.row, self.mark = found.row, None
+        entry = self.entries[found.row]
+        if found.what in entry.marks:
+            self.mark = entry.marks.index(found.what)
+        self._describe()
+        self.viewport().update()
+        self.chosen.emit(entry, found)
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        """Show by the pointer what can be clicked."""
+        found = self.hit_at(event.position())
+        hand = found is not None and found.what is not None
+        shape = Qt.CursorShape.PointingHandCursor if hand else Qt.CursorShape.ArrowCursor
+        self.viewport().setCursor(shape)
+
+    def viewportEvent(self, event: QEvent) -> bool:
+        """Tell what is under the pointer."""
+        if event.type() == QEvent.Type.ToolTip and isinstance(event, QHelpEvent):
+            found = self.hit_at(QPointF(event.pos()))
+            if found is None:
+                QToolTip.hideText()
+            else:
+                around = QRect(event.pos() - QPoint(2, 2), event.pos() + QPoint(2, 2))
+                words = hit_tooltip(self.entries[found.row], found)
+                QToolTip.showText(event.globalPos(), words, self.viewport(), around)
+            return True
+        return super().viewportEvent(event)
+
+    # Keyboard
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Up and Down for rows, Left and Right for disagreements, Enter to go there."""
+        entry, key = self.focused, Qt.Key(event.key())
+        if entry is None or not is_plain(event):
+            super().keyPressEvent(event)
+            return
+        page = self._page
+        rows = {Qt.Key.Key_Up: -1, Qt.Key.Key_Down: 1, Qt.Key.Key_PageUp: -page}
+        rows |= {Qt.Key.Key_PageDown: page, Qt.Key.Key_Home: -self.row}
+        rows[Qt.Key.Key_End] = len(self.entries)
+        if key in rows:
+            self._go_to(self.row + rows[key], None)
+        elif key in (Qt.Key.Key_Left, Qt.Key.Key_Right):
+            step, count = (1 if key == Qt.Key.Key_Right else -1), len(entry.marks)
+            begin = (-1 if step > 0 else count) if self.mark is None else self.mark
+            if count:
+                self._go_to(self.row, min(max(begin + step, 0), count - 1))
+        elif key in ENTER_KEYS:
+            what = None if self.mark is None else entry.marks[self.mark]
+            self.chosen.emit(entry, Hit(self.row, None, what))
+        else:
+            super().keyPressEvent(event)
+
+    def keeps(self, event: QKeyEvent) -> bool:
+        """Whether a key is one of the list's, which are the window's too."""
+        return event.key() in OWN_KEYS and is_plain(event) and bool(self.entries)
+
+    def reveal(self, row: int) -> None:
+        """Scroll until a row is in view."""
+        box, bar = self.arrangement.row_box(row), self.verticalScrollBar()
+        if box.top() < bar.value():
+            bar.setValue(round(box.top()))
+        elif box.bottom() > bar.value() + self.viewport().height():
+            bar.setValue(round(box.bottom()) - self.viewport().height())
+
+    @property
+    def _page(self) -> int:
+        """How many rows fit into the view."""
+        height = self.arrangement.row_height(self.row)
+        return max(1, int(self.viewport().height() // height))
+
+    def _go_to(self, row: int, mark: int | None) -> None:
+        """Move the focus."""
+        self.row, self.mark = min(max(row, 0), len(self.entries) - 1), mark
+        self.reveal(self.row)
+        self.viewport().update()
+        self._describe()

@@ -1,0 +1,765 @@
+"""The window's trainer: what is trained and how, which runs are kept, what is under way."""
+
+from __future__ import annotations
+
+import time
+from collections import Counter
+from collections.abc import Callable
+from math import inf
+from pathlib import Path
+from time import monotonic
+from typing import TYPE_CHECKING, NamedTuple
+
+from PySide6.QtCore import QObject, QTimer, Signal
+
+from forcelab.errors import ForcelabError, InputError
+from forcelab.gui.document import Document
+from forcelab.gui.jobs import Jobs
+from forcelab.gui.review import training_preferences
+from forcelab.gui.review.training_backend import (
+    BACKGROUND,
+    Backend,
+    RunInfo,
+    SettingsAndChoice,
+    freshness_text,
+)
+from forcelab.labels import Segments, is_model
+from forcelab.recognition.groups import usual_folds
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
+
+    from forcelab.project import Project
+    from forcelab.recognition.dataset import Choice
+    from forcelab.recognition.settings import Settings
+    from forcelab.review.run_result import Outcome
+    from forcelab.review.training import Step
+
+
+#: A coder's own labels are trained on from so many complete demonstrations on, whoever labelled
+#: more: with one, as after accepting a single prediction, nothing could be tested.
+OWN_MINIMUM = 2
+#: A demonstration is complete whose labels last so large a share of what another coder labelled of
+#: it; of one that nobody else labelled, of its length.
+COMPLETE_SHARE = 0.5
+
+
+def task_text(task: str) -> str:
+    """What a task is called on the screen; demonstrations may be of none."""
+    return task or "no task"
+
+
+def default_folds(document: Document, tasks: Sequence[str], author: str | None) -> int:
+    """In how many groups demonstrations are left out where nobody chose; 0: each by itself.
+
+    Parameters
+    ----------
+    document : Document
+    tasks : sequence of str
+        What is trained on.
+    author : str or None
+        Whose labels count; None where nobody has labelled anything.
+    """
+    labelled = (author in info.labelled for info in document.infos if info.task in tasks)
+    return usual_folds(sum(labelled))
+
+
+def default_author(document: Document, tasks: set[str | None]) -> str | None:
+    """The coder's own labels, or those of who labelled most; None where nobody did.
+
+    So whoever looks at a project of others can train at once. The coder's own count from
+    :data:`OWN_MINIMUM` complete demonstrations on, or where nobody else has more. One that was only
+    begun
+    counts where nobody has any complete. Models are no coders.
+    """
+    own, open_one = document.author, document.demonstration
+    begun: Counter[str] = Counter()
+    complete: Counter[str] = Counter()
+    for info in document.infos:
+        if info.task not in tasks:
+            continue
+        seconds = {a: s for a, s in info.labelled.items() if s and not is_model(a)}
+        if open_one is not None and info.id == document.id and document.segments:
+            # Which the list may not tell yet.
+            seconds[own] = sum(segment.end - segment.start for segment in document.segments)
+        begun.update(seconds.keys())
+        complete.update(
+            author
+            for author, labelled in seconds.items()
+            if labelled
+            >= COMPLETE_SHARE
+            * max((s for a, s in seconds.items() if a != author), default=info.duration)
+        )
+    count = complete or begun
+    if not count:
+        return None
+    most, number = min(count.items(), key=lambda one: (-one[1], one[0]))
+    return own if count[own] >= min(OWN_MINIMUM, number) else most
+
+
+class TrainingConfig(QObject):
+    """Settings and choice of the task at hand, remembered for each task of each project.
+
+    Attributes
+    ----------
+    task : str
+        Whose settings and choice count. Demonstrations of no task are of the task ``""``, so ask
+        :attr:`ready` whether there is one.
+    trouble : str
+        Why the last training did not come about; empty where it did.
+    """
+
+    changed = Signal()
+
+    def __init__(self, document: Document, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self.document = document
+        self._path: Path | None = None
+        self._reset_task()
+
+    def _reset_task(self) -> None:
+        """Begin with no task."""
+        self.task = ""
+        self.trouble = ""
+        self._settings: Settings | None = None
+        self._choice: Choice | None = None
+        self._author: tuple[tuple[object, ...], str | None] | None = None
+
+    @property
+    def ready(self) -> bool:
+        """Whether there is anything of the task."""
+        return self._path is not None and self.task in self.tasks
+
+    @property
+    def tasks(self) -> tuple[str, ...]:
+        """The tasks of the project."""
+        return tuple(dict.fromkeys(info.task for info in self.document.infos))
+
+    @property
+    def settings(self) -> Settings:
+        """How a recogniser is trained."""
+        if self._settings is None:
+            self._settings = training_preferences.recall_settings(self._path or Path(), self.task)
+        return self._settings
+
+    @property
+    def choice(self) -> Choice:
+        """What a recogniser is trained on; without an author, the coder's own labels come first."""
+        if self._choice is None:
+            self._choice = training_preferences.recall_choice(self._path or Path(), self.task)
+        return self._choice
+
+    @property
+    def preset_used(self) -> tuple[str, bool]:
+        """The preset that the settings began with, and whether they were changed."""
+        return training_preferences.recall_preset(self._path or Path(), self.task)
+
+    @property
+    def classifier(self) -> str:
+        """The classifier that is trained."""
+        if self._settings is not None:
+            return self._settings.classifier
+        values = training_preferences.recall_values(self._path or Path(), self.task) or {}
+        return str(values.get("classifier", training_preferences.DEFAULT_CLASSIFIER))
+
+    @property
+    def chosen(self) -> tuple[tuple[str, ...], str | None, bool]:
+        """The tasks trained on, the one tested on, and whether actions stay apart."""
+        tasks, test, _, apart, _ = self._parts
+        return tasks, test, apart
+
+    @property
+    def author(self) -> str | None:
+        """Whose labels are trained on; None where nobody has labelled anything."""
+        tasks, test, author, _, _ = self._parts
+        if author:
+            return author
+        # Asked for several times an edit, over hundreds of demonstrations.
+        document = self.document
+        state = document.infos, document.id, document.segments, document.author, tasks, test
+        if self._author is None or self._author[0] != state:
+            self._author = state, default_author(document, {*tasks, test})
+        return self._author[1]
+
+    @property
+    def reviewed_author(self) -> str:
+        """Whose labels what is reviewed was trained on, if the next training takes another's."""
+        outcome = self.document.outcome
+        if outcome is None or not self.ready or outcome.author == self.author:
+            return ""
+        return outcome.author
+
+    @property
+    def settings_changed(self) -> bool:
+        """Whether the next training takes other settings than what is reviewed was trained with."""
+        outcome = self.document.outcome
+        return outcome is not None and self.ready and outcome.settings != self.settings
+
+    @property
+    def _parts(self) -> tuple[tuple[str, ...], str | None, str | None, bool, int | None]:
+        """The choice as plain values; to build it loads much."""
+        choice = self._choice
+        if choice is None:
+            return training_preferences.recall_choice_values(self._path or Path(), self.task)
+        return choice.tasks, choice.test_task, choice.author, choice.apart, choice.folds
+
+    def set_settings(self, settings: Settings) -> None:
+        """Train like this from now on."""
+        self._settings = settings
+        self._keep(settings)
+
+    def set_choice(self, choice: Choice) -> None:
+        """Train on this from now on."""
+        self._choice = choice
+        self._keep(choice)
+
+    def _keep(self, given: Settings | Choice | bool) -> None:
+        """Remember what was asked for."""
+        if self._path is not None:
+            training_preferences.remember(self._path, self.task, given)
+        self.trouble = ""
+        self.changed.emit()
+
+    def _switch_task(self, task: str) -> None:
+        """Have the settings and the choice of another task count."""
+        self.task = task
+        self._settings = self._choice = None
+        self.trouble = ""
+        self.changed.emit()
+
+    def dismiss(self) -> None:
+        """Take note of the trouble."""
+        if self.trouble:
+            self.trouble = ""
+            self.changed.emit()
+
+    def _refuse(self, sentence: str) -> None:
+        """Say what is missing; also where the bar that shows it is not in front."""
+        self.trouble = sentence
+        self.document.say(sentence, True)
+        self.changed.emit()
+
+    def _given(self) -> SettingsAndChoice:
+        """What gives settings and choice; to build them loads much, so that is left to the job."""
+        assert self._path is not None
+        task, settings = self.task, self._settings
+        values = training_preferences.recall_values(self._path, task)
+        tasks, test, author, apart, folds = self._parts
+        if author is None:
+            author = self.author
+            self._report_author(author)
+        if folds is None and test is None:
+            folds = default_folds(self.document, tasks, author)
+
+        def given() -> tuple[Settings, Choice]:
+            from forcelab.recognition.dataset import Choice
+
+            made = training_preferences.settings_of(values, task) if settings is None else settings
+            return made, Choice(tasks, test, author, apart, folds=folds)
+
+        return given
+
+    def _report_author(self, author: str | None) -> None:
+        """Say that the labels of somebody else are taken."""
+        own = self.document.author
+        if author is not None and author != own:
+            self.document.say(
+                f"{own} has labelled fewer than {OWN_MINIMUM} demonstrations of this; training on "
+                "the labels of "
+                f"{author}."
+            )
+
+
+#: The keys of its jobs.
+LOADING_RUN, LISTING_RUNS = "outcome", "runs"
+
+
+class RunList(TrainingConfig):
+    """Lists, shows and removes what was trained before, for the task at hand.
+
+    Parameters
+    ----------
+    document : Document
+        Gets the outcome, by :meth:`~forcelab.gui.document.Document.set_outcome`.
+    jobs : Jobs
+    work : Work
+        What is done in the background.
+    parent : QObject, optional
+
+    Attributes
+    ----------
+    runs : tuple of Kept
+        What the project keeps that can be reviewed, the latest first.
+    """
+
+    runs_changed = Signal()
+
+    def __init__(
+        self, document: Document, jobs: Jobs, work: Backend, parent: QObject | None = None
+    ) -> None:
+        super().__init__(document, parent)
+        self.jobs = jobs
+        self.runs: tuple[RunInfo, ...] = ()
+        self._work = work
+        document.listing_changed.connect(self._listing_changed)
+
+    def show_run(self, number: int) -> None:
+        """Review what another run of the project found."""
+        if self._path is not None:
+            work = self._work.load(self._path, number)
+            self.jobs.run(work, self._take, self._failed_to_load, key=LOADING_RUN)
+
+    def remove_run(self, number: int) -> None:
+        """Remove a run of the project for good; where it is reviewed, the latest one is then."""
+        if (path := self._path) is not None:
+            # Without a key: the next one that is removed must not keep this one in the project.
+            work = self._work.remove(path, number)
+            self.jobs.run(work, lambda _: self._removed(path, number), self._failed_to_load)
+
+    def _removed(self, path: Path, number: int) -> None:
+        """Take note that a run of a project is gone."""
+        if path != self._path:
+            return
+        shown = self.document.outcome
+        if shown is not None and shown.number == number:
+            self.jobs.cancel(LOADING_RUN)
+            self.document.set_outcome(None)
+        self.document.say(f"Run {number} was removed.")
+        self.list_runs()
+
+    def list_runs(self) -> None:
+        """Read in the background which runs there are."""
+        if self._path is not None:
+            self.jobs.run(
+                self._work.listed(self._path), self._listed, self._failed_to_load, key=LISTING_RUNS
+            )
+
+    def _listed(self, runs: tuple[RunInfo, ...]) -> None:
+        """Offer the runs; where nothing is reviewed yet, the latest one is."""
+        self.runs = runs
+        self.runs_changed.emit()
+        if self.document.outcome is None:
+            self._show_latest()
+
+    def _show_latest(self) -> None:
+        """Review the latest run of the task, or nothing where there is none.
+
+        As with :func:`~forcelab.review.run_result.latest`, one that tested the task's own
+        demonstrations comes before one that learnt from them and tested others.
+        """
+        run = min(
+            (run for run in self.runs if self.task in run.tasks),
+            key=lambda run: (None, self.task, run.tested).index(run.tested),
+            default=None,
+        )
+        shown = self.document.outcome
+        if run is not None and (shown is None or shown.number != run.number):
+            self.show_run(run.number)
+        elif run is None and shown is not None:
+            self.document.set_outcome(None)
+
+    def _take(self, outcome: Outcome) -> None:
+        """Review what was read; what is trained next is of the same task."""
+        self.document.set_outcome(outcome)
+        if outcome.tasks and self.task not in (*outcome.tasks, outcome.test_task):
+            self._switch_task(outcome.tasks[0])
+        self.changed.emit()
+
+    def _failed_to_load(self, error: Exception) -> None:
+        """Say what of the project could not be read."""
+        if isinstance(error, ForcelabError):
+            self._refuse(str(error))
+
+    def _listing_changed(self) -> None:
+        """Read what is reviewed again where it tells of a demonstration that was removed."""
+        outcome = self.document.outcome
+        if outcome is None or self._path is None:
+            return
+        there = {info.id for info in self.document.infos}
+        if all(one.id in there for one in (*outcome.tested, *outcome.proposals)):
+            return
+        work = self._work.load(self._path, outcome.number)
+        self.jobs.run(work, self._take, self._failed_to_reload, key=LOADING_RUN)
+
+    def _failed_to_reload(self, error: Exception) -> None:
+        """Review nothing where nothing that was tested is left."""
+        self.document.set_outcome(None)
+        self._failed_to_load(error)
+
+
+#: So many of them stay for each task: enough to compare the last one with those before.
+AUTOMATIC_RUNS_KEPT = 3
+
+
+class _AutomaticRun(NamedTuple):
+    """A run that came by itself."""
+
+    number: int
+    proposer: str
+    task: tuple[str | None, ...]
+
+
+class AutomaticRuns:
+    """Lets go of older runs that came by themselves, while the window is open.
+
+    After each there is a rest for as long as it took: where a training takes minutes, every edit
+    would otherwise be followed by one more, and the machine would do nothing else. A run that
+    somebody has judged, or accepted labels from, stays in the project; so does one that is looked
+    at.
+
+    Parameters
+    ----------
+    document : Document
+        Whose project keeps the runs.
+    """
+
+    def __init__(self, document: Document) -> None:
+        self._document = document
+        self.forget()
+
+    def forget(self) -> None:
+        """Begin anew, as with another project."""
+        self._made: list[_AutomaticRun] = []
+        self._began = self._until = -inf
+
+    @property
+    def must_wait(self) -> bool:
+        """Whether none may come by itself yet."""
+        return monotonic() < self._until
+
+    def begin(self) -> None:
+        """Take note that a training begins."""
+        self._began = monotonic()
+
+    def end(self) -> None:
+        """Take note that it has ended."""
+        now = monotonic()
+        self._until = now + (now - self._began)
+
+    def trained(self, outcome: Outcome) -> None:
+        """Take note of a run, and let go of those that are too old by now."""
+        task = (*outcome.tasks, outcome.test_task)
+        self._made.append(_AutomaticRun(outcome.number, outcome.proposer, task))
+        for old in [one for one in self._made if one.task == task][:-AUTOMATIC_RUNS_KEPT]:
+            shown = self._document.outcome
+            if shown is None or shown.number != old.number:
+                self._made.remove(old)
+                self._let_go(old)
+
+    def _let_go(self, old: _AutomaticRun) -> None:
+        """Have the project delete a run, unless it was used."""
+        if self._document.project is not None:
+            try:
+                self._document.project.forget_run(old.number, old.proposer)
+            except ForcelabError as error:  # it stays, and is told like any other trouble
+                self._document.say(str(error), True)
+
+
+#: Edits are counted once in so many ms at most.
+COUNT_DELAY = 1000
+
+
+class EditCounter(QObject):
+    """Counts edits, and tells when the coder made one.
+
+    Parameters
+    ----------
+    document : Document
+    count : callable
+        ``count(project, outcome)``: takes no time.
+    parent : QObject, optional
+
+    Attributes
+    ----------
+    edits : int or None
+        None where nothing is reviewed.
+    """
+
+    counted = Signal()
+    edited = Signal()
+
+    def __init__(
+        self,
+        document: Document,
+        count: Callable[[Project, Outcome], int],
+        parent: QObject | None = None,
+    ) -> None:
+        super().__init__(parent)
+        self.edits: int | None = None
+        self._document, self._of = document, count
+        self._at = 0.0
+        self._track = self._painted()
+        self._later = QTimer(self, singleShot=True, interval=COUNT_DELAY)
+        self._later.timeout.connect(self.count)
+        document.tracks_changed.connect(self._tracks_changed)
+        document.outcome_changed.connect(self.count)
+
+    def forget(self) -> None:
+        """Begin with nothing."""
+        self._later.stop()
+        self.edits = None
+
+    def count(self) -> None:
+        """Count now."""
+        self._at = time.monotonic()
+        project, edits = self._document.project, None
+        if project is not None and self._document.outcome is not None:
+            from forcelab.gui.review.reviewed_run import (
+                visible_outcome,  # loads much, which an outcome has, too
+            )
+
+            try:
+                outcome = visible_outcome(self._document)
+                edits = None if outcome is None else self._of(project, outcome)
+            except ForcelabError:
+                return  # the store is busy; the next edit counts again
+        if edits != self.edits:
+            self.edits = edits
+            self.counted.emit()
+
+    def _painted(self) -> tuple[str, str, Segments]:
+        """Whose track over what, and the track."""
+        return self._document.id, self._document.author, self._document.segments
+
+    def _tracks_changed(self) -> None:
+        """Count soon; the same track with other segments is an edit."""
+        before, self._track = self._track, self._painted()
+        wait = self._at + COUNT_DELAY / 1000 - time.monotonic()
+        if wait <= 0:
+            self.count()
+        elif not self._later.isActive():
+            self._later.start()
+        if before[:2] == self._track[:2] and before[2] is not self._track[2]:
+            self.edited.emit()
+
+
+#: Training by itself begins when nothing was edited for so many ms.
+QUIET_TIME = 5000
+#: The key of its job.
+TRAINING = "training"
+
+
+class Trainer(RunList):
+    """Trains on a snapshot of the labels in the background, while the coder goes on.
+
+    The outcome that is reviewed stays until a new one is there.
+
+    Parameters
+    ----------
+    document : Document
+        Gets the outcome, by :meth:`~forcelab.gui.document.Document.set_outcome`.
+    jobs : Jobs
+    parent : QObject, optional
+    work : Work, optional
+        What is done in the background.
+
+    Attributes
+    ----------
+    step : Step or None
+        How far it is.
+    trail : list of Step
+        All steps of the training that is under way or was the last one.
+    automatic : bool
+        Whether edits are followed by a training.
+    """
+
+    losses_changed = Signal()
+
+    def __init__(
+        self,
+        document: Document,
+        jobs: Jobs,
+        parent: QObject | None = None,
+        *,
+        work: Backend = BACKGROUND,
+    ) -> None:
+        super().__init__(document, jobs, work, parent)
+        self._counter = EditCounter(document, work.edits, self)
+        self._counter.counted.connect(self.changed)
+        self._counter.edited.connect(self._edited)
+        self._quiet = QTimer(self, singleShot=True, interval=QUIET_TIME)
+        self._quiet.timeout.connect(self._train_automatically)
+        self._unasked = AutomaticRuns(document)
+        self._forget()
+        document.project_changed.connect(self._project_changed)
+        document.demonstration_changed.connect(self._demonstration_changed)
+        self._project_changed()
+
+    def _forget(self) -> None:
+        """Begin with nothing."""
+        self._reset_task()
+        self.document.set_training(False)
+        self.step: Step | None = None
+        self.step_history: list[Step] = []
+        self.automatic = False
+        self.runs = ()
+        self._automatic_timer = False
+        self._unasked.forget()
+
+    # How it stands
+
+    @property
+    def training(self) -> bool:
+        """Whether a training is under way."""
+        return self.document.training
+
+    @property
+    def edits(self) -> int | None:
+        """How many edits were made since what is reviewed was trained; None where nothing is."""
+        return self._counter.edits
+
+    @property
+    def kept(self) -> bool:
+        """Whether the project has the recogniser of what is reviewed; an evaluation keeps none."""
+        project, outcome = self.document.project, self.document.outcome
+        if project is None or outcome is None:
+            return False
+        try:
+            project.recogniser_path(outcome.recogniser)
+        except InputError:
+            return False
+        return True
+
+    @property
+    def freshness(self) -> tuple[str, str]:
+        """How up to date what is reviewed is, at length and in short."""
+        return freshness_text(
+            self.edits, self.reviewed_author, kept=self.kept, resettled=self.settings_changed
+        )
+
+    @property
+    def _outdated(self) -> bool:
+        """Whether a training would find anything new."""
+        return bool(self.document.outcome is None or self.edits or self.reviewed_author)
+
+    def set_automatic(self, automatic: bool) -> None:
+        """Train by itself some seconds after edits, or only when told to."""
+        if automatic == self.automatic:
+            return
+        self.automatic = automatic
+        self._keep(automatic)
+        if automatic and self.edits:
+            self._quiet.start()
+        elif not automatic:
+            self._quiet.stop()
+
+    def set_task(self, task: str) -> None:
+        """Turn to another task: its settings, its choice, and its latest outcome."""
+        if task == self.task or self._path is None:
+            return
+        self.jobs.cancel(LOADING_RUN)  # a run of the task before
+        self._switch_task(task)
+        self._show_latest()
+
+    # Training
+
+    def train(self) -> bool:
+        """Begin a training; gives whether it began. Never are there two at once."""
+        if self.training:
+            self._automatic_timer = False  # from now on somebody has asked for the one under way
+            return False
+        self._quiet.stop()
+        self._automatic_timer = False
+        if self._path is None or not self.ready:
+            self._refuse("There is nothing to train on; import demonstrations first.")
+            return False
+        self.step, self.step_history, self.trouble = None, [], ""
+        self._unasked.begin()
+        self.document.set_training(True)
+        name = " + ".join(task or "no task" for task in self.chosen[0])
+        self.jobs.run(
+            self._work.train(self._path, self._given(), name, self.step_history),
+            self._trained,
+            self._failed,
+            self._progressed,
+            key=TRAINING,
+        )
+        self.changed.emit()
+        self.losses_changed.emit()
+        return True
+
+    def cancel(self) -> None:
+        """Give the training up; what is reviewed stays."""
+        self._quiet.stop()
+        if not self.training:
+            return
+        self.jobs.cancel(TRAINING)
+        self.step = None
+        self.document.set_training(False)
+        self.changed.emit()
+
+    def _progressed(self, step: object) -> None:
+        """Take note of how far the training is."""
+        if self.step_history and step is not None and self.step is not self.step_history[-1]:
+            self.step = self.step_history[-1]
+            self.changed.emit()
+            self.losses_changed.emit()
+
+    def _trained(self, outcome: Outcome) -> None:
+        """Put the new outcome in place of the old one."""
+        self.step = None
+        self._unasked.end()
+        self.document.set_training(False)
+        if self._automatic_timer:
+            self._unasked.trained(outcome)
+        if self.task in (*outcome.tasks, outcome.test_task):
+            self.jobs.cancel(LOADING_RUN)
+            self.document.set_outcome(outcome)
+        else:  # the coder has turned to another task meanwhile
+            self.document.say(f"The training of '{outcome.title}' is done; its run is in the list.")
+        self.changed.emit()
+        self.losses_changed.emit()
+        self.list_runs()
+        if self.automatic and self.edits:
+            self._quiet.start()  # what was painted meanwhile
+
+    def _failed(self, error: Exception) -> None:
+        """Say why it did not come about."""
+        self.step = None
+        self.document.set_training(False)
+        known = isinstance(error, ForcelabError)
+        self._refuse(str(error) if known else "The training failed; the log says more.")
+
+    def _train_automatically(self) -> None:
+        """Train after a pause, if there is something new; the longer it takes, the more seldom."""
+        if self._unasked.must_wait:
+            self._quiet.start()
+        elif self.automatic and not self.training and self._outdated:
+            self._automatic_timer = self.train()
+
+    # What happens to the document
+
+    def _project_changed(self) -> None:
+        """Turn to another project, or to none."""
+        for key in (TRAINING, LOADING_RUN, LISTING_RUNS):
+            self.jobs.cancel(key)
+        self._quiet.stop()
+        self._counter.forget()
+        self._forget()
+        project = self.document.project
+        self._path = None if project is None else project.path
+        if self._path is not None:
+            self.task = next(iter(self.tasks), "")
+            self.automatic = training_preferences.recall_automatic(self._path)
+            self.list_runs()
+        self.changed.emit()
+        self.losses_changed.emit()
+        self.runs_changed.emit()
+
+    def _demonstration_changed(self) -> None:
+        """Follow to the task of the open demonstration, unless it is in what is reviewed."""
+        demonstration, outcome = self.document.demonstration, self.document.outcome
+        if demonstration is None:
+            return
+        if outcome is not None and (
+            demonstration.task in (*outcome.tasks, outcome.test_task)
+            or outcome.find(demonstration.id) is not None
+        ):
+            return
+        self.set_task(demonstration.task)
+
+    def _edited(self) -> None:
+        """Train by itself when it has been quiet for a while."""
+        if self.automatic:
+            self._quiet.start()

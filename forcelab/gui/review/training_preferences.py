@@ -1,0 +1,129 @@
+"""How each task was trained last, kept in the coder's settings."""
+
+from __future__ import annotations
+
+import json
+import logging
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from forcelab.errors import InputError
+from forcelab.gui import settings
+
+if TYPE_CHECKING:
+    from forcelab.recognition.dataset import Choice
+    from forcelab.recognition.settings import Settings
+
+
+log = logging.getLogger(__name__)
+
+#: What a task is trained with until somebody chooses otherwise: who presses Train for the first
+#: time waits for seconds, and sees the best that there is. Scripts begin with preset ``paper``.
+DEFAULT_PRESET = "best"
+#: Its classifier, written out: to look presets up loads much.
+DEFAULT_CLASSIFIER = "extra-trees"
+
+
+def recall_settings(project: Path, task: str) -> Settings:
+    """The settings a task was last trained with; at first those of preset `DEFAULT_PRESET`."""
+    return settings_of(recall_values(project, task), task)
+
+
+def recall_values(project: Path, task: str) -> dict[str, Any] | None:
+    """The same as plain values, or None where nothing was ever changed; loads next to nothing."""
+    return _recall_json(project, task, "settings")
+
+
+def settings_of(values: dict[str, Any] | None, task: str) -> Settings:
+    """Settings from plain values; `DEFAULT_PRESET` where there are none or they are broken."""
+    from forcelab.recognition.presets import preset
+    from forcelab.recognition.settings import Settings
+
+    if values is not None:
+        try:
+            return Settings.from_json(values)
+        except InputError as error:  # such as of a newer forcelab
+            log.warning("The settings kept for '%s' are not used: %s", task, error)
+    return preset(DEFAULT_PRESET)
+
+
+def recall_preset(project: Path, task: str) -> tuple[str, bool]:
+    """The name of the preset that a task was trained with last, and whether it was changed."""
+    name = settings.text(_task_key(project, task, "preset"), DEFAULT_PRESET)
+    return name, settings.flag(_task_key(project, task, "changed"))
+
+
+def recall_choice(project: Path, task: str) -> Choice:
+    """What was trained on for a task; at first the task by itself."""
+    from forcelab.recognition.dataset import Choice
+
+    tasks, test, author, apart, folds = recall_choice_values(project, task)
+    return Choice(tasks, test, author, apart, folds=folds)
+
+
+def recall_choice_values(
+    project: Path, task: str
+) -> tuple[tuple[str, ...], str | None, str | None, bool, int | None]:
+    """The parts of a :class:`~forcelab.recognition.dataset.Choice`, without loading that.
+
+    Tasks, the one tested on, author, whether actions stay apart, and groups that are left out.
+    """
+    values = _recall_json(project, task, "choice") or {}
+    try:
+        tasks = tuple(str(name) for name in values["tasks"])
+        test, author = values["test_task"], values["author"]
+        sound = task in tasks and all(isinstance(v, (str, type(None))) for v in (test, author))
+        if sound:
+            folds = values.get("folds")
+            known = isinstance(folds, int) and (folds == 0 or folds > 1)
+            return tasks, test, author, values["apart"] is True, folds if known else None
+    except (KeyError, TypeError):
+        pass  # never remembered, or broken: the task by itself will do
+    return (task,), None, None, False, None
+
+
+def recall_automatic(project: Path) -> bool:
+    """Whether a project is trained by itself."""
+    return settings.flag(f"{_project_section(project)}/automatic")
+
+
+def remember(project: Path, task: str, given: Settings | Choice | bool) -> None:
+    """Keep one of them for the next time."""
+    if isinstance(given, bool):
+        settings.store(f"{_project_section(project)}/automatic", given)
+        return
+    from forcelab.recognition.presets import PRESETS
+    from forcelab.recognition.settings import Settings
+
+    if isinstance(given, Settings):
+        settings.store(_task_key(project, task, "settings"), json.dumps(given.to_json()))
+        settings.store(_task_key(project, task, "preset"), given.preset)
+        settings.store(_task_key(project, task, "changed"), given != PRESETS.get(given.preset))
+    else:
+        settings.store(_task_key(project, task, "choice"), json.dumps(asdict(given)))
+
+
+def _recall_json(project: Path, task: str, name: str) -> dict[str, Any] | None:
+    """A remembered object; None where there is none or it is broken."""
+    text = settings.text(_task_key(project, task, name))
+    try:
+        values = json.loads(text) if text else None
+    except ValueError:
+        values = None
+    return values if isinstance(values, dict) else None
+
+
+def _project_section(project: Path) -> str:
+    """Where the settings keep what belongs to a project."""
+    return "training/" + _without_separators(str(project.resolve()))
+
+
+def _task_key(project: Path, task: str, name: str) -> str:
+    """Where the settings keep what belongs to a task; a task may be called anything."""
+    return f"{_project_section(project)}/task {_without_separators(task)}/{name}"
+
+
+def _without_separators(text: str) -> str:
+    """A text without what separates the parts of a key."""
+    return text.replace("/", "|").replace("\\", "|")

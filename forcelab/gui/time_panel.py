@@ -1,0 +1,368 @@
+"""The base of every panel on the common time axis: one mapping, one cursor, one set of gestures."""
+
+from __future__ import annotations
+
+import math
+from abc import abstractmethod
+from collections.abc import Callable
+from typing import ClassVar
+
+from PySide6.QtCore import QEvent, QLineF, QPointF, QRect, QRectF, QSize, Qt
+from PySide6.QtGui import (
+    QColor,
+    QMouseEvent,
+    QPainter,
+    QPaintEvent,
+    QPen,
+    QPixmap,
+    QResizeEvent,
+    QWheelEvent,
+)
+from PySide6.QtWidgets import QApplication, QSizePolicy, QWidget
+
+from forcelab.gui.document import Document
+from forcelab.gui.figures.axes import Axis
+from forcelab.gui.figures.colormap import translucent
+from forcelab.gui.theme import colours, themes
+
+
+class PixmapCache:
+    """A picture that is drawn anew when its size or what it shows has changed.
+
+    Its memory is used again: to have the system find and clear another megabyte takes longer than
+    most panels take to draw.
+    """
+
+    def __init__(self) -> None:
+        self._pixmap: QPixmap | None = None
+        self._shown: object = None
+        self._fresh = False
+
+    def forget(self) -> None:
+        """Draw it anew the next time."""
+        self._fresh = False
+
+    def picture(
+        self, size: QSize, ratio: float, shown: object, draw: Callable[[QPainter], object]
+    ) -> QPixmap:
+        """The picture.
+
+        Parameters
+        ----------
+        size : QSize
+            In pixels of the widget.
+        ratio : float
+            Pixels of the screen for each of them.
+        shown : object
+            All that the drawing depends on, to be compared.
+        draw : callable
+            Draws it if need be, every pixel: what was drawn before still lies there.
+
+        Returns
+        -------
+        QPixmap
+            To be used at once; the next call draws into it.
+        """
+        pixmap, exact = self._pixmap, size * ratio
+        if pixmap is None or pixmap.size() != exact or pixmap.devicePixelRatio() != ratio:
+            self._pixmap = pixmap = QPixmap(exact)
+            pixmap.setDevicePixelRatio(ratio)
+            self._fresh = False
+        if not self._fresh or shown != self._shown:
+            with QPainter(pixmap) as painter:
+                painter.setRenderHint(QPainter.RenderHint.TextAntialiasing)
+                draw(painter)
+            self._shown, self._fresh = shown, True
+        return pixmap
+
+
+#: What one notch of the wheel makes of the visible span.
+ZOOM_STEP = 1.25
+#: The share of the visible span that one notch pans by.
+PAN_STEP = 0.1
+#: How many pixels a line takes on either side of its place, and what it blends into.
+LINE = 2.0
+#: Pixels from where to where something is drawn.
+TimeSpan = tuple[float, float]
+#: Width in pixels of the bar at the left of the panel that has the keyboard.
+FOCUS = 2
+
+
+class TimePanel(QWidget):
+    """A panel whose horizontal axis is the document's visible span.
+
+    What is slow to draw is drawn once into a pixmap (:meth:`paint_content`, :meth:`paint_gutter`)
+    and kept until it is stale; what follows the cursor is drawn over it each time.
+
+    Parameters
+    ----------
+    document : Document
+        What is shown.
+    """
+
+    #: Pixels left of the time axis, for names and vertical axes; and right of it.
+    GUTTER: ClassVar[int] = 88
+    RIGHT: ClassVar[int] = 8
+    #: How many pixels beside the cursor what follows it is drawn, and whether the gutter, too.
+    beside_cursor: float = LINE
+    gutter_follows: bool = False
+
+    def __init__(self, document: Document) -> None:
+        super().__init__()
+        self.document = document
+        self.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
+        self.setMouseTracking(True)
+        # Every pixel is painted here; what lies below need not be.
+        self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
+        self._content, self._gutter = PixmapCache(), PixmapCache()
+        self._stale = True
+        self._press: QPointF | None = None
+        self._marking = False
+        self._panning: QPointF | None = None
+        #: The stretches of pixels that cursor, hint, range and stroke are drawn on.
+        self._drawn_over: tuple[TimeSpan | None, ...] = ()
+        document.span_changed.connect(self.invalidate)
+        document.demonstration_changed.connect(self.invalidate)
+        document.cursor_moved.connect(self._marks_moved)
+        for signal in (document.range_changed, document.stroke_changed, document.hint_changed):
+            signal.connect(self._marks_moved)
+        themes().changed.connect(self.invalidate)
+
+    # Where things are
+
+    @property
+    def plot(self) -> QRectF:
+        """The area of the time axis, in pixels of the widget."""
+        width = max(self.width() - self.GUTTER - self.RIGHT, 1)
+        return QRectF(self.GUTTER, 0.0, width, self.height())
+
+    @property
+    def seconds_per_pixel(self) -> float:
+        """How much time one pixel is."""
+        width = max(self.width() - self.GUTTER - self.RIGHT, 1)
+        return (self.document.end - self.document.start) / width
+
+    @property
+    def axis(self) -> Axis:
+        """From seconds to pixels."""
+        plot = self.plot
+        return Axis(self.document.start, self.document.end, plot.left(), plot.right())
+
+    def x_at(self, time: float) -> float:
+        """The pixel of a time in seconds."""
+        return self.GUTTER + (time - self.document.start) / self.seconds_per_pixel
+
+    def time_at(self, x: float) -> float:
+        """The time in seconds of a pixel; it may lie outside the demonstration."""
+        return self.document.start + (x - self.GUTTER) * self.seconds_per_pixel
+
+    # What a panel draws
+
+    @abstractmethod
+    def paint_content(self, painter: QPainter, plot: QRectF) -> None:
+        """Draw what only changes with span, size, theme or :meth:`invalidate`."""
+
+    def gutter_shows(self) -> object:
+        """All that the gutter is drawn from, but for size and theme: equal if it looks the same.
+
+        Asked after the content was drawn. By default nothing equals it.
+        """
+        return object()
+
+    def paint_gutter(self, painter: QPainter, box: QRectF) -> None:
+        """Draw names and axes left of the time axis; kept until :meth:`gutter_shows` changes."""
+
+    def paint_overlay(self, painter: QPainter, plot: QRectF) -> None:
+        """Draw what changes often: above the content, below the cursor."""
+
+    def invalidate(self, *_: object) -> None:
+        """Say that the content is stale."""
+        self._stale = True
+        self.update()
+
+    # Qt
+
+    def sizeHint(self) -> QSize:
+        """Wide, and high enough to be useful."""
+        return QSize(900, 120)
+
+    def changeEvent(self, event: QEvent) -> None:
+        """Draw anew when fonts or the palette change."""
+        if event.type() in (QEvent.Type.FontChange, QEvent.Type.PaletteChange):
+            self._gutter.forget()
+            self.invalidate()
+        super().changeEvent(event)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Draw anew."""
+        self.invalidate()
+        super().resizeEvent(event)
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Draw the kept content, then what lies over it."""
+        ratio = self.devicePixelRatioF()
+        if self._stale:
+            self._content.forget()
+        content = self._content.picture(self.size(), ratio, None, self._draw)
+        self._stale = False
+        # All that has moved since the last time was marked for this one.
+        self._drawn_over = self._marks()
+        with QPainter(self) as painter:
+            painter.drawPixmap(0, 0, content)
+            plot = self.plot
+            painter.save()
+            painter.setClipRect(plot)
+            self._paint_range(painter, plot)
+            painter.restore()
+            self.paint_overlay(painter, plot)
+            painter.setClipRect(plot)
+            self._paint_lines(painter, plot)
+            if self.hasFocus():
+                painter.setClipping(False)
+                painter.fillRect(QRectF(0, 0, FOCUS, self.height()), QColor(colours().accent))
+
+    def wheelEvent(self, event: QWheelEvent) -> None:
+        """Zoom at the pointer; with Shift, or by a sideways wheel, pan."""
+        angle = event.angleDelta()
+        notches = (angle.y() or angle.x()) / 120.0
+        shifted = bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)
+        if shifted or abs(angle.x()) > abs(angle.y()):
+            self.document.pan(-notches * PAN_STEP * (self.document.end - self.document.start))
+        else:
+            x = min(max(event.position().x(), self.plot.left()), self.plot.right())
+            self.document.zoom(ZOOM_STEP**-notches, self.time_at(x))
+        event.accept()
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        """Begin a click, a marked range (left button) or a pan (middle button)."""
+        if event.button() == Qt.MouseButton.LeftButton:
+            self._press, self._marking = event.position(), False
+        elif event.button() == Qt.MouseButton.MiddleButton:
+            self._panning = event.position()
+            self.setCursor(Qt.CursorShape.ClosedHandCursor)
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        """Mark a range, or pan."""
+        here = event.position()
+        if self._panning is not None:
+            self.document.pan((self._panning.x() - here.x()) * self.seconds_per_pixel)
+            self._panning = here
+        elif self._press is not None:
+            far = abs(here.x() - self._press.x()) >= QApplication.startDragDistance()
+            self._marking = self._marking or far
+            if self._marking:
+                self.document.set_range(self.time_at(self._press.x()), self.time_at(here.x()))
+
+    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
+        """A click seeks, and forgets the range."""
+        if event.button() == Qt.MouseButton.MiddleButton and self._panning is not None:
+            self._panning = None
+            self.unsetCursor()
+        elif event.button() == Qt.MouseButton.LeftButton and self._press is not None:
+            if not self._marking:
+                self.document.clear_range()
+                if event.position().x() >= self.plot.left():
+                    self.document.seek(self.time_at(event.position().x()))
+            self._press = None
+
+    # Inside
+
+    def _draw(self, painter: QPainter) -> None:
+        """Draw the content and the gutter."""
+        painter.fillRect(self.rect(), QColor(colours().background))
+        if self.document.demonstration is None:
+            return
+        painter.save()
+        painter.setClipRect(self.plot)
+        self.paint_content(painter, self.plot)
+        painter.restore()
+        size = QSize(self.GUTTER, self.height())
+        shown, ratio = (self.gutter_shows(), colours()), self.devicePixelRatioF()
+        painter.drawPixmap(0, 0, self._gutter.picture(size, ratio, shown, self._draw_gutter))
+
+    def _draw_gutter(self, painter: QPainter) -> None:
+        """Draw the gutter."""
+        box = QRectF(0, 0, self.GUTTER, self.height())
+        painter.fillRect(box, QColor(colours().background))
+        self.paint_gutter(painter, box)
+
+    def _paint_range(self, painter: QPainter, plot: QRectF) -> None:
+        """Draw the marked range and the unfinished stroke as bands."""
+        document, now = self.document, colours()
+        if document.range is not None:
+            left, right = (self.x_at(time) for time in document.range)
+            self._band(painter, left, right, QColor(now.range))
+        elif document.range_in is not None:
+            painter.setPen(QPen(QColor(now.range), 1, Qt.PenStyle.DashLine))
+            x = round(self.x_at(document.range_in)) + 0.5
+            painter.drawLine(QLineF(x, plot.top(), x, plot.bottom()))
+        stroke = document.stroke
+        if stroke is not None:
+            known = stroke.action in document.vocabulary
+            colour = document.vocabulary[stroke.action].colour if known else now.accent
+            begin, here = self.x_at(stroke.start), self.x_at(document.cursor)
+            self._band(painter, min(begin, here), max(begin, here), QColor(colour))
+
+    def _band(self, painter: QPainter, left: float, right: float, colour: QColor) -> None:
+        """A translucent band with an edge at either side, over the whole height."""
+        left = min(max(left, self.plot.left() - 2), self.plot.right() + 2)
+        right = min(max(right, self.plot.left() - 2), self.plot.right() + 2)
+        wash = translucent(colour, 0.16)
+        painter.fillRect(QRectF(left, 0, right - left, self.height()), wash)
+        painter.setPen(QPen(colour, 1))
+        for x in (left, right):
+            spot = round(x) + 0.5
+            painter.drawLine(QLineF(spot, 0, spot, self.height()))
+
+    def _paint_lines(self, painter: QPainter, plot: QRectF) -> None:
+        """Draw the snap target that is offered, and the cursor."""
+        document, now = self.document, colours()
+        if document.demonstration is None:
+            return
+        if document.hint is not None:
+            painter.setPen(QPen(QColor(now.hint), 1, Qt.PenStyle.DashLine))
+            x = round(self.x_at(document.hint.time)) + 0.5
+            painter.drawLine(QLineF(x, plot.top(), x, plot.bottom()))
+        painter.setPen(QPen(QColor(now.cursor), 1))
+        x = round(self.x_at(document.cursor)) + 0.5
+        if plot.right() < x < plot.right() + 1:  # at the very end it would fall off the panel
+            x -= 1
+        painter.drawLine(QLineF(x, plot.top(), x, plot.bottom()))
+
+    def _marks(self) -> tuple[TimeSpan | None, ...]:
+        """Where cursor, hint, range and stroke are, in pixels; None for what there is not."""
+        document = self.document
+        here = self.x_at(document.cursor)
+        hint = None if document.hint is None else self.x_at(document.hint.time)
+        marked, stroke = document.range, document.stroke
+        if marked is None and document.range_in is not None:
+            marked = (document.range_in, document.range_in)
+        return (
+            (here, here),
+            None if hint is None else (hint, hint),
+            None if marked is None else (self.x_at(marked[0]), self.x_at(marked[1])),
+            None if stroke is None else (self.x_at(stroke.start), here),
+        )
+
+    def _marks_moved(self, *_: object) -> None:
+        """Draw anew what lies under the marks that have moved: the rest of the panel stays."""
+        if not self.isVisible():
+            return
+        before, now = self._drawn_over, self._marks()
+        if not before:  # nothing was drawn yet
+            return
+        for old, new in zip(before, now, strict=True):
+            if old == new:
+                continue
+            around = self.beside_cursor if old is before[0] else LINE
+            for one, other in filter(None, (old, new)):
+                self._update_columns(min(one, other) - around, max(one, other) + around)
+        if before[0] != now[0] and self.gutter_follows:
+            self.update(QRect(0, 0, self.GUTTER, self.height()))
+
+    def _update_columns(self, left: float, right: float) -> None:
+        """Draw these pixels anew, over the whole height."""
+        first, last = max(math.floor(left), 0), min(math.ceil(right), self.width())
+        if first < last:
+            self.update(QRect(first, 0, last - first, self.height()))

@@ -1,0 +1,241 @@
+"""Widgets that Qt lacks.
+
+Labels that elide, lists that may be narrow, tabs that fit, texts set only when they change.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+
+from PySide6.QtCore import QEvent, QSize, Qt
+from PySide6.QtGui import QKeyEvent, QPainter, QPaintEvent, QResizeEvent
+from PySide6.QtWidgets import (
+    QComboBox,
+    QLabel,
+    QMenu,
+    QSizePolicy,
+    QStyle,
+    QStyleOptionComboBox,
+    QStylePainter,
+    QTabBar,
+    QTabWidget,
+    QToolButton,
+    QWidget,
+)
+
+from forcelab.gui.icons import icon
+
+
+class CalmLabel(QLabel):
+    """A text of several lines that leaves the width alone as it changes."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setTextFormat(Qt.TextFormat.PlainText)
+        self.setWordWrap(True)
+        self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+        self.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+
+
+def show_text(label: QLabel, text: str) -> None:
+    """Show a text; hidden while there is none."""
+    if label.text() != text:
+        label.setText(text)
+        label.setAccessibleName(text)
+    if label.isHidden() == bool(text):
+        label.setVisible(bool(text))
+
+
+#: The arrows with their steps of rows and columns, and what opens what they have come to.
+ARROW_STEPS = {
+    Qt.Key.Key_Left: (0, -1),
+    Qt.Key.Key_Right: (0, 1),
+    Qt.Key.Key_Up: (-1, 0),
+    Qt.Key.Key_Down: (1, 0),
+}
+ENTER_KEYS = (Qt.Key.Key_Return, Qt.Key.Key_Enter)
+
+
+def is_plain(event: QKeyEvent) -> bool:
+    """Whether a key is pressed without Ctrl, Alt or Shift; arrows may be those of the keypad."""
+    return not event.modifiers() & ~Qt.KeyboardModifier.KeypadModifier
+
+
+class ElidedLabel(QWidget):
+    """Shows the whole text, or the short one, or what fits of that; the tip has the whole."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.text = self.short = ""
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
+
+    def set_text(self, text: str, short: str = "") -> None:
+        """Show another text."""
+        short = short or text
+        if (text, short) == (self.text, self.short):
+            return
+        self.text, self.short = text, short
+        self.setToolTip(text)
+        self.setAccessibleDescription(text)
+        self.updateGeometry()
+        self.update()
+
+    @property
+    def long_width(self) -> int:
+        """The pixels that the whole text needs."""
+        return self.fontMetrics().horizontalAdvance(self.text) + 4
+
+    @property
+    def short_width(self) -> int:
+        """The pixels that the short text needs."""
+        return self.fontMetrics().horizontalAdvance(self.short) + 4
+
+    def sizeHint(self) -> QSize:
+        """The whole text."""
+        return QSize(self.long_width, self.fontMetrics().height() + 4)
+
+    def minimumSizeHint(self) -> QSize:
+        """The short text, or less."""
+        line = self.fontMetrics().height()
+        return QSize(min(self.short_width, 4 * line), line + 4)
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Draw what fits."""
+        with QPainter(self) as painter:
+            painter.setPen(self.palette().color(self.foregroundRole()))
+            shown = self.text if self.long_width <= self.width() else self.short
+            shown = self.fontMetrics().elidedText(shown, Qt.TextElideMode.ElideRight, self.width())
+            painter.drawText(
+                self.rect(), Qt.AlignmentFlag.AlignVCenter | Qt.AlignmentFlag.AlignLeft, shown
+            )
+
+
+#: Characters that are always seen.
+NAME_CHARACTERS = 12
+
+
+class ElidedComboBox(QComboBox):
+    """A list in a row that has little room."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
+        self.setMinimumContentsLength(NAME_CHARACTERS)
+        self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
+
+    def set_name(self, name: str) -> None:
+        """Say what is chosen, to the eye and to a screen reader."""
+        self.setAccessibleName(name)
+        self.setToolTip(name)
+
+    @property
+    def shown_text(self) -> str:
+        """What is chosen, as far as there is room for it."""
+        return self._style_option().currentText
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Draw it with an ellipsis where there is no room for all of it, which Qt just cuts."""
+        painter, option = QStylePainter(self), self._style_option()
+        painter.drawComplexControl(QStyle.ComplexControl.CC_ComboBox, option)
+        painter.drawControl(QStyle.ControlElement.CE_ComboBoxLabel, option)
+
+    def _style_option(self) -> QStyleOptionComboBox:
+        """How it is drawn."""
+        option = QStyleOptionComboBox()
+        self.initStyleOption(option)
+        field = self.style().subControlRect(
+            QStyle.ComplexControl.CC_ComboBox,
+            option,
+            QStyle.SubControl.SC_ComboBoxEditField,
+            self,
+        )
+        text = option.currentText or self.placeholderText()
+        room = field.width() - 2  # which the style leaves before the text
+        option.currentText = self.fontMetrics().elidedText(text, Qt.TextElideMode.ElideRight, room)
+        return option
+
+
+class _OverflowTabBar(QTabBar):
+    """While it has the keyboard, arrows go through all tabs; Qt stops at those that are hidden."""
+
+    def keeps(self, event: QKeyEvent) -> bool:
+        """Whether a key is one of these arrows, which are the window's too."""
+        return event.key() in (Qt.Key.Key_Left, Qt.Key.Key_Right) and is_plain(event)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Bring the tab beside the one in front to the front."""
+        tabs = self.parentWidget()
+        if not self.keeps(event) or not isinstance(tabs, QTabWidget):
+            super().keyPressEvent(event)
+            return
+        step = ARROW_STEPS[Qt.Key(event.key())][1]
+        tabs.setCurrentIndex(min(max(tabs.currentIndex() + step, 0), tabs.count() - 1))
+
+
+class OverflowTabs(QTabWidget):
+    """Tabs in one row, as many as have room; the one in front always has."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setTabBar(_OverflowTabBar())
+        self.setDocumentMode(True)
+        self.overflow_button = QToolButton()
+        self.overflow_button.setIcon(icon("more"))
+        self.overflow_button.setToolTip("More")
+        self.overflow_button.setAccessibleName("More tabs")
+        self.overflow_button.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
+        self._menu = QMenu(self.overflow_button)
+        self._menu.aboutToShow.connect(self._fill)
+        self.overflow_button.setMenu(self._menu)
+        self.setCornerWidget(self.overflow_button, Qt.Corner.TopRightCorner)
+        self.currentChanged.connect(self._fit)
+
+    def setCurrentIndex(self, index: int) -> None:
+        """Bring a tab to the front, which Qt does with none that is hidden."""
+        self.setTabVisible(index, True)
+        super().setCurrentIndex(index)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Ctrl+Tab goes through all tabs; Qt passes over those that are hidden."""
+        step = {Qt.Key.Key_Tab: 1, Qt.Key.Key_Backtab: -1}.get(Qt.Key(event.key()))
+        if step is None or not event.modifiers() & Qt.KeyboardModifier.ControlModifier:
+            super().keyPressEvent(event)
+        elif self.count():
+            self.setCurrentIndex((self.currentIndex() + step) % self.count())
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Show what has room."""
+        super().resizeEvent(event)
+        self._fit()
+
+    def changeEvent(self, event: QEvent) -> None:
+        """A larger font takes more room."""
+        super().changeEvent(event)
+        if event.type() in (QEvent.Type.FontChange, QEvent.Type.StyleChange):
+            self._fit()
+
+    def _fit(self) -> None:
+        """Hide the tabs that have no room, the last ones first."""
+        bar, front = self.tabBar(), self.currentIndex()
+        widths = [bar.tabSizeHint(index).width() for index in range(self.count())]
+        room = self.width()
+        crowded = sum(widths) > room
+        if crowded:
+            room -= self.overflow_button.sizeHint().width() + widths[front]
+        for index, width in enumerate(widths):
+            if index == front:
+                self.setTabVisible(index, True)
+                continue
+            shown = not crowded or width <= room
+            self.setTabVisible(index, shown)
+            room = room - width if shown else -1  # what stands behind does not overtake
+        self.overflow_button.setVisible(crowded)
+        bar.setElideMode(bar.elideMode())  # lays them out anew from the left
+
+    def _fill(self) -> None:
+        """Offer the tabs that have no room."""
+        self._menu.clear()
+        for index in range(self.count()):
+            if not self.isTabVisible(index):
+                action = self._menu.addAction(self.tabText(index))
+                action.triggered.connect(partial(self.setCurrentIndex, index))
