@@ -17,7 +17,7 @@ import cv2
 from forcelab.capture import camera
 from forcelab.capture.emulator import VirtualCamera
 from forcelab.capture.replay import Replay, sensors_of
-from forcelab.formats.optoforce.calibration import read_calibrations
+from forcelab.formats.calibration import read_calibrations
 from forcelab.project import Project
 from forcelab.resources import asset
 

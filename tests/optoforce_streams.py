@@ -11,7 +11,7 @@ import time
 
 import numpy as np
 
-from forcelab.formats.optoforce.packets import KINDS, Parser
+from forcelab.formats.optoforce_packets import KINDS, Parser
 
 CONFIGURED = bytes([170, 0, 80, 1, 0, 0, 251])
 

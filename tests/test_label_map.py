@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from forcelab.errors import InputError
-from forcelab.formats.optoforce.calibration import read_calibrations
+from forcelab.formats.calibration import read_calibrations
 from forcelab.label_map import MergeMap
 from forcelab.labels import Segment
 

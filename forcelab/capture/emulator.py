@@ -1,7 +1,7 @@
 """Emulated devices on pseudo-terminals: DAQs, microcontrollers, cameras, with faults on demand.
 
 What virtual devices send: their readings by time, real packets of them, and when each was sent. The
-layout of the packets is that of :mod:`forcelab.formats.optoforce.packets`.
+layout of the packets is that of :mod:`forcelab.formats.optoforce_packets`.
 """
 
 from __future__ import annotations
@@ -24,8 +24,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from forcelab.capture.device import Opened
 from forcelab.errors import InputError
-from forcelab.formats.optoforce.framing import sealed
-from forcelab.formats.optoforce.packets import KINDS
+from forcelab.formats.optoforce_packets import KINDS, with_checksum
 
 
 @dataclass(frozen=True, slots=True)
@@ -772,7 +771,7 @@ class VirtualOptoForce(VirtualSampler):
         while self._asked:
             if self._asked.startswith(IDENTIFY):
                 self._asked = self._asked[len(IDENTIFY) :]
-                answer += sealed(bytes((170, 0, 18, 8)) + self._serial.encode("ascii")[:8])
+                answer += with_checksum(bytes((170, 0, 18, 8)) + self._serial.encode("ascii")[:8])
             elif self._asked.startswith(CONFIGURE) and len(self._asked) >= CONFIGURE_BYTES:
                 message, self._asked = (
                     self._asked[:CONFIGURE_BYTES],
@@ -790,7 +789,7 @@ class VirtualOptoForce(VirtualSampler):
 
     def _configure(self, message: bytes) -> bytes:
         """Do as told; the reply says whether that could be done."""
-        if sealed(message[:-2]) != message:
+        if with_checksum(message[:-2]) != message:
             return b""
         speed, filtered, zero = message[4:7]
         good = filtered <= FILTERS
@@ -805,7 +804,7 @@ class VirtualOptoForce(VirtualSampler):
             elif zero == ZERO and self._runs:
                 passed = (now - self._runs[0].start) * self._pace
                 self._zero = self._source(np.array([passed]))[0]
-        return sealed(bytes((170, 0, 80, 1, 0 if good else 1)))
+        return with_checksum(bytes((170, 0, 80, 1, 0 if good else 1)))
 
 
 #: OpenCV's number of the time of the frame that was read last.

@@ -1,6 +1,6 @@
 """OptoForce DAQs: their packets, what is sent to them, and what is said of them.
 
-Nothing here opens a port; :mod:`forcelab.formats.optoforce.packets` holds the packets themselves.
+Nothing here opens a port; :mod:`forcelab.formats.optoforce_packets` holds the packets themselves.
 """
 
 from __future__ import annotations
@@ -15,11 +15,16 @@ from numpy.typing import NDArray
 from forcelab.capture.device import Block
 from forcelab.capture.messages import MessageQueue
 from forcelab.errors import InputError
-from forcelab.formats.optoforce.calibration import Calibration
-from forcelab.formats.optoforce.counter import Unwrapper, modal_step
-from forcelab.formats.optoforce.framing import sealed
-from forcelab.formats.optoforce.packets import Packets, Parser, Reply
-from forcelab.formats.optoforce.status import sentences
+from forcelab.formats.calibration import Calibration
+from forcelab.formats.optoforce_packets import (
+    Packets,
+    Parser,
+    Reply,
+    Unwrapper,
+    modal_step,
+    status_sentences,
+    with_checksum,
+)
 
 #: Seconds without a packet after which that is remarked.
 SILENCE = 1.0
@@ -42,9 +47,9 @@ class StatusMessages(MessageQueue):
         """
         for number in np.unique(status & 0xF):
             word = int(np.bitwise_or.reduce(status[status & 0xF == number]))
-            for sentence in sentences(word & ~0x03F0):
+            for sentence in status_sentences(word & ~0x03F0):
                 self.during(sentence, f"{called}: {sentence}", arrived)
-            for sentence in sentences(word & 0x03FF):
+            for sentence in status_sentences(word & 0x03FF):
                 self.during(int(number), f"{called}: {sentence}", arrived)
 
     def still(self, called: str, arrived: float) -> None:
@@ -164,12 +169,12 @@ def configure(speed: int, filtered: int = 4, zero: int = 0) -> bytes:
         )
     if zero not in (0, 255):
         raise InputError(f"Zeroing an OptoForce DAQ takes 0 or 255, not {zero}.")
-    return sealed(bytes([170, 0, 50, 3, speed, filtered, zero]))
+    return with_checksum(bytes([170, 0, 50, 3, speed, filtered, zero]))
 
 
 def serial_request() -> bytes:
     """The command that asks for the serial number."""
-    return sealed(bytes([171, 0, 18, 8]))
+    return with_checksum(bytes([171, 0, 18, 8]))
 
 
 class Stream:

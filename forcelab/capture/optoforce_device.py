@@ -25,8 +25,8 @@ from forcelab.capture.optoforce import (
 from forcelab.capture.serial_port import Port, PortDevice
 from forcelab.demonstration import Channel
 from forcelab.errors import InputError
-from forcelab.formats.optoforce.calibration import Calibration, channels_of, read_calibrations
-from forcelab.formats.optoforce.packets import Kind, Parser, Reply
+from forcelab.formats.calibration import Calibration, channels_of, read_calibrations
+from forcelab.formats.optoforce_packets import Parser, Reply, SensorKind
 
 
 class _Told(Protocol):
@@ -90,7 +90,7 @@ class CommandChannel:
                     return found[-1]
         return None
 
-    def kind(self) -> Kind:
+    def kind(self) -> SensorKind:
         """The kind of its packets.
 
         Raises
@@ -183,7 +183,7 @@ class OptoForce(PortDevice):
         self._calibrations = None if calibration is None else read_calibrations(calibration)
         self._calibration: Calibration | None = None
         self._ports = ports
-        self._kind: Kind | None = None
+        self._kind: SensorKind | None = None
         self._stream = Stream(rate)
         self._offset: NDArray[np.float64] | None = None
         self._zeroed = 0  # the connection in which the DAQ was zeroed; after it, it is not any more

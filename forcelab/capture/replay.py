@@ -16,8 +16,8 @@ from forcelab.capture.device import Opened
 from forcelab.capture.emulator import VirtualOptoForce, VirtualTextLine
 from forcelab.demonstration import GAP_PERIODS, Demonstration
 from forcelab.errors import InputError
-from forcelab.formats.optoforce.calibration import Calibrations
-from forcelab.formats.optoforce.packets import KINDS
+from forcelab.formats.calibration import Calibrations
+from forcelab.formats.optoforce_packets import KINDS
 from forcelab.signals.channels import channel_map
 
 #: Counts that a packet can hold.

@@ -30,7 +30,7 @@ from forcelab.capture.sample_counter import SampleCounter
 from forcelab.capture.serial_port import LONGEST, LineDevice, LineSplitter, Ports
 from forcelab.demonstration import Channel
 from forcelab.errors import InputError
-from forcelab.formats.table.columns import (
+from forcelab.formats.table_sniff import (
     SECONDS_IN,
     Column,
     is_time_name,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from forcelab.cli.files import filling
+from forcelab.cli.files import output_folder
 from forcelab.cli.output import json_text
 
 
@@ -16,7 +16,7 @@ def run(arguments: argparse.Namespace) -> None:
 
     folder: Path = arguments.folder
     written = []
-    with filling(folder):
+    with output_folder(folder):
         for name, figure in (("wavelets", wavelet_figure()), ("clusters", cluster_figure())):
             path = folder / f"{name}.{arguments.format}"
             figure.save(path)

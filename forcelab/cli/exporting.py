@@ -9,7 +9,7 @@ from pathlib import Path
 
 from forcelab.cli.options import WrongWordError
 from forcelab.cli.output import json_text
-from forcelab.formats.exporting import exporting
+from forcelab.formats.export import exporting
 from forcelab.jobs import finish
 from forcelab.project import Project
 

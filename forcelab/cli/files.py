@@ -9,12 +9,12 @@ from pathlib import Path
 from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
 from forcelab.formats import read
-from forcelab.formats.folders import file_names, filling, stay_out_of_projects
+from forcelab.formats.output_folder import file_names, output_folder, stay_out_of_projects
 from forcelab.formats.recording import ReadOptions
 from forcelab.formats.signatures import is_bag_folder
 from forcelab.project import Project
 
-__all__ = ["check_outputs", "demonstrations_in", "file_names", "filling"]
+__all__ = ["check_outputs", "demonstrations_in", "file_names", "output_folder"]
 
 
 def check_outputs(outputs: Sequence[Path | None], inputs: Sequence[Path | None]) -> None:

@@ -6,12 +6,11 @@ import argparse
 import sys
 from pathlib import Path
 
-from forcelab.cli.files import check_outputs, demonstrations_in, file_names, filling
+from forcelab.cli.files import check_outputs, demonstrations_in, file_names, output_folder
 from forcelab.cli.output import json_text, printable
 from forcelab.errors import InputError
 from forcelab.formats.recording import ReadOptions
-from forcelab.formats.times import plain_times
-from forcelab.formats.tracks import COLUMNS, table_text, to_audacity, to_csv
+from forcelab.formats.track_text import COLUMNS, plain_times, table_text, to_audacity, to_csv
 from forcelab.io import write_atomically
 from forcelab.labels import Track, model_author
 from forcelab.recognition.rates import unseen
@@ -97,7 +96,7 @@ def _write(found: list[tuple[str, Track]], out: Path, kind: str, inputs: list[Pa
         write_atomically(out, texts[0].encode())
         return [out]
     paths = [out / f"{name}{ENDINGS[kind]}" for name in file_names([name for name, _ in found])]
-    with filling(out, inputs):
+    with output_folder(out, inputs):
         check_outputs(paths, inputs)
         for path, text in zip(paths, texts, strict=True):
             write_atomically(path, text.encode())

@@ -12,7 +12,7 @@ from forcelab.capture.replay import Board, Replay, Sensor, board_of, sensors_of
 from forcelab.cli.options import WrongWordError
 from forcelab.cli.output import json_text, printable
 from forcelab.cli.stopping import stoppable
-from forcelab.formats.optoforce.calibration import read_calibrations
+from forcelab.formats.calibration import read_calibrations
 from forcelab.project import Project
 from forcelab.resources import asset
 from forcelab.text import counted

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from forcelab.errors import InputError
-from forcelab.formats.tracks import quoted_text
+from forcelab.formats.track_text import quoted_text
 from forcelab.io import write_atomically
 from forcelab.recognition.experiments import Evaluated
 from forcelab.recognition.intervals import METRICS, look_up

@@ -108,7 +108,7 @@ def identify(path: str | os.PathLike[str]) -> Format:
         it seems to be and what can be read.
     """
     path = Path(path)
-    with _telling(path):
+    with _naming_file(path):
         head = _head(path)
         announced = announced_kind(head)
         for known in _FORMATS:
@@ -147,17 +147,17 @@ def read(path: str | os.PathLike[str], options: ReadOptions | None = None) -> li
         If the file cannot be read. The sentence is one line and names the file.
     """
     path, options = Path(path), options or ReadOptions()
-    known = identify(path) if options.format is None else _as_told(path, options.format)
-    with _telling(path):
+    known = identify(path) if options.format is None else _named_format(path, options.format)
+    with _naming_file(path):
         recordings = _module(known).read(path, options)
         if not recordings:
             raise InputError(f"'{path}' holds no recording; there is nothing to import.")
         return recordings
 
 
-def _as_told(path: Path, name: str) -> Format:
+def _named_format(path: Path, name: str) -> Format:
     """The format of that name, for a file that can be opened."""
-    with _telling(path):
+    with _naming_file(path):
         _head(path)
         for known in _FORMATS:
             if known.name == name:
@@ -187,7 +187,7 @@ def _module(known: Format) -> _Reader:
 
 
 @contextlib.contextmanager
-def _telling(path: Path) -> Iterator[None]:
+def _naming_file(path: Path) -> Iterator[None]:
     """Turn what fails inside into one line that names the file."""
     try:
         yield

@@ -12,11 +12,11 @@ from typing import Any
 
 from forcelab.clock import ClockMap
 from forcelab.errors import InputError
-from forcelab.formats.times import plain_times
+from forcelab.formats.track_text import plain_times
 from forcelab.labels import Track
 from forcelab.vocabulary import Vocabulary
 
-__all__ = ["Film", "Observation", "to_boris"]
+__all__ = ["Observation", "VideoFile", "to_boris"]
 
 #: The version of the format, which is not that of the program.
 FORMAT_VERSION = "7.0"
@@ -25,7 +25,7 @@ PLAYERS = 8
 
 
 @dataclass(frozen=True, slots=True)
-class Film:
+class VideoFile:
     """The video of an observation.
 
     Parameters
@@ -65,7 +65,7 @@ class Observation:
     name: str
     task: str
     track: Track
-    film: Film | None = None
+    film: VideoFile | None = None
     begun: datetime | None = None
 
 
@@ -155,7 +155,7 @@ def _observation(one: Observation) -> dict[str, Any]:
     # Neither subject nor modifier nor comment; where there is a film its frame, which may be open.
     rest = ["", ""] if one.film is None else ["", "", "NA"]
     events = [
-        [_on_film(time, clock), "", segment.action, *rest]
+        [_video_events(time, clock), "", segment.action, *rest]
         for segment, times in plain_times(one.track)
         for time in times
     ]
@@ -191,7 +191,7 @@ def _observation(one: Observation) -> dict[str, Any]:
     return {"type": "MEDIA", "file": files, "media_info": info, **common}
 
 
-def _on_film(time: float, clock: ClockMap) -> float:
+def _video_events(time: float, clock: ClockMap) -> float:
     """A force time, counted at the video's rate from where that begins."""
     return round(float(clock.to_device(time)) + float(clock.offset), 6)
 

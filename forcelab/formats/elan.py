@@ -20,7 +20,7 @@ __all__ = ["to_elan"]
 _SCHEMA = "http://www.mpi.nl/tools/elan/EAFv3.0.xsd"
 _XSI = "http://www.w3.org/2001/XMLSchema-instance"
 #: What XML 1.0 cannot hold, not even escaped.
-_UNHEARD_OF = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+_UNPRINTABLE = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 _TYPE = "action"
 
 
@@ -131,6 +131,6 @@ def _link(header: ET.Element, video: VideoReference, folder: Path) -> None:
 
 def _plain(text: str) -> str:
     """A text that XML can hold."""
-    if _UNHEARD_OF.search(text):
+    if _UNPRINTABLE.search(text):
         raise InputError(f"The name {text!a} holds a character that ELAN files cannot; rename it.")
     return text

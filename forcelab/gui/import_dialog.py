@@ -34,8 +34,8 @@ from forcelab.errors import InputError
 from forcelab.formats import identify
 from forcelab.formats.importing import ImportReport, importing
 from forcelab.formats.recording import ReadOptions
-from forcelab.formats.table.columns import is_time_name
-from forcelab.formats.table.preview import ColumnUse, Use, preview, rate_in
+from forcelab.formats.table import ColumnUse, Use, preview_table, rate_in
+from forcelab.formats.table_sniff import is_time_name
 from forcelab.gui.document import Document
 from forcelab.gui.figures.text import NAMES
 from forcelab.gui.file_dialogs import accept_as_copy, ask_file, ask_files
@@ -178,11 +178,11 @@ class ImportColumns(QWidget):
             return (), ""
         try:
             if _format(self._path) == "rosbag":
-                from forcelab.formats.rosbag.preview import preview as of_bag
+                from forcelab.formats.rosbag import preview_bag as of_bag
 
                 return of_bag(self._path, options), ""
             self._rate_in_file = rate_in(self._path)
-            return preview(self._path, options), ""
+            return preview_table(self._path, options), ""
         except (InputError, OSError) as error:
             return (), str(error)
 

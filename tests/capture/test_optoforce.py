@@ -10,8 +10,8 @@ from optoforce_streams import CONFIGURED, packet, stream
 
 from forcelab.capture.optoforce import FILTERS, Stream, configure, serial_request, speed_for
 from forcelab.errors import InputError
-from forcelab.formats.optoforce.calibration import read_calibrations
-from forcelab.formats.optoforce.packets import KINDS
+from forcelab.formats.calibration import read_calibrations
+from forcelab.formats.optoforce_packets import KINDS
 from forcelab.resources import asset
 
 AXES3 = KINDS[0]

@@ -4,7 +4,7 @@ import numpy as np
 
 from forcelab.capture.replay import sensors_of
 from forcelab.demonstration import Channel, Demonstration
-from forcelab.formats.optoforce.calibration import read_calibrations
+from forcelab.formats.calibration import read_calibrations
 from forcelab.resources import asset
 
 

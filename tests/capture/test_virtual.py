@@ -25,8 +25,7 @@ from forcelab.capture.emulator import (
 from forcelab.capture.optoforce import configure, serial_request
 from forcelab.capture.serial_port import Port
 from forcelab.errors import InputError
-from forcelab.formats.optoforce.packets import Parser
-from forcelab.formats.optoforce.status import overloaded
+from forcelab.formats.optoforce_packets import Parser, is_overloaded
 
 
 def numbered(times):
@@ -167,7 +166,7 @@ def test_beyond_its_limit_a_reading_saturates_and_the_status_says_so():
     with reading(VirtualOptoForce(source, limit=20_000)) as port:
         _, status, values, _ = collect(port, Parser(), 20)
     assert values[:, 1].min() == -20_000
-    assert overloaded(status).all()
+    assert is_overloaded(status).all()
     assert (status == 1 << 8).all()  # Fy
 
 

@@ -17,7 +17,7 @@ from forcelab.capture.reader import Ring
 from forcelab.capture.replay import sensors_of
 from forcelab.capture.save import unfinished
 from forcelab.capture.stream_merger import StreamMerger
-from forcelab.formats.optoforce.calibration import read_calibrations
+from forcelab.formats.calibration import read_calibrations
 from forcelab.labels import to_codes
 from forcelab.live.recognition import LiveRecognition
 from forcelab.project import Project

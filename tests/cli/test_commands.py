@@ -23,8 +23,8 @@ from forcelab.cli import main
 from forcelab.cli.examples import EXAMPLES
 from forcelab.cli.files import file_names
 from forcelab.cli.parser import build_parser
+from forcelab.formats.label_tables import read_labels
 from forcelab.formats.recording import ReadOptions
-from forcelab.formats.table.labels import read_labels
 from forcelab.gui.qt_check import QtPlatform
 from forcelab.project import Project
 from forcelab.recognition.presets import PRESETS

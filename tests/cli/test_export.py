@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from forcelab.formats.table import labels
+from forcelab.formats import label_tables
 from forcelab.project import Project
 
 
@@ -29,7 +29,7 @@ def test_a_table_of_all_is_not_taken_for_labels_of_one_recording(forcelab, proje
     lab = tmp_path / "lab.csv"
     lab.write_text("time,fx\n" + "".join(f"{i / 100},{i % 7}\n" for i in range(50)))
     assert said.status == 0
-    assert labels.lies_beside(lab) is None
+    assert label_tables.has_labels_beside(lab) is None
 
 
 @pytest.mark.parametrize(

@@ -3,7 +3,7 @@
 import pytest
 from optoforce_streams import packet, stream
 
-from forcelab.formats.optoforce.packets import KINDS
+from forcelab.formats.optoforce_packets import KINDS
 from forcelab.project import Project
 from forcelab.resources import asset
 

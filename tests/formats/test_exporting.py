@@ -17,7 +17,7 @@ from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError
 from forcelab.formats.boris import Observation, to_boris
 from forcelab.formats.elan import to_elan
-from forcelab.formats.exporting import exporting
+from forcelab.formats.export import exporting
 from forcelab.formats.importing import importing
 from forcelab.formats.recording import ReadOptions
 from forcelab.jobs import finish

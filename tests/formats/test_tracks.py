@@ -12,11 +12,10 @@ from hypothesis import strategies as st
 
 from forcelab.errors import InputError
 from forcelab.formats import read
+from forcelab.formats.label_tables import read_labels, sniff_labels
 from forcelab.formats.recording import ReadOptions
-from forcelab.formats.table.labels import read_labels, sniff_labels
-from forcelab.formats.table.roles import is_unlabelled
-from forcelab.formats.times import on_samples, plain_times
-from forcelab.formats.tracks import plain_text, to_audacity, to_csv
+from forcelab.formats.table_columns import is_unlabelled
+from forcelab.formats.track_text import on_samples, plain_text, plain_times, to_audacity, to_csv
 from forcelab.labels import Segment, Track, from_codes, to_codes
 
 ACTIONS = ("grab", "hold", "slip")

@@ -12,9 +12,8 @@ import pytest
 
 from forcelab.clock import ClockMap
 from forcelab.errors import InputError
-from forcelab.formats.importing import import_files
+from forcelab.formats.importing import import_files, pair_videos
 from forcelab.formats.recording import ReadOptions
-from forcelab.formats.videos import paired
 from forcelab.project import Project
 
 
@@ -46,18 +45,18 @@ def test_a_video_named_together_with_its_recording_is_attached(lab):
 
 def test_recordings_of_one_name_in_several_folders_get_each_its_own_video():
     files = [Path(f"s{n}/trial.{ending}") for n in (1, 2) for ending in ("csv", "mp4")]
-    assert paired(files) == ([files[0], files[2]], {files[0]: files[1], files[2]: files[3]})
+    assert pair_videos(files) == ([files[0], files[2]], {files[0]: files[1], files[2]: files[3]})
     # Only the second one has a video: the first one must not get that.
-    assert paired([files[0], *files[2:]]) == ([files[0], files[2]], {files[2]: files[3]})
+    assert pair_videos([files[0], *files[2:]]) == ([files[0], files[2]], {files[2]: files[3]})
     # A video apart from them may be of either, and so is of none.
     apart = Path("videos/trial.mp4")
-    assert paired([files[0], files[2], apart])[1] == {}
-    assert paired([files[0], apart])[1] == {files[0]: apart}
+    assert pair_videos([files[0], files[2], apart])[1] == {}
+    assert pair_videos([files[0], apart])[1] == {files[0]: apart}
 
 
 def test_of_two_videos_of_one_name_none_is_taken():
     files = [Path(f"trial.{ending}") for ending in ("csv", "mp4", "avi")]
-    assert paired(files) == (files, {})
+    assert pair_videos(files) == (files, {})
 
 
 def test_videos_beside_the_recordings_are_attached_when_asked_for_only(lab):

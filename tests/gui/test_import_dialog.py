@@ -10,7 +10,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QComboBox, QMessageBox, QPushButton
 
-from forcelab.formats.optoforce.packets import KINDS
+from forcelab.formats.optoforce_packets import KINDS
 from forcelab.gui import import_dialog, settings
 from forcelab.gui.document import Document
 from forcelab.gui.import_dialog import ImportDialog

@@ -21,8 +21,16 @@ from in_memory import folder_in_memory
 from forcelab.clock import ClockMap
 from forcelab.demonstration import Channel, Demonstration, VideoReference
 from forcelab.errors import InputError
-from forcelab.formats.archive import read, read_archive, sniff, write_archive
-from forcelab.formats.archive.members import LARGEST, LARGEST_EDITS, LARGEST_TEXT, VERSION
+from forcelab.formats.archive import (
+    LARGEST,
+    LARGEST_EDITS,
+    LARGEST_TEXT,
+    VERSION,
+    read,
+    read_archive,
+    sniff,
+    write_archive,
+)
 from forcelab.formats.importing import import_files
 from forcelab.formats.recording import ReadOptions
 from forcelab.labels import Segment, Track

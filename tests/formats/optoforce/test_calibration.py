@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from forcelab.errors import InputError
-from forcelab.formats.optoforce.calibration import channels_of, read_calibrations
-from forcelab.formats.optoforce.packets import KINDS
+from forcelab.formats.calibration import channels_of, read_calibrations
+from forcelab.formats.optoforce_packets import KINDS
 from forcelab.resources import asset
 
 AXES3, FOUR, AXES6 = KINDS

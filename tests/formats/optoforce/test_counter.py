@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from forcelab.formats.optoforce.counter import TURN, Unwrapper, modal_step
+from forcelab.formats.optoforce_packets import TURN, Unwrapper, modal_step
 
 
 def counter(values):

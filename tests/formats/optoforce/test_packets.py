@@ -18,7 +18,7 @@ from optoforce_streams import (
     stream,
 )
 
-from forcelab.formats.optoforce.packets import KINDS, Parser, parse_all
+from forcelab.formats.optoforce_packets import KINDS, Parser, parse_all
 
 #: Strings of the fuzzing; ``FORCELAB_FUZZ=1000000`` for the whole, which takes minutes.
 STRINGS = int(os.environ.get("FORCELAB_FUZZ", "800"))

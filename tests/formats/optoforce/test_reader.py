@@ -9,7 +9,7 @@ from optoforce_streams import CONFIGURED, packet, sealed, stream
 from forcelab.errors import InputError
 from forcelab.formats import identify, read
 from forcelab.formats.optoforce import sniff
-from forcelab.formats.optoforce.packets import KINDS
+from forcelab.formats.optoforce_packets import KINDS
 from forcelab.formats.recording import ReadOptions
 from forcelab.resources import asset
 

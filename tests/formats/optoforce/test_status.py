@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from forcelab.formats.optoforce.status import faulty, overloaded, sentences
+from forcelab.formats.optoforce_packets import is_faulty, is_overloaded, status_sentences
 
 
 @pytest.mark.parametrize(
@@ -22,15 +22,15 @@ from forcelab.formats.optoforce.status import faulty, overloaded, sentences
     ],
 )
 def test_each_bit_has_its_sentence(status, said):
-    assert sentences(status) == said
+    assert status_sentences(status) == said
 
 
 def test_several_things_are_several_sentences():
-    assert len(sentences(0x2000 | 0x0800 | 0x0300)) == 3
-    assert "Fx, Fy" in sentences(0x0300)[0]
+    assert len(status_sentences(0x2000 | 0x0800 | 0x0300)) == 3
+    assert "Fx, Fy" in status_sentences(0x0300)[0]
 
 
 def test_samples_are_marked_by_kind():
     words = np.array([0, 0x0010, 0x0200, 0x0400, 0x8000, 0x000F], np.uint16)
-    assert overloaded(words).tolist() == [False, True, True, False, False, False]
-    assert faulty(words).tolist() == [False, False, False, True, True, False]
+    assert is_overloaded(words).tolist() == [False, True, True, False, False, False]
+    assert is_faulty(words).tolist() == [False, False, False, True, True, False]

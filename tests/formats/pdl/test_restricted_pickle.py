@@ -12,8 +12,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from forcelab.errors import InputError
-from forcelab.formats.pdl import restricted_pickle
-from forcelab.formats.pdl.restricted_pickle import Opaque, load_all
+from forcelab.formats import pdl
+from forcelab.formats.pdl import Opaque, load_all
 
 BUNDLE = frozenset({"authors.Bundle"})
 
@@ -219,7 +219,7 @@ def test_a_bomb_is_defused_in_a_sentence(bomb, what):
 
 @pytest.mark.parametrize("step", [b"N", b"\x80\x02", b"Nq\x00", b"G" + bytes(8)])
 def test_the_number_of_steps_is_bounded_whatever_they_do(step, monkeypatch):
-    monkeypatch.setattr(restricted_pickle, "MAX_OPCODES", 1000)
+    monkeypatch.setattr(pdl, "MAX_OPCODES", 1000)
     assert one(b"](" + step * 400 + b"Ne.")
     with pytest.raises(InputError, match="has more than 1,000 opcodes; split the database"):
         one(b"](" + step * 1000 + b"Ne.")

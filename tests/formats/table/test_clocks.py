@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 
 from forcelab.errors import InputError
-from forcelab.formats.table.cells import NotANumberError
-from forcelab.formats.table.clocks import ClockReader, RawStamps
+from forcelab.formats.table_sniff import NotANumberError
+from forcelab.formats.timestamps import RawTimestamps, TimestampReader
 
 
-def clock(cells: list[str], unit: str = "", decimal: str = ".") -> RawStamps:
-    reader = ClockReader(cells, decimal)
+def clock(cells: list[str], unit: str = "", decimal: str = ".") -> RawTimestamps:
+    reader = TimestampReader(cells, decimal)
     return reader.finish(reader.read(cells), unit, "reach.csv", "time")
 
 
-def seconds(raw: RawStamps) -> list[float]:
+def seconds(raw: RawTimestamps) -> list[float]:
     return ((raw.values - raw.values[0]) / raw.per_second).tolist()
 
 

@@ -8,7 +8,7 @@ import pytest
 from forcelab.errors import InputError
 from forcelab.formats.recording import ReadOptions
 from forcelab.formats.table import read
-from forcelab.formats.table.counters import is_counter_name, ticks
+from forcelab.formats.table_columns import counter_ticks, is_counter_name
 
 
 @pytest.fixture
@@ -192,13 +192,13 @@ def test_columns_that_are_not_wanted_become_no_channels(table):
     ],
 )
 def test_what_is_no_counter_stays_a_signal(values, named):
-    assert ticks(np.asarray(values, np.float64), named) is None
+    assert counter_ticks(np.asarray(values, np.float64), named) is None
 
 
 def test_steps_of_several_are_one_and_missing_counts_stay_missing():
     values = np.array([0, 10, 20, np.nan, 40, 50, 80, 90, 100, 110, 120, 130.0])
     np.testing.assert_array_equal(
-        ticks(values, True), [0, 1, 2, np.nan, 4, 5, 8, 9, 10, 11, 12, 13]
+        counter_ticks(values, True), [0, 1, 2, np.nan, 4, 5, 8, 9, 10, 11, 12, 13]
     )
 
 

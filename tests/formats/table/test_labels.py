@@ -9,10 +9,10 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from forcelab.errors import InputError
+from forcelab.formats.label_tables import has_labels_beside, read_labels, sniff_labels
 from forcelab.formats.recording import ReadOptions
 from forcelab.formats.table import read
-from forcelab.formats.table.labels import lies_beside, read_labels, sniff_labels
-from forcelab.formats.tracks import to_audacity, to_csv
+from forcelab.formats.track_text import to_audacity, to_csv
 from forcelab.labels import Segment, Track
 
 ANN = Track("Ann", (Segment(0.5, 1.25, "grab"), Segment(1.25, 2.0, "hold, firmly")))
@@ -133,7 +133,7 @@ def recording(start: float, factor: int = 1) -> str:
 def test_a_labels_file_beside_a_recording_is_read_with_it(write, name):
     path = write("r.csv", recording(0))
     beside = write(name, "0.5\t1.25\tgrab\n1.25\t2.0\thold, firmly\n")
-    assert lies_beside(path) == beside
+    assert has_labels_beside(path) == beside
     (result,) = read(path, ReadOptions(author="Ann"))
     assert result.tracks == (ANN,)
     assert result.remarks == (f"The labels were read from {name}.",)
@@ -142,7 +142,7 @@ def test_a_labels_file_beside_a_recording_is_read_with_it(write, name):
 def test_a_text_beside_a_recording_that_is_no_label_track_is_left_alone(write):
     path = write("r.csv", recording(0))
     write("r.txt", "Notes of Monday: 2 demonstrations went wrong\n")
-    assert lies_beside(path) is None
+    assert has_labels_beside(path) is None
     assert read(path, ReadOptions())[0].tracks == ()
 
 

@@ -8,16 +8,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from forcelab.errors import InputError
-from forcelab.formats.table.clocks import RawStamps
-from forcelab.formats.table.stamps import repair
+from forcelab.formats.timestamps import RawTimestamps, repair_timestamps
 
 EPOCH = 1_657_539_356_236.0
 
 
 def repaired(values, *, per_second=1.0, absolute=False, strict=False, jitter=0.0):
     values = np.array(values, np.float64)
-    raw = RawStamps(values, 0, per_second, absolute)
-    return repair(raw, np.arange(values.size) + 2, "reach.csv", strict=strict, jitter=jitter)
+    raw = RawTimestamps(values, 0, per_second, absolute)
+    return repair_timestamps(
+        raw, np.arange(values.size) + 2, "reach.csv", strict=strict, jitter=jitter
+    )
 
 
 def refusal(values, **options) -> str:

@@ -1,4 +1,4 @@
-"""Labels in files of their own: tables of start, end, action[, author], and Audacity's labels."""
+"""Labels in files of their own: tables of start, end, action[, author]; Audacity's."""
 
 from __future__ import annotations
 
@@ -15,16 +15,24 @@ from numpy.typing import NDArray
 from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
 from forcelab.formats.recording import ReadOptions
-from forcelab.formats.table.cells import Kind, NotANumberError, numbers
-from forcelab.formats.table.clocks import YEAR_2001, ClockReader
-from forcelab.formats.table.columns import is_label_name, unit_of_time
-from forcelab.formats.table.dialect import HEAD, Line, encoding_of, head_lines, is_comment, lines
-from forcelab.formats.table.layout import Layout, lay_out
-from forcelab.formats.times import on_samples
-from forcelab.formats.tracks import plain_text
+from forcelab.formats.table_sniff import (
+    HEAD,
+    CellType,
+    Layout,
+    Line,
+    NotANumberError,
+    encoding_of,
+    find_layout,
+    head_lines,
+    is_comment,
+    is_label_name,
+    lines,
+    numbers,
+    unit_of_time,
+)
+from forcelab.formats.timestamps import YEAR_2001, TimestampReader
+from forcelab.formats.track_text import on_samples, plain_text
 from forcelab.labels import Segment, Track, means_unlabelled, overhang
-
-__all__ = ["lies_beside", "own_or_beside", "read_labels", "sniff_labels"]
 
 _STARTS = frozenset(["start", "begin", "onset", "from"])
 #: An offset is an end where no other column is: BORIS tells the "Time offset" of the media, too.
@@ -61,12 +69,12 @@ def _columns(layout: Layout, *, asked: bool = False) -> tuple[int, int, int, int
         return found["start"], end, found["action"], found.get("author")
     kinds = layout.kinds
     headless = not any(column.named for column in layout.columns)
-    if not headless or not 3 <= len(kinds) <= 4 or kinds[:2] != (Kind.NUMBER, Kind.NUMBER):
+    if not headless or not 3 <= len(kinds) <= 4 or kinds[:2] != (CellType.NUMBER, CellType.NUMBER):
         return None
     places = 0, 1, 2, 3 if len(kinds) == 4 else None
     if asked:
         return places
-    if Kind.NUMBER in kinds[2:] or not any(cell.strip() for cell in layout.cells(2)):
+    if CellType.NUMBER in kinds[2:] or not any(cell.strip() for cell in layout.cells(2)):
         return None
     try:
         starts, ends = (numbers(layout.cells(i), layout.dialect.decimal) for i in (0, 1))
@@ -82,11 +90,11 @@ def sniff_labels(head: bytes) -> bool:
     It is one if its header names a start, an end and an action, or if it has no header and each
     row holds a start, a later end, and words.
     """
-    layout = lay_out(_rows(head_lines(head[:HEAD])))
+    layout = find_layout(_rows(head_lines(head[:HEAD])))
     return layout is not None and _columns(layout) is not None
 
 
-def lies_beside(path: Path) -> Path | None:
+def has_labels_beside(path: Path) -> Path | None:
     """The labels file that lies beside a recording, if there is one.
 
     For ``NAME.csv`` that is ``NAME.labels.csv``, ``NAME.labels.tsv``, ``NAME.labels.txt``,
@@ -101,7 +109,7 @@ def lies_beside(path: Path) -> Path | None:
         return None
     with audacity.open("rb") as file:
         head = file.read(HEAD)
-    layout = lay_out(_rows(head_lines(head)))
+    layout = find_layout(_rows(head_lines(head)))
     if layout is None or layout.dialect.separator != "\t" or _columns(layout) != (0, 1, 2, None):
         return None
     return audacity
@@ -144,7 +152,7 @@ def read_labels(path: Path, options: ReadOptions) -> tuple[Track, ...]:
     encoding = encoding_of(path)
     with path.open("rb") as file:
         rows = _rows(head_lines(file.read(HEAD)))
-    layout = lay_out(rows)
+    layout = find_layout(rows)
     if layout is None and _is_header_alone(rows):
         return ()
     places = _columns(layout, asked=True) if layout is not None else None
@@ -231,7 +239,7 @@ def _cells(path: Path, number: int, text: str, layout: Layout) -> list[str]:
     except ValueError as error:
         raise InputError(f"{path}, line {number}: {error}.") from error
     width = layout.dialect.width
-    if len(cells) == width - 1 and layout.kinds[-1] is not Kind.NUMBER:
+    if len(cells) == width - 1 and layout.kinds[-1] is not CellType.NUMBER:
         cells.append("")
     if len(cells) != width:
         raise InputError(
@@ -250,7 +258,7 @@ def _seconds(
 ) -> list[NDArray[np.float64]]:
     """Starts and ends in seconds on the file's own clock."""
     edges = [[row[index] for row in table] for index in columns]
-    reader = ClockReader([cell for edge in edges for cell in edge], layout.dialect.decimal)
+    reader = TimestampReader([cell for edge in edges for cell in edge], layout.dialect.decimal)
     result = []
     for index, cells in zip(columns, edges, strict=True):
         name = layout.columns[index].name
@@ -270,7 +278,7 @@ def _seconds(
     return result
 
 
-def own_or_beside(
+def own_or_beside_tracks(
     path: Path,
     tracks: tuple[Track, ...],
     options: ReadOptions,
@@ -285,7 +293,7 @@ def own_or_beside(
     Parameters
     ----------
     path : Path
-        The recording, as for :func:`lies_beside`.
+        The recording, as for :func:`has_labels_beside`.
     tracks : tuple of Track
         What it holds itself.
     options : ReadOptions
@@ -305,7 +313,7 @@ def own_or_beside(
         Where the recording holds no labels itself: as of :func:`read_labels`, or if those beside
         it do not fit onto it.
     """
-    beside = lies_beside(path)
+    beside = has_labels_beside(path)
     if beside is None:
         return tracks, []
     own = {track.author for track in tracks}
@@ -314,7 +322,7 @@ def own_or_beside(
         others = tuple(track for track in read if track.author not in own)
         if tracks and not others:
             return tracks, [f"{beside.name} was not read, as the recording has labels of its own."]
-        carried, remarks = _carried(beside, others, start, demonstration.duration)
+        carried, remarks = _carry_tracks(beside, others, start, demonstration.duration)
     except InputError as error:
         if not tracks:
             raise
@@ -327,7 +335,7 @@ def own_or_beside(
     return tracks + on_samples(carried, demonstration.times), remarks
 
 
-def _carried(
+def _carry_tracks(
     path: Path, tracks: tuple[Track, ...], start: float, duration: float
 ) -> tuple[tuple[Track, ...], list[str]]:
     """The tracks of the file beside a recording, on the recording's clock."""

@@ -11,16 +11,14 @@ from unicodedata import category, normalize
 from forcelab.errors import InputError
 from forcelab.project import Project
 
-__all__ = ["file_names", "filling", "stay_out_of_projects"]
-
 #: What no file's name may have under Windows.
 REFUSED = '<>:"/\\|?*'
 #: Nor characters of these kinds: control, half a pair, and none at all.
-NO_TEXT = ("Cc", "Cs", "Cn")
+NO_NAME = ("Cc", "Cs", "Cn")
 
 
 @contextmanager
-def filling(path: Path, inputs: Sequence[Path] = ()) -> Iterator[None]:
+def output_folder(path: Path, inputs: Sequence[Path] = ()) -> Iterator[None]:
     """Have a folder to write into, which is made unless it is there.
 
     Where the block raises, what was made and is still empty is taken away again.
@@ -66,7 +64,7 @@ def file_names(names: Sequence[str]) -> list[str]:
     taken: set[str] = set()
     result = []
     for name in names:
-        base = "".join("_" if c in REFUSED or category(c) in NO_TEXT else c for c in name)
+        base = "".join("_" if c in REFUSED or category(c) in NO_NAME else c for c in name)
         base = base.strip(" .") or "_"
         # Bytes, not characters, are what a file system limits, to 255.
         base = base.encode()[:200].decode(errors="ignore")

@@ -1,4 +1,8 @@
-"""Raw dumps: what came over a serial port, as it came, becomes a demonstration.
+"""Raw dumps of the serial stream of OptoForce DAQs.
+
+Some dumps were written by a program that put pieces of the stream down as ``b'...'`` on a line
+each and left the marks between them, four bytes that cut a packet in two. They are taken out where
+they lie in no valid packet; what was cut has to have a right checksum then like any other packet.
 
 A dump tells no rate. Its stamps are ticks of the counter over the rate that is asked for, else over
 1000 Hz divided by the counter's usual step, which a remark says. Missing samples leave gaps.
@@ -6,29 +10,114 @@ A dump tells no rate. Its stamps are ticks of the counter over the rate that is 
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
-from forcelab.formats.optoforce.calibration import channels_of, read_calibrations
-from forcelab.formats.optoforce.counter import Unwrapper, modal_step
-from forcelab.formats.optoforce.dump import SEAM, Dump, parse_dump
-from forcelab.formats.optoforce.packets import Parser
-from forcelab.formats.optoforce.status import faulty, overloaded, sentences
+from forcelab.formats.calibration import channels_of, read_calibrations
+from forcelab.formats.optoforce_packets import (
+    Packets,
+    Parser,
+    SensorKind,
+    Statistics,
+    Unwrapper,
+    is_faulty,
+    is_overloaded,
+    modal_step,
+    parse_all,
+    status_sentences,
+)
 from forcelab.formats.recording import ReadOptions, Recording
 from forcelab.text import counted
 
-__all__ = ["read", "sniff"]
+#: What stands between two pieces that a program wrote down as Python shows bytes.
+SEAM: Final = b"'\nb'"
+
+
+@dataclass(frozen=True)
+class Dump:
+    """What a dump holds.
+
+    Parameters
+    ----------
+    packets, kind, statistics
+        As of the parser; skipped bytes count the marks that were taken out.
+    size : int
+        Its bytes.
+    serial : str or None
+        Of the DAQ, if it was asked for while the dump was made.
+    seams : int
+        How many marks were taken out.
+    mended : int
+        How many packets came right by that.
+    first_bad : int
+        Where the first bytes that are in no packet lie between packets; -1 where there are none.
+    """
+
+    packets: Packets
+    kind: SensorKind | None
+    statistics: Statistics
+    size: int
+    serial: str | None
+    seams: int
+    mended: int
+    first_bad: int
+
+
+def parse_dump(data: bytes) -> Dump:
+    """Parse a dump, once more without marks if it has any.
+
+    Parameters
+    ----------
+    data : bytes
+        All of it.
+    """
+    parser, packets = parse_all(data)
+    statistics, seams, mended = parser.statistics, 0, 0
+    size = parser.kind.frame.size if parser.kind else 0
+    first_bad = _first_break(packets, size)
+    seams_at = (found.start() for found in re.finditer(re.escape(SEAM), data))
+    places = [place for place in seams_at if not _inside(packets.offsets, size, place)]
+    if places:
+        ends = [0, *(place + len(SEAM) for place in places)]
+        pieces = (data[a:b] for a, b in zip(ends, [*places, len(data)], strict=True))
+        again, more = parse_all(b"".join(pieces))
+        if len(more) > len(packets):
+            seams, mended = len(places), len(more) - len(packets)
+            skipped = again.statistics.skipped_bytes + seams * len(SEAM)
+            statistics = Statistics(
+                len(more), again.statistics.replies, statistics.bad_checksums, skipped
+            )
+            parser, packets = again, more
+    serials = [reply.serial for reply in parser.take_replies() if reply.serial]
+    serial = serials[0] if serials else None
+    return Dump(packets, parser.kind, statistics, len(data), serial, seams, mended, first_bad)
+
+
+def _first_break(packets: Packets, size: int) -> int:
+    """Where the first bytes that are in no packet lie between two; -1 where there are none."""
+    breaks = np.flatnonzero(np.diff(packets.offsets) > size)
+    return int(packets.offsets[breaks[0]]) + size if breaks.size else -1
+
+
+def _inside(offsets: NDArray[np.int64], size: int, place: int) -> bool:
+    """Whether a mark lies inside a valid packet, where its bytes mean something else."""
+    before = int(np.searchsorted(offsets, place + len(SEAM), side="left")) - 1
+    return before >= 0 and place < int(offsets[before]) + size
+
 
 #: A file is a dump if so many packets are in its head, and fill so large a share of it.
 _PACKETS, _SHARE = 8, 0.5
 #: Samples a second of a DAQ whose counter goes on by one; the protocol's highest.
 _FULL_RATE = 1000.0
-_WERE = ("were", "was")  # by whether it is one
+_COUNTED_WORDS = ("were", "was")  # by whether it is one
 
 
 def sniff(path: Path, head: bytes) -> bool:  # noqa: ARG001 - a dump has no name of its own
@@ -134,12 +223,13 @@ def _remarks(
     if dump.seams:
         yield (
             f"{counted(dump.seams, 'mark')} of the program that wrote the dump ({SEAM.hex(' ')}) "
-            f"{_WERE[dump.seams == 1]} taken out, which put {counted(dump.mended, 'packet')} right."
+            f"{_COUNTED_WORDS[dump.seams == 1]} taken out, "
+            f"which put {counted(dump.mended, 'packet')} right."
         )
     bad = dump.statistics.bad_checksums - dump.mended
     skipped = dump.statistics.skipped_bytes
     if bad > 0:
-        yield f"{counted(bad, 'packet')} with a wrong checksum {_WERE[bad == 1]} left out."
+        yield f"{counted(bad, 'packet')} with a wrong checksum {_COUNTED_WORDS[bad == 1]} left out."
     if skipped:
         yield f"{skipped:,} of {dump.size:,} bytes belong to no packet and were skipped."
     if unwrapper.missing:
@@ -152,14 +242,14 @@ def _remarks(
         )
     if unwrapper.doubled:
         twice = unwrapper.doubled
-        yield f"{counted(twice, 'sample')} came twice and {_WERE[twice == 1]} taken once."
+        yield f"{counted(twice, 'sample')} came twice and {_COUNTED_WORDS[twice == 1]} taken once."
 
 
 def _status_remarks(status: NDArray[np.uint16], times: NDArray[np.float64]) -> Iterator[str]:
     """What the DAQ said of itself, of its sensors and of overload."""
-    told = status[faulty(status) | overloaded(status)]
+    told = status[is_faulty(status) | is_overloaded(status)]
     words, first = np.unique(told, return_index=True)
     for word in words[np.argsort(first)][:8]:
         where = np.flatnonzero(status == word)
-        for sentence in sentences(int(word)):
+        for sentence in status_sentences(int(word)):
             yield f"{sentence[:-1]} ({counted(len(where), 'sample')} from {times[where[0]]:.3f} s)."

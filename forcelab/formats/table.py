@@ -1,44 +1,64 @@
 """Text tables as found in the wild: CSV, TSV, semicolons or blanks, one sample a row.
 
 Nothing is repaired in silence: what is left out, renamed, guessed or dropped is said in one
-remark each. The rules for stamps are in :mod:`~forcelab.formats.table.stamps`, those for units of
-time in :mod:`~forcelab.formats.table.clocks`, those for headers in
-:mod:`~forcelab.formats.table.layout`.
+remark each. The rules for stamps are in :mod:`~forcelab.formats.timestamps`, those for units of
+time in :mod:`~forcelab.formats.timestamps`, those for headers in
+:mod:`~forcelab.formats.table_sniff`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError, UnclearRateError
+from forcelab.formats.label_tables import own_or_beside_tracks, sniff_labels
 from forcelab.formats.recording import ReadOptions, Recording
-from forcelab.formats.table.body import Body, Plan, Words, read_body
-from forcelab.formats.table.cells import Kind
-from forcelab.formats.table.clocks import ClockReader, RawStamps
-from forcelab.formats.table.columns import goes_on, is_index, unit_of_time
-from forcelab.formats.table.counters import is_counter_name, restarts
-from forcelab.formats.table.dialect import HEAD, head_lines, is_comment, is_text, lines
-from forcelab.formats.table.labels import own_or_beside, sniff_labels
-from forcelab.formats.table.layout import Layout, lay_out, survey
-from forcelab.formats.table.roles import (
-    Roles,
+from forcelab.formats.table_columns import (
+    Body,
+    ColumnPlan,
+    ColumnRoles,
+    TextColumn,
     choose_roles,
-    counters,
+    counter_columns,
+    counter_restarts,
+    is_counter_name,
     is_unlabelled,
     label_column,
+    missing_remark,
+    read_body,
+    switch_remark,
 )
-from forcelab.formats.table.signals import missing, switches
-from forcelab.formats.table.stamps import Repaired, repair
+from forcelab.formats.table_sniff import (
+    HEAD,
+    CellType,
+    Layout,
+    cell_type,
+    continues_name,
+    find_layout,
+    head_lines,
+    is_comment,
+    is_index,
+    is_text,
+    lines,
+    numbers,
+    sniff_layout,
+    unit_of_time,
+)
+from forcelab.formats.timestamps import (
+    RawTimestamps,
+    RepairedTimestamps,
+    TimestampReader,
+    repair_timestamps,
+)
 from forcelab.labels import UNLABELLED, Track, from_codes
 from forcelab.text import counted, listed
-
-__all__ = ["read", "sniff"]
 
 #: Names of files that are meant to be tables, whatever they hold.
 _SUFFIXES = frozenset([".csv", ".tsv"])
@@ -46,10 +66,10 @@ _SUFFIXES = frozenset([".csv", ".tsv"])
 #: rows, and more than one: prose has a line here and there that reads like a row of numbers.
 _TABLE_SHARE = 0.5
 #: How many columns a sentence names.
-NAMED = 20
+NAMED_SHOWN = 20
 #: Why a column is left out that counts, and one whose name does not say so.
-_COUNTING = "counting samples"
-_BY_LOOKS = "by its steps counting samples; if it is a signal, import it as one (--signal)"
+_COUNTER_NOTE = "counting samples"
+_GUESSED_NOTE = "by its steps counting samples; if it is a signal, import it as one (--signal)"
 
 
 def sniff(path: Path, head: bytes) -> bool:
@@ -70,8 +90,8 @@ def sniff(path: Path, head: bytes) -> bool:
     text = next((line.lstrip() for _, line in rows if line.strip()), "")
     if not text or text[0] in "{[<(":
         return False
-    layout = lay_out(rows)
-    if layout is None or Kind.NUMBER not in layout.kinds:
+    layout = find_layout(rows)
+    if layout is None or CellType.NUMBER not in layout.kinds:
         return False
     body = [line for number, line in rows if number > layout.skip and not is_comment(line)]
     return len(layout.sample) > max(1, _TABLE_SHARE * len(body))
@@ -84,7 +104,7 @@ def read(path: Path, options: ReadOptions) -> list[Recording]:
     ----------
     path : Path
         The file. A labels file beside it is read too, see
-        :func:`forcelab.formats.table.labels.lies_beside`.
+        :func:`forcelab.formats.label_tables.has_labels_beside`.
     options : ReadOptions
         With `rate`, a table without stamps has that many rows a second, and as many samples a
         second where a column counts them; one with stamps keeps them and has its features computed
@@ -99,9 +119,9 @@ def read(path: Path, options: ReadOptions) -> list[Recording]:
     ------
     InputError
         If the file holds no table, a cell is not what its column holds, there are neither stamps
-        nor a rate, or the stamps break the rules of :mod:`forcelab.formats.table.stamps`.
+        nor a rate, or the stamps break the rules of :mod:`forcelab.formats.timestamps`.
     """
-    layout, encoding = survey(path)
+    layout, encoding = sniff_layout(path)
     with path.open("rb") as file:
         if sniff_labels(file.read(HEAD)):
             raise InputError(
@@ -111,9 +131,13 @@ def read(path: Path, options: ReadOptions) -> list[Recording]:
     roles = choose_roles(layout, options, str(path))
     clock = None
     if roles.time is not None:
-        clock = ClockReader(layout.cells(roles.time), layout.dialect.decimal)
-    body = read_body(path, layout, encoding, Plan(roles.numeric, roles.time, clock, roles.label))
-    table = _Table(path, layout, roles, body, counters(layout, roles, body.values, str(path)))
+        clock = TimestampReader(layout.cells(roles.time), layout.dialect.decimal)
+    body = read_body(
+        path, layout, encoding, ColumnPlan(roles.numeric, roles.time, clock, roles.label)
+    )
+    table = _Table(
+        path, layout, roles, body, counter_columns(layout, roles, body.values, str(path))
+    )
     remarks = [*layout.remarks, *_ragged(table, options.strict)]
     if layout.sections and any(lines(path, encoding, int(body.lines[-1]))):
         remarks.append("More tables follow in the file; only the first one was read.")
@@ -125,7 +149,11 @@ def read(path: Path, options: ReadOptions) -> list[Recording]:
     channels = tuple(Channel(layout.columns[i].name, layout.columns[i].unit) for i in chosen)
     wanted = table.roles.signals
     unasked = [column for column, index in enumerate(chosen) if index not in wanted]
-    remarks += [*left_out, *switches(signals, channels, unasked), *missing(signals, channels)]
+    remarks += [
+        *left_out,
+        *switch_remark(signals, channels, unasked),
+        *missing_remark(signals, channels),
+    ]
     for array in (repaired.times, signals):
         array.flags.writeable = False  # so that the demonstration need not copy them
     demonstration = Demonstration(
@@ -135,7 +163,7 @@ def read(path: Path, options: ReadOptions) -> list[Recording]:
     if label is not None:
         track = _track(body.words[label], repaired, options.author)
     tracks: tuple[Track, ...] = (track,) if track.segments else ()
-    tracks, more = own_or_beside(path, tracks, options, repaired.start, demonstration)
+    tracks, more = own_or_beside_tracks(path, tracks, options, repaired.start, demonstration)
     remarks += more
     return [Recording(demonstration, tracks, tuple(remarks))]
 
@@ -146,7 +174,7 @@ class _Table:
 
     path: Path
     layout: Layout
-    roles: Roles
+    roles: ColumnRoles
     body: Body
     counters: Mapping[int, NDArray[np.float64]]
 
@@ -177,22 +205,26 @@ def _ragged(table: _Table, strict: bool) -> tuple[str, ...]:
     return (f"{text}.",)
 
 
-def _times(table: _Table, clock: ClockReader | None, options: ReadOptions) -> Repaired:
+def _times(
+    table: _Table, clock: TimestampReader | None, options: ReadOptions
+) -> RepairedTimestamps:
     """The repaired stamps, or an even grid where there are none."""
     path, lines = table.path, table.body.lines
     if clock is None or table.roles.time is None or table.body.stamps is None:
         if options.rate is not None:
-            return _evenly(table, options.rate, options.strict)
+            return _even_times(table, options.rate, options.strict)
         if table.layout.rate is None:
             raise _no_times(table)
-        placed = _evenly(table, table.layout.rate, options.strict)
+        placed = _even_times(table, table.layout.rate, options.strict)
         remark = f"The file says that there are {table.layout.rate:g} samples a second."
         return replace(placed, remarks=(remark, *placed.remarks))
     column = table.layout.columns[table.roles.time]
     whole = np.flatnonzero(~table.body.ragged)
     raw = clock.finish(table.body.stamps[whole], unit_of_time(column), path, column.name)
-    repaired = repair(raw, lines[whole], str(path), strict=options.strict, jitter=options.jitter)
-    return Repaired(
+    repaired = repair_timestamps(
+        raw, lines[whole], str(path), strict=options.strict, jitter=options.jitter
+    )
+    return RepairedTimestamps(
         repaired.times, whole[repaired.kept], repaired.start, (*raw.remarks, *repaired.remarks)
     )
 
@@ -205,7 +237,7 @@ def _no_times(table: _Table) -> UnclearRateError:
         return UnclearRateError(f"{table.path}: {counts}; say how many there are a second.")
     # Of those that are called so one was taken, unless they all stand still.
     stuck = [columns[index].name for index in table.roles.clocks]
-    names = listed([column.name for column in columns], NAMED)
+    names = listed([column.name for column in columns], NAMED_SHOWN)
     what = (
         f"has in '{stuck[0]}' one and the same time throughout"
         if stuck
@@ -217,26 +249,26 @@ def _no_times(table: _Table) -> UnclearRateError:
     )
 
 
-def _evenly(table: _Table, rate: float, strict: bool) -> Repaired:
+def _even_times(table: _Table, rate: float, strict: bool) -> RepairedTimestamps:
     """The rows at a rate: where their counter says, if there is one, else one after the other."""
     lines, counter = table.body.lines, table.counter
     if counter is None:
-        return Repaired(np.arange(lines.size) / rate, np.arange(lines.size), 0.0, ())
-    raw = RawStamps(table.counters[counter], per_second=rate)
-    repaired = repair(raw, lines, str(table.path), strict=strict)
+        return RepairedTimestamps(np.arange(lines.size) / rate, np.arange(lines.size), 0.0, ())
+    raw = RawTimestamps(table.counters[counter], per_second=rate)
+    repaired = repair_timestamps(raw, lines, str(table.path), strict=strict)
     name = table.layout.columns[counter].name
     total = round(float(np.nanmax(raw.values))) + 1
     lost = total - int(np.unique(raw.values[~np.isnan(raw.values)]).size)
     # The same for all files of which nothing was lost, however long: it is told once then.
     much = f"{lost:,} of {total:,} were lost" if lost else "none was lost"
     remark = f"'{name}' counts the samples and places the rows: {much}."
-    remarks = (remark, *_begun_again(table, counter), *repaired.remarks)
+    remarks = (remark, *_restart(table, counter), *repaired.remarks)
     return replace(repaired, remarks=remarks)
 
 
-def _begun_again(table: _Table, counter: int) -> tuple[str, ...]:
+def _restart(table: _Table, counter: int) -> tuple[str, ...]:
     """A remark on restarts of the device, after which nothing tells how long it was off."""
-    rows = restarts(table.body.values[counter])
+    rows = counter_restarts(table.body.values[counter])
     if not rows.size:
         return ()
     often = "once" if rows.size == 1 else f"{rows.size:,} times"
@@ -253,10 +285,10 @@ def _signal_columns(table: _Table, label: int | None) -> tuple[list[int], list[s
     chosen: list[int] = []
     left_out: dict[str, list[str]] = {}
     for index, column in enumerate(table.layout.columns):
-        if index in (table.roles.time, label) or _says_nothing(table, index):
+        if index in (table.roles.time, label) or _is_constant(table, index):
             continue
-        why = _why_not(table, index)
-        if why == _COUNTING and index == table.counter:
+        why = _refusal(table, index)
+        if why == _COUNTER_NOTE and index == table.counter:
             continue  # that it places the rows is said already
         if why:
             name = column.name if column.named else column.name.removeprefix("column ")
@@ -283,13 +315,13 @@ def _signal_columns(table: _Table, label: int | None) -> tuple[list[int], list[s
     return chosen, remarks
 
 
-def _says_nothing(table: _Table, index: int) -> bool:
+def _is_constant(table: _Table, index: int) -> bool:
     """Whether a column is what a separator at the end of each row makes."""
     words = table.body.words.get(index)
     return words is not None and words.empty and not table.layout.columns[index].named
 
 
-def _why_not(table: _Table, index: int) -> str:
+def _refusal(table: _Table, index: int) -> str:
     """Why a column becomes no channel; empty where it does."""
     column, body = table.layout.columns[index], table.body
     if index in table.roles.signals:
@@ -300,14 +332,16 @@ def _why_not(table: _Table, index: int) -> str:
         return "times too"
     if index in table.counters:
         told = index == table.roles.counter or (column.named and is_counter_name(column.name))
-        return _COUNTING if told else _BY_LOOKS
+        return _COUNTER_NOTE if told else _GUESSED_NOTE
     if index in body.words:
         return "empty" if body.words[index].empty else "words, not numbers"
-    alone = is_index(column, table.layout.cells(index)) and goes_on(body.values[index], column)
+    alone = is_index(column, table.layout.cells(index)) and continues_name(
+        body.values[index], column
+    )
     return "counting rows only" if alone else ""
 
 
-def _track(words: Words, repaired: Repaired, author: str) -> Track:
+def _track(words: TextColumn, repaired: RepairedTimestamps, author: str) -> Track:
     """The label column as a track."""
     actions: dict[str, int] = {}
     numbers = np.full(len(words.words), UNLABELLED, np.int64)
@@ -316,3 +350,102 @@ def _track(words: Words, repaired: Repaired, author: str) -> Track:
             numbers[code] = actions.setdefault(word, len(actions))
     codes = numbers[words.codes[repaired.kept]]
     return Track(author, from_codes(codes, repaired.times, list(actions)))
+
+
+Use = Literal["signal", "times", "counter", "labels", "left out"]
+#: What any column of a table can be made, besides what it is taken for.
+ANY_USE: tuple[Use, ...] = ("signal", "times", "counter", "labels", "left out")
+
+
+@dataclass(frozen=True, slots=True)
+class ColumnUse:
+    """A column and what it is read as.
+
+    Parameters
+    ----------
+    name, unit : str
+        As in the header; the unit is empty where there is none.
+    use : "signal", "times", "counter", "labels" or "left out"
+        A counter is no signal; where there are no times it stands in for them.
+    cells : tuple of str
+        Its first cells, as they stand in the file.
+    choices : tuple
+        What it can be made.
+    """
+
+    name: str
+    unit: str
+    use: Use
+    cells: tuple[str, ...]
+    choices: tuple[Use, ...] = ANY_USE
+
+
+def preview_table(path: Path, options: ReadOptions) -> tuple[ColumnUse, ...]:
+    """Tell what the columns of a table are read as, without reading all of it.
+
+    Parameters
+    ----------
+    path : Path
+        The table.
+    options : ReadOptions
+        As for reading it.
+
+    Raises
+    ------
+    InputError
+        If its first lines hold no table or the options do not fit.
+    """
+    layout, _ = sniff_layout(path)
+    roles = choose_roles(layout, options, str(path))
+    decimal = layout.dialect.decimal
+    values = {index: _values(layout.cells(index), decimal) for index in roles.numeric}
+    counting = set(counter_columns(layout, roles, values, str(path)))
+    words = {}
+    for index in range(len(layout.columns)):
+        if index not in values and index != roles.time:
+            words[index] = TextColumn()
+            words[index].read(layout.cells(index))
+            words[index].close()
+    label = label_column(layout, roles, words, str(path))
+    return tuple(
+        ColumnUse(
+            column.name,
+            column.unit,
+            "labels" if index == label else _use(layout, roles, counting, index),
+            tuple(cell.strip() for cell in layout.cells(index)[:3]),
+        )
+        for index, column in enumerate(layout.columns)
+    )
+
+
+def rate_in(path: Path) -> float | None:
+    """The samples a second that lines before a table tell, such as in a Vicon export.
+
+    Raises
+    ------
+    InputError
+        If its first lines hold no table.
+    """
+    return sniff_layout(path)[0].rate
+
+
+def _values(cells: Sequence[str], decimal: str) -> NDArray[np.float64]:
+    """The numbers of some cells; what is none is told with its line when the table is read."""
+    kinds = (cell_type(cell, decimal) for cell in cells)
+    pairs = zip(cells, kinds, strict=True)
+    return numbers([cell if kind is CellType.NUMBER else "" for cell, kind in pairs], decimal)
+
+
+def _use(layout: Layout, roles: ColumnRoles, counting: set[int], index: int) -> Use:
+    """What one column is read as."""
+    if index == roles.time:
+        return "times"
+    if index in roles.signals:
+        return "signal"
+    if index in roles.left_out or index in roles.clocks:
+        return "left out"
+    if index in counting:
+        return "counter"
+    if is_index(layout.columns[index], layout.cells(index)):
+        return "left out"
+    return "signal" if layout.kinds[index] is CellType.NUMBER else "left out"

@@ -8,19 +8,16 @@ from pathlib import Path
 from typing import Literal
 
 from forcelab.errors import InputError
-from forcelab.formats.boris import Film, Observation, to_boris
+from forcelab.formats.boris import Observation, VideoFile, to_boris
 from forcelab.formats.elan import to_elan
-from forcelab.formats.events import Coded, to_table
-from forcelab.formats.folders import file_names, filling
-from forcelab.formats.tracks import to_audacity, to_csv
+from forcelab.formats.output_folder import file_names, output_folder
+from forcelab.formats.track_text import AnnotatedTrack, to_audacity, to_csv, to_statistics_table
 from forcelab.io import write_atomically
 from forcelab.jobs import Progress
 from forcelab.labels import Track
 from forcelab.project import DemonstrationInfo, Project
 from forcelab.video.index import told_length, told_rate
 from forcelab.vocabulary import joined
-
-__all__ = ["FORMATS", "Format", "exporting"]
 
 Format = Literal["csv", "table", "elan", "boris", "audacity", "archive"]
 
@@ -71,14 +68,14 @@ def exporting(
     with Project.open(path) as project:
         if kind == "archive":
             return (yield from _archive(project, out, viewer, replacing))
-        chosen = _chosen(project, ids, viewer, authors)
+        chosen = _select(project, ids, viewer, authors)
         if not chosen:
             if ids is not None or authors is not None:
                 raise InputError("What was chosen has no labels; export more, or label it first.")
             raise InputError(f"'{project.path}' has no labels to export; label something first.")
         if kind in ("table", "boris"):
-            return (yield from _together(project, out, kind, chosen, replacing))
-        return (yield from _apart(project, out, kind, chosen, replacing))
+            return (yield from _one_file(project, out, kind, chosen, replacing))
+        return (yield from _file_each(project, out, kind, chosen, replacing))
 
 
 def _archive(
@@ -94,22 +91,22 @@ def _archive(
         )
     written = out / f"{project.path.resolve().stem}.zip"
     _check([written], replacing)
-    with filling(out, [project.path]):
+    with output_folder(out, [project.path]):
         yield Progress(0, 1, written.name)
         write_archive(project, written)
     return (written,)
 
 
 #: A demonstration with those of its tracks that are written.
-_Chosen = tuple[DemonstrationInfo, tuple[Track, ...]]
+_Selection = tuple[DemonstrationInfo, tuple[Track, ...]]
 
 
-def _chosen(
+def _select(
     project: Project,
     ids: Collection[str] | None,
     viewer: str | None,
     authors: Collection[str] | None,
-) -> list[_Chosen]:
+) -> list[_Selection]:
     """The tracks to write, by demonstration."""
     known = [author.name for author in project.authors()]
     for name in authors or ():
@@ -147,8 +144,8 @@ def _titles(project: Project) -> dict[str, str]:
     }
 
 
-def _together(
-    project: Project, out: Path, kind: Format, chosen: Collection[_Chosen], replacing: bool
+def _one_file(
+    project: Project, out: Path, kind: Format, chosen: Collection[_Selection], replacing: bool
 ) -> Generator[Progress, None, tuple[Path, ...]]:
     """Write all tracks into one file."""
     name = project.path.resolve().stem
@@ -157,34 +154,36 @@ def _together(
     _check([written], replacing)
     kinds = {author.name: author.kind for author in project.authors()}
     titles = _titles(project)
-    coded: list[Coded] = []
+    coded: list[AnnotatedTrack] = []
     observed: list[Observation] = []
     for done, (info, tracks) in enumerate(chosen):
         yield Progress(done, len(chosen), info.name)
         if kind == "boris":
-            observed += _observed(project, info, titles[info.id], tracks)
+            observed += _observations(project, info, titles[info.id], tracks)
         else:
             coded += [
-                Coded(info.name, info.task, info.duration, kinds.get(track.author, "coder"), track)
+                AnnotatedTrack(
+                    info.name, info.task, info.duration, kinds.get(track.author, "coder"), track
+                )
                 for track in tracks
             ]
     if kind == "boris":
         content = to_boris(name, observed, joined(project.vocabularies()))
     else:
-        content = to_table(coded).encode("utf-8")
-    with filling(out, [project.path]):
+        content = to_statistics_table(coded).encode("utf-8")
+    with output_folder(out, [project.path]):
         write_atomically(written, content)
     return (written,)
 
 
-def _observed(
+def _observations(
     project: Project, info: DemonstrationInfo, title: str, tracks: Collection[Track]
 ) -> list[Observation]:
     """Tracks with what else is known of how they were observed: the video, and when."""
     video = project.load(info.id).video if info.has_video else None
     film = None
     if video is not None:
-        film = Film(video.path, video.clock, told_rate(video.path), told_length(video.path))
+        film = VideoFile(video.path, video.clock, told_rate(video.path), told_length(video.path))
     return [
         Observation(
             title,
@@ -197,8 +196,8 @@ def _observed(
     ]
 
 
-def _apart(
-    project: Project, out: Path, kind: Format, chosen: Collection[_Chosen], replacing: bool
+def _file_each(
+    project: Project, out: Path, kind: Format, chosen: Collection[_Selection], replacing: bool
 ) -> Generator[Progress, None, tuple[Path, ...]]:
     """Write a file a demonstration, for Audacity a file a track."""
     titles, apart = _titles(project), kind == "audacity"
@@ -217,7 +216,7 @@ def _apart(
         yield Progress(done, len(wanted), written[done].name)
         made.append(_content(project, info, kind, tracks, out))
     # All were made before: what a format cannot hold leaves no half of an export.
-    with filling(out, [project.path]):
+    with output_folder(out, [project.path]):
         for file, content in zip(written, made, strict=True):
             write_atomically(file, content)
     return written

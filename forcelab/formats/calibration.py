@@ -30,7 +30,7 @@ from numpy.typing import NDArray
 
 from forcelab.demonstration import Channel
 from forcelab.errors import InputError
-from forcelab.formats.optoforce.packets import Kind
+from forcelab.formats.optoforce_packets import SensorKind
 from forcelab.io import small_text
 
 if sys.version_info >= (3, 11):
@@ -38,7 +38,6 @@ if sys.version_info >= (3, 11):
 else:
     import tomli as tomllib
 
-__all__ = ["ANY", "Calibration", "Calibrations", "channels_of", "read_calibrations"]
 
 #: The table for all serial numbers that have none of their own.
 ANY: Final = "any"
@@ -84,7 +83,7 @@ class Calibrations:
     path: Path
     tables: Mapping[str, Mapping[str, Mapping[str, tuple[float, float]]]]
 
-    def find(self, serial: str | None, kind: Kind) -> Calibration:
+    def find(self, serial: str | None, kind: SensorKind) -> Calibration:
         """The calibration of a DAQ.
 
         Parameters
@@ -109,7 +108,7 @@ class Calibrations:
             if axis not in self.tables[name].get(sensor, {}):
                 raise InputError(
                     f"'{self.path}' has no '{axis}' in [{name}.{sensor}], which the {kind.name} "
-                    f"packets of {_called(serial)} need; add it, such as "
+                    f"packets of {_sensor_name(serial)} need; add it, such as "
                     f"{axis} = {{ capacity = 40.0, counts = 16037 }}."
                 )
         worth = np.array([self.tables[name][sensor][axis] for sensor, axis in wanted])
@@ -129,12 +128,12 @@ class Calibrations:
                 f"tell its DAQ's serial number; name a file with one of them only."
             )
         raise InputError(
-            f"'{self.path}' has no section [{serial}.sensor1] for {_called(serial)}; copy the "
+            f"'{self.path}' has no section [{serial}.sensor1] for {_sensor_name(serial)}; copy the "
             f"numbers of its calibration sheet there, or call a section [{ANY}.sensor1]."
         )
 
 
-def channels_of(kind: Kind, *, calibrated: bool, first: int = 1) -> tuple[Channel, ...]:
+def channels_of(kind: SensorKind, *, calibrated: bool, first: int = 1) -> tuple[Channel, ...]:
     """Channels of the readings in a packet, such as ``fx1 fy1 fz1``.
 
     Parameters
@@ -178,8 +177,8 @@ def read_calibrations(path: Path) -> Calibrations:
         ) from error
     checked = {
         serial: {
-            sensor: _sensor(_Place(path, text, (serial, sensor)), axes)
-            for sensor, axes in _table(_Place(path, text, (serial,)), sensors).items()
+            sensor: _sensor(_Location(path, text, (serial, sensor)), axes)
+            for sensor, axes in _table(_Location(path, text, (serial,)), sensors).items()
         }
         for serial, sensors in content.items()
     }
@@ -189,7 +188,7 @@ def read_calibrations(path: Path) -> Calibrations:
 
 
 @dataclass(frozen=True, slots=True)
-class _Place:
+class _Location:
     """Where in a file something stands."""
 
     path: Path
@@ -206,7 +205,7 @@ class _Place:
         return InputError(f"'{self.path}', line {line + 1}: {'.'.join(self.keys)} {what}")
 
 
-def _table(place: _Place, value: Any) -> Mapping[str, Any]:
+def _table(place: _Location, value: Any) -> Mapping[str, Any]:
     """The sensors of a serial number."""
     if not isinstance(value, dict) or not value:
         raise place.refusal("must be a section of sensors, such as [any.sensor1].")
@@ -216,17 +215,17 @@ def _table(place: _Place, value: Any) -> Mapping[str, Any]:
     return value
 
 
-def _sensor(place: _Place, axes: Any) -> dict[str, tuple[float, float]]:
+def _sensor(place: _Location, axes: Any) -> dict[str, tuple[float, float]]:
     """Newtons per count of each axis of a sensor, above and below zero."""
     if not isinstance(axes, dict) or not axes:
         raise place.refusal("must hold axes, such as fz = { capacity = 40.0, counts = 16037 }.")
     return {
-        axis: _worth(_Place(place.path, place.text, (*place.keys, axis)), value)
+        axis: _newtons(_Location(place.path, place.text, (*place.keys, axis)), value)
         for axis, value in axes.items()
     }
 
 
-def _worth(place: _Place, value: Any) -> tuple[float, float]:
+def _newtons(place: _Location, value: Any) -> tuple[float, float]:
     """Newtons per count of one axis, above and below zero."""
     if place.keys[-1] not in _AXES:
         raise place.refusal(f"is no axis; they are called {', '.join(_AXES)}.")
@@ -238,7 +237,7 @@ def _worth(place: _Place, value: Any) -> tuple[float, float]:
     return above[0] / above[1], below[0] / below[1]
 
 
-def _pair(place: _Place, name: str, value: Any) -> tuple[float, float]:
+def _pair(place: _Location, name: str, value: Any) -> tuple[float, float]:
     """A number for both signs, or one for each."""
     both = value if isinstance(value, list) else [value, value]
     if len(both) != 2 or not all(_is_positive(number) for number in both):
@@ -256,6 +255,6 @@ def _is_positive(number: object) -> bool:
     )
 
 
-def _called(serial: str | None) -> str:
+def _sensor_name(serial: str | None) -> str:
     """A DAQ for sentences."""
     return f"DAQ {serial}" if serial else "the DAQ"

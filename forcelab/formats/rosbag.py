@@ -1,4 +1,9 @@
-"""Reading a bag as one demonstration."""
+"""ROS bags of ROS 1 and ROS 2, read as one demonstration.
+
+What the messages hold is told by the definitions in the bag, so that custom messages are read as
+the common ones are. Which of their numbers are forces: :mod:`~forcelab.formats.rosbag_topics`. How
+several topics come onto one clock: :mod:`~forcelab.formats.rosbag_topics`.
+"""
 
 from __future__ import annotations
 
@@ -14,17 +19,144 @@ import numpy as np
 
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError
+from forcelab.formats.label_tables import own_or_beside_tracks
 from forcelab.formats.recording import ReadOptions, Recording
-from forcelab.formats.rosbag.aligning import Held, Placed, placed
-from forcelab.formats.rosbag.choosing import chosen, left_numbers, some
-from forcelab.formats.rosbag.fields import Contents, Definitions, address_of, contents, follow
+from forcelab.formats.rosbag_topics import (
+    AlignedTopics,
+    Contents,
+    Definitions,
+    Field,
+    FieldPath,
+    TopicData,
+    address_of,
+    align_topics,
+    contents,
+    follow_path,
+    values_within,
+    with_sensors,
+)
 from forcelab.formats.signatures import BAG_METADATA
-from forcelab.formats.table.labels import own_or_beside
-from forcelab.formats.table.roles import MOST_LABELS, is_unlabelled
-from forcelab.formats.table.signals import missing
+from forcelab.formats.table import ColumnUse, Use
+from forcelab.formats.table_columns import MOST_LABELS, is_unlabelled, missing_remark
 from forcelab.labels import UNLABELLED, Track, from_codes
+from forcelab.text import listed
 
-__all__ = ["opened", "read", "sniff", "survey"]
+#: So many names are told at most.
+_SHOWN: Final = 8
+
+
+def select_fields(topics: Sequence[Contents], options: ReadOptions) -> list[TopicData]:
+    """What to read: forces and what is asked for, without what is to be left out.
+
+    Parameters
+    ----------
+    topics : sequence of Contents
+    options : ReadOptions
+        `signals`, `leave_out` and `label` name topics, or fields as in ``/topic.field.part``.
+
+    Returns
+    -------
+    list of Held
+        One a topic that is needed, empty yet.
+
+    Raises
+    ------
+    InputError
+        If nothing would be read, or a name means nothing.
+    """
+    every = [one for topic in topics for one in topic.numbers]
+    known = [address for one in every for address in one.addresses]
+    known += [address for topic in topics for address in topic.words]
+    for wish in (*options.signals, *options.leave_out):
+        if not any(values_within(address, wish) for address in known):
+            raise _unknown(wish, "values", [one.address for one in every])
+    kept = with_sensors([part for one in every if (part := _requested_fields(one, options)).leaves])
+    if not kept:
+        left = " but what is left out" if options.leave_out else ""
+        raise InputError(
+            f"no topic in it carries forces{left} (there are "
+            f"{shorten_list([topic.topic for topic in topics])}); name what is to be read as a "
+            "signal, a topic or a field of it as in --signal /topic.field."
+        )
+    labelled, label = _label(topics, options, {one.topic for one in kept})
+    return [
+        TopicData(
+            topic.topic,
+            fields := tuple(one for one in kept if one.topic == topic.topic),
+            _sizes(topic.first, fields),
+            topic.stamp,
+            label if topic.topic == labelled else None,
+        )
+        for topic in topics
+        if topic.topic == labelled or any(one.topic == topic.topic for one in kept)
+    ]
+
+
+def left_numbers(topics: Sequence[Contents], read: Sequence[TopicData]) -> list[str]:
+    """Addresses of numbers that are not read, in topics of which others are."""
+    used = {one.address for held in read for one in held.fields}
+    measured = {held.topic for held in read if held.fields}
+    return [
+        one.address
+        for topic in topics
+        if topic.topic in measured
+        for one in topic.numbers
+        if one.address not in used and one.address not in topic.words
+    ]
+
+
+def shorten_list(names: Sequence[str]) -> str:
+    """The first of some names, and how many more there are."""
+    return listed(names, _SHOWN)
+
+
+def _requested_fields(one: Field, options: ReadOptions) -> Field:
+    """The part of a field that is read: of a force all, else what is asked for."""
+    return one.part(
+        [
+            i
+            for i, address in enumerate(one.addresses)
+            if (one.force or any(values_within(address, wish) for wish in options.signals))
+            and not any(values_within(address, wish) for wish in options.leave_out)
+        ]
+    )
+
+
+def _sizes(first: object, fields: Sequence[Field]) -> dict[FieldPath, int]:
+    """How many there are in each array and list that fields are taken from."""
+    ways = [leaf for one in fields for leaf in one.leaves]
+    inside = [leaf[:i] for leaf in ways for i, step in enumerate(leaf) if isinstance(step, int)]
+    return {path: len(follow_path(first, path)) for path in inside}
+
+
+def _label(
+    topics: Sequence[Contents], options: ReadOptions, measured: set[str]
+) -> tuple[str, FieldPath | None]:
+    """Topic and path of the labels: as asked for, else the surest name, beside forces first."""
+    places = {
+        address: (topic.topic, path) for topic in topics for address, path in topic.words.items()
+    }
+    if options.label is not None:
+        found = [address for address in places if values_within(address, options.label)]
+        if len(found) != 1:
+            raise _unknown(options.label, "labels", list(places))
+    else:
+        found = [
+            address
+            for topic in sorted(topics, key=lambda topic: topic.topic not in measured)
+            for address in topic.labels
+            if not any(
+                values_within(address, wish) for wish in (*options.leave_out, *options.signals)
+            )
+        ]
+    return places[found[0]] if found else ("", None)
+
+
+def _unknown(wish: str, what: str, names: Sequence[str]) -> InputError:
+    """The error for a name that means nothing, or more than one thing."""
+    cure = f"name one of {shorten_list(names)}" if names else "there are none"
+    return InputError(f"it has no {what} called '{wish}'; {cure}.")
+
 
 _METADATA: Final = b"rosbag2_bagfile_information:"
 _ROS1, _MCAP, _SQLITE = b"#ROSBAG V", b"\x89MCAP", b"SQLite format 3\x00"
@@ -57,7 +189,7 @@ def read(path: Path, options: ReadOptions) -> list[Recording]:
         file beside it is read where it holds no labels, as beside a table.
     options : ReadOptions
         With `signals`, `leave_out` and `label` as of
-        :func:`forcelab.formats.rosbag.choosing.chosen`.
+        :func:`forcelab.formats.rosbag.select_fields`.
 
     Returns
     -------
@@ -69,20 +201,20 @@ def read(path: Path, options: ReadOptions) -> list[Recording]:
     InputError
         If the library that reads bags is not installed, the bag is damaged or not indexed, none of
         its topics carries forces, or its stamps break the rules of
-        :mod:`forcelab.formats.table.stamps`.
+        :mod:`forcelab.formats.timestamps`.
     """
-    with opened(path) as bag:
+    with open_bag(path) as bag:
         bag_path: Path = bag.paths[0]
-        topics, left = survey(bag)
+        topics, left = survey_topics(bag)
         if not topics:
             raise InputError(
-                f"Nothing can be read from '{bag_path}': {some(left) or 'it is empty'}."
+                f"Nothing can be read from '{bag_path}': {shorten_list(left) or 'it is empty'}."
             )
-        held = chosen(topics, options)
+        held = select_fields(topics, options)
         _fill(held, bag)
         names = _constants(topics, held, bag)
         kinds = {one.topic: one.msgtype.replace("/msg/", "/") for one in bag.connections}
-    found = placed(held, str(path), strict=options.strict)
+    found = align_topics(held, str(path), strict=options.strict)
     fields = [one for topic in held for one in topic.fields]
     channels = tuple(
         Channel(name, unit)
@@ -98,22 +230,22 @@ def read(path: Path, options: ReadOptions) -> list[Recording]:
         grid_rate=options.rate,
     )
     tracks, told = _tracks(held, found, names, options)
-    tracks, beside = own_or_beside(bag_path, tracks, options, found.start, demonstration)
+    tracks, beside = own_or_beside_tracks(bag_path, tracks, options, found.start, demonstration)
     there = {topic.topic for topic in held}
     unread = [f"{one.topic} ({kinds[one.topic]})" for one in topics if one.topic not in there]
     remarks = [
-        f"Channels were read from {some([one.address for one in fields])}.",
+        f"Channels were read from {shorten_list([one.address for one in fields])}.",
         *found.remarks,
         *told,
         *beside,
-        *missing(found.signals, channels),
-        *_left(unread, left, left_numbers(topics, held)),
+        *missing_remark(found.signals, channels),
+        *_not_imported(unread, left, left_numbers(topics, held)),
     ]
     return [Recording(demonstration, tracks, tuple(remarks), source=bag_path.name)]
 
 
 @contextmanager
-def opened(path: Path) -> Iterator[Any]:
+def open_bag(path: Path) -> Iterator[Any]:
     """The library's reader of a bag, which may be named by its metadata."""
     path = path.parent if path.name == BAG_METADATA else path
     try:
@@ -131,12 +263,12 @@ def opened(path: Path) -> Iterator[Any]:
             if head.startswith(start) and path.suffix != suffix:
                 raise InputError(f"'{path}' is a ROS bag by its content; rename it to *{suffix}.")
     _check_files(path)
-    with _damage_told(path), _plain_databases():
+    with _naming_damage(path), _plain_databases():
         # Older bags of ROS 2 do not define their messages; the common ones never changed.
         bag = AnyReader([path], default_typestore=get_typestore(Stores.ROS2_HUMBLE))
         bag.open()
     try:
-        with _damage_told(path):
+        with _naming_damage(path):
             _check_count(path, int(bag.message_count))
             if not all(
                 isinstance(c.topic, str) and isinstance(c.msgtype, str) for c in bag.connections
@@ -201,7 +333,7 @@ def _size(path: Path) -> int:
 
 
 @contextmanager
-def _damage_told(path: Path) -> Iterator[None]:
+def _naming_damage(path: Path) -> Iterator[None]:
     """Turn what the library says of a bag that it cannot read into a sentence."""
     try:
         yield
@@ -242,7 +374,7 @@ def _damage() -> tuple[type[Exception], ...]:
 
 
 #: What the library gives to a type without fields; in ROS 1 it takes no byte.
-_NO_FIELD: Final = "structure_needs_at_least_one_member"
+_NO_FIELD_CURE: Final = "structure_needs_at_least_one_member"
 #: A message has no more fields, all within one another counted, nor are they nested deeper.
 MOST_FIELDS, DEEPEST = 20_000, 32
 
@@ -255,19 +387,19 @@ def _trouble(kind: str, definitions: Definitions) -> str | None:
 
     def count(kind: str, above: tuple[str, ...]) -> int:
         if kind in above:
-            raise _OddError(f"{kind} contains itself")
+            raise _UnreadableError(f"{kind} contains itself")
         if len(above) > DEEPEST:
-            raise _OddError(f"messages are nested deeper than {DEEPEST}")
+            raise _UnreadableError(f"messages are nested deeper than {DEEPEST}")
         if kind not in definitions:
-            raise _OddError(f"{kind}, which the bag does not define")
+            raise _UnreadableError(f"{kind}, which the bag does not define")
         if kind not in known:
             known[kind] = sum(
                 fields(desc, (*above, kind))
                 for name, desc in definitions[kind][1]
-                if name != _NO_FIELD
+                if name != _NO_FIELD_CURE
             )
         if known[kind] > MOST_FIELDS:
-            raise _OddError(f"more than {MOST_FIELDS:,} fields a message")
+            raise _UnreadableError(f"more than {MOST_FIELDS:,} fields a message")
         return known[kind]
 
     def fields(desc: Any, above: tuple[str, ...]) -> int:
@@ -279,19 +411,19 @@ def _trouble(kind: str, definitions: Definitions) -> str | None:
         one, length = inner
         several = fields(one, above)
         if several == 0:
-            raise _OddError(f"a list of {one[1]}, which holds nothing")
+            raise _UnreadableError(f"a list of {one[1]}, which holds nothing")
         if sort == Nodetype.SEQUENCE:
             return 1 + several
         return several if one[0] == Nodetype.BASE and one[1][0] != "string" else several * length
 
     try:
         count(kind, ())
-    except _OddError as error:
+    except _UnreadableError as error:
         return str(error)
     return None
 
 
-class _OddError(Exception):
+class _UnreadableError(Exception):
     """A definition that no message can have."""
 
 
@@ -301,7 +433,7 @@ def _messages(bag: Any, connections: Sequence[Any]) -> Iterator[tuple[int, Any]]
     for count in itertools.count(1):
         if count % 100_000 == 0:
             _check_count(bag.paths[0], count)
-        with _damage_told(bag.paths[0]):
+        with _naming_damage(bag.paths[0]):
             entry = next(coming, None)
             if entry is None:
                 return
@@ -310,7 +442,7 @@ def _messages(bag: Any, connections: Sequence[Any]) -> Iterator[tuple[int, Any]]
         yield arrived, message
 
 
-def survey(bag: Any) -> tuple[list[Contents], list[str]]:
+def survey_topics(bag: Any) -> tuple[list[Contents], list[str]]:
     """What each topic holds, by its first message, and topics that hold nothing to be read."""
     topics: list[Contents] = []
     left: list[str] = []
@@ -330,7 +462,7 @@ def survey(bag: Any) -> tuple[list[Contents], list[str]]:
     return topics, left
 
 
-def _fill(held: Sequence[Held], bag: Any) -> None:
+def _fill(held: Sequence[TopicData], bag: Any) -> None:
     """Read all messages of what was chosen, topic by topic.
 
     The library unpacks a chunk anew whenever the next message is of another one, which, over all
@@ -342,13 +474,13 @@ def _fill(held: Sequence[Held], bag: Any) -> None:
             topic.add(arrived, message)
 
 
-def _constants(topics: Sequence[Contents], held: Sequence[Held], bag: Any) -> dict[str, str]:
+def _constants(topics: Sequence[Contents], held: Sequence[TopicData], bag: Any) -> dict[str, str]:
     """What the definition of a message calls the values of its label, by the value as a word."""
     labels = {one.topic: one.label for one in held if one.label}
     names: dict[str, str] = {}
     for topic in topics:
         if path := labels.get(topic.topic):
-            kind = follow(topic.first, path[:-1]).__msgtype__
+            kind = follow_path(topic.first, path[:-1]).__msgtype__
             constants, fields = bag.typestore.fielddefs[kind]
             own = dict(fields)[path[-1]][1][0]
             pairs = [(str(value), name) for name, type_, value in constants if type_ == own]
@@ -358,7 +490,7 @@ def _constants(topics: Sequence[Contents], held: Sequence[Held], bag: Any) -> di
 
 
 def _tracks(
-    held: Sequence[Held], found: Placed, names: dict[str, str], options: ReadOptions
+    held: Sequence[TopicData], found: AlignedTopics, names: dict[str, str], options: ReadOptions
 ) -> tuple[tuple[Track, ...], list[str]]:
     """The labels as a track, with a remark on where they are from."""
     source = next((topic for topic in held if topic.label is not None), None)
@@ -382,11 +514,72 @@ def _tracks(
     return ((Track(options.author, segments),) if segments else ()), [remark]
 
 
-def _left(unread: Sequence[str], left: Sequence[str], numbers: Sequence[str]) -> Iterator[str]:
+def _not_imported(
+    unread: Sequence[str], left: Sequence[str], numbers: Sequence[str]
+) -> Iterator[str]:
     """Remarks on what of the bag was not read."""
     if unread or left:
-        yield f"Nothing was read from {some([*unread, *left])}."
+        yield f"Nothing was read from {shorten_list([*unread, *left])}."
     if any("Image)" in one for one in unread):
         yield "Pictures stay in the bag; save them as a video and attach that."
     if numbers:
-        yield f"Other numbers can be read as signals (--signal): {some(numbers)}."
+        yield f"Other numbers can be read as signals (--signal): {shorten_list(numbers)}."
+
+
+_SIGNAL_USE: Final[tuple[Use, ...]] = ("signal", "left out")
+_LABEL_USE: Final[tuple[Use, ...]] = ("signal", "labels", "left out")
+
+
+def preview_bag(path: Path, options: ReadOptions) -> tuple[ColumnUse, ...]:
+    """Tell what the fields of a bag's messages are read as, without reading all of them.
+
+    Parameters
+    ----------
+    path : Path
+        As for reading it.
+    options : ReadOptions
+        As for reading it.
+
+    Returns
+    -------
+    tuple of ColumnUse
+        A row a stamp, label or group of numbers that belong together; its cells are these.
+
+    Raises
+    ------
+    InputError
+        If the bag cannot be opened, or the options do not fit.
+    """
+    with open_bag(path) as bag:
+        topics, _ = survey_topics(bag)
+    try:
+        held = select_fields(topics, options)
+    except InputError:
+        if options.signals or options.leave_out or options.label:
+            raise
+        held = []  # no forces; something may be chosen
+    return tuple(row for topic in topics for row in _rows(topic, held))
+
+
+def _rows(topic: Contents, held: Sequence[TopicData]) -> Iterator[ColumnUse]:
+    """What a topic holds, and what it is read as."""
+    read = {one.address for of in held for one in of.fields}
+    labels = {address_of(of.topic, of.label) for of in held if of.label is not None}
+    if topic.stamp is not None:
+        stamp = follow_path(topic.first, topic.stamp)
+        cell = f"{stamp.sec}.{stamp.nanosec:09}"
+        name = address_of(topic.topic, topic.stamp)
+        yield ColumnUse(name, "", "times", (cell,), choices=("times",))
+    numbers = {one.address for one in topic.numbers}
+    for address in topic.labels:
+        if address not in numbers:  # a text
+            use: Use = "labels" if address in labels else "left out"
+            word = str(follow_path(topic.first, topic.words[address]))
+            yield ColumnUse(address, "", use, (word,), choices=("labels", "left out"))
+    for one in topic.numbers:
+        use = "labels" if one.address in labels else "left out"
+        cells = tuple(f"{float(follow_path(topic.first, leaf)):.4g}" for leaf in one.leaves[:3])
+        units = ", ".join(unit for unit in dict.fromkeys(one.units) if unit)
+        use = "signal" if one.address in read else use
+        choices = _LABEL_USE if one.address in topic.words else _SIGNAL_USE
+        yield ColumnUse(one.address, units, use, cells, choices=choices)

@@ -1,0 +1,505 @@
+"""What the messages of a bag hold, and its topics on one clock.
+
+A ``geometry_msgs/Wrench`` is a force and a torque wherever it stands in a message. A vector, an
+array or a number is a force or a torque where its name says so, or the name of its topic if its own
+says nothing, as ``data`` does. A whole number or a text called tag, label, action or the like is a
+label.
+
+A message's stamp is that of its outermost header. Where there is none, or none that was ever set,
+it is the time at which the message arrived. Where a topic's stamps are of another clock than those
+that the rest is put to, they are shifted by how much more or less late its messages arrived.
+"""
+
+from __future__ import annotations
+
+import re
+from array import array
+from collections import deque
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, fields, is_dataclass, replace
+from numbers import Real
+from typing import Any, Final, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from forcelab.demonstration import GAP_PERIODS
+from forcelab.errors import InputError
+from forcelab.formats.table_sniff import is_label_name
+from forcelab.formats.timestamps import RawTimestamps, repair_timestamps
+from forcelab.text import counted
+
+#: Names and places that lead from a message to a value in it.
+FieldPath: TypeAlias = tuple[str | int, ...]
+#: Constants and fields of each type, as the library keeps them.
+Definitions: TypeAlias = Mapping[str, tuple[Sequence[Any], Sequence[Any]]]
+
+_WRENCH: Final = "geometry_msgs/msg/Wrench"
+_TIME: Final = "builtin_interfaces/msg/Time"
+#: What is not looked into.
+_WHOLE: Final = frozenset([_WRENCH, _TIME, "builtin_interfaces/msg/Duration"])
+_AXES: Final = "xyz"
+#: Names of fields that say nothing of what is in them.
+_EMPTY: Final = frozenset(["data", "value", "values", "vector", "header", "msg"])
+_STAMPS: Final = frozenset(["stamp", "time", "timestamp"])
+_TORQUES: Final = frozenset(["torque", "torques"])
+_FORCES: Final = frozenset(["force", "forces", "wrench", "ft", "fx", "fy", "fz"])
+#: An array of more numbers is a picture or a cloud, and a list of more messages is one too.
+_MOST: Final = 64
+
+
+@dataclass(frozen=True, slots=True)
+class Field:
+    """Numbers that belong together, such as those of a wrench; k of them.
+
+    Parameters
+    ----------
+    topic : str
+        With its slash.
+    path : Path
+        To what holds them.
+    leaves : tuple of Path, length k
+        To each of them.
+    names, units : tuple of str, length k
+        Of the channels that they become.
+    force : bool
+        Whether they are forces or torques.
+    """
+
+    topic: str
+    path: FieldPath
+    leaves: tuple[FieldPath, ...]
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    force: bool
+
+    @property
+    def address(self) -> str:
+        """Topic and path, as people name it: ``/tag_multimodal.wrench_stamped.wrench``."""
+        return address_of(self.topic, self.path)
+
+    @property
+    def addresses(self) -> list[str]:
+        """Those of each number."""
+        return [address_of(self.topic, leaf) for leaf in self.leaves]
+
+    def part(self, places: Sequence[int]) -> Field:
+        """Only some of the numbers."""
+        return replace(
+            self,
+            leaves=tuple(self.leaves[i] for i in places),
+            names=tuple(self.names[i] for i in places),
+            units=tuple(self.units[i] for i in places),
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Contents:
+    """What the messages of a topic hold, as its first one tells.
+
+    Parameters
+    ----------
+    topic : str
+    numbers : tuple of Field
+        Forces and all others, in the order of the definition, what is outermost first.
+    labels : list of str
+        Addresses of those words that are called like labels, the surest first.
+    words : dict of str to Path
+        By their address: whole numbers and texts, whatever they are called; no others are labels.
+    stamp : Path or None
+        The outermost stamp, such as that of the header.
+    first : object
+        That message.
+    """
+
+    topic: str
+    numbers: tuple[Field, ...]
+    labels: list[str]
+    words: dict[str, FieldPath]
+    stamp: FieldPath | None
+    first: object
+
+
+def contents(topic: str, message: object, definitions: Definitions) -> Contents:
+    """Look through a message.
+
+    Parameters
+    ----------
+    topic : str
+    message : object
+        As the library makes it: dataclasses, lists, arrays and plain values.
+    definitions : mapping
+        The constants and the fields of each type of message.
+    """
+    numbers: list[Field] = []
+    ranks: dict[str, int] = {}
+    words: dict[str, FieldPath] = {}
+    stamp: FieldPath | None = None
+    for path, value in _walk(message, definitions):
+        name = _is_described(topic, path)
+        if getattr(value, "__msgtype__", "") == _TIME:
+            if stamp is None and name in _STAMPS:
+                stamp = path
+        elif isinstance(value, str | int) and not isinstance(value, bool):
+            words[address := address_of(topic, path)] = path
+            if rank := is_label_name(name):
+                ranks[address] = rank
+        made = _field(topic, path, name, value)
+        if made is not None:
+            numbers.append(made)
+    labels = sorted(ranks, key=lambda address: ranks[address])
+    return Contents(topic, tuple(numbers), labels, words, stamp, message)
+
+
+def follow_path(message: Any, path: FieldPath) -> Any:
+    """The value in a message to which a path leads."""
+    for step in path:
+        message = message[step] if isinstance(step, int) else getattr(message, step)
+    return message
+
+
+def values_within(address: str, wish: str) -> bool:
+    """Whether an address is the one that is wished for, or lies in it; slashes may be left out."""
+    start, full = wish.removeprefix("/"), address.removeprefix("/")
+    return full == start or full.startswith((f"{start}.", f"{start}/"))
+
+
+def with_sensors(found: Sequence[Field]) -> list[Field]:
+    """Give channels names that differ: with what tells their sensors apart, where they have to be.
+
+    Raises
+    ------
+    InputError
+        If nothing tells two of them apart.
+    """
+    names = [name for one in found for name in one.names]
+    if len(set(names)) == len(names):
+        return list(found)
+    parts = [_parts(one) for one in found]
+    for end in (0, -1):
+        while all(len(p) > 1 for p in parts) and len({p[end] for p in parts}) == 1:
+            for p in parts:
+                p.pop(end)
+    named = [
+        replace(one, names=tuple(f"{name} {'_'.join(p)}".strip() for name in one.names))
+        for one, p in zip(found, parts, strict=True)
+    ]
+    names = [name for one in named for name in one.names]
+    twice = [name for name in names if names.count(name) > 1]
+    if twice:
+        raise InputError(f"two fields would both become the channel '{twice[0]}'; leave one out.")
+    return named
+
+
+def _walk(message: object, definitions: Definitions) -> Iterator[tuple[FieldPath, object]]:
+    """The message and all that is in it, with their paths, the outermost first."""
+    coming: deque[tuple[FieldPath, object]] = deque([((), message)])
+    while coming:
+        path, value = coming.popleft()
+        yield path, value
+        kind = getattr(value, "__msgtype__", "")
+        if kind == "std_msgs/msg/Header":
+            coming.append(((*path, "stamp"), follow_path(value, ("stamp",))))
+        elif kind and kind not in _WHOLE and not _parts_of(value):
+            # To the library's classes, constants and the type are fields too.
+            coming += [((*path, name), getattr(value, name)) for name, _ in definitions[kind][1]]
+        elif isinstance(value, list) and len(value) <= _MOST:
+            coming += [((*path, i), one) for i, one in enumerate(value) if is_dataclass(one)]
+
+
+def _parts_of(value: object) -> list[FieldPath]:
+    """Paths to the numbers that belong together in a wrench, a vector, or what is like one."""
+    kind = getattr(value, "__msgtype__", "")
+    if kind == _WRENCH:
+        return [(part, axis) for part in ("force", "torque") for axis in _AXES]
+    if not is_dataclass(value) or not kind.startswith("geometry_msgs/"):
+        return []
+    names = [one.name for one in fields(value) if one.name != "__msgtype__"]
+    numeric = all(isinstance(getattr(value, name), Real) for name in names)
+    return [(name,) for name in names] if numeric else []
+
+
+def _field(topic: str, path: FieldPath, name: str, value: object) -> Field | None:
+    """The numbers that a value is or holds; None where it holds none."""
+    inner = _parts_of(value)
+    if isinstance(value, np.ndarray) and value.size <= _MOST and value.dtype.kind in "fiub":
+        inner = [(i,) for i in range(value.size)]
+    elif isinstance(value, Real):
+        inner = [()]
+    if not inner:
+        return None
+    kind = getattr(value, "__msgtype__", "")
+    leaves = tuple((*path, *one) for one in inner)
+    # Whole numbers that are called forces are counts of a device.
+    measured = bool(kind) or np.asarray(value).dtype.kind == "f"
+    names, units = _forces(name, len(inner), kind) if measured else ((), ())
+    if names:
+        return Field(topic, path, leaves, names, units, force=True)
+    plain = tuple(".".join(map(str, leaf)) for leaf in leaves)
+    if path == ("data",):
+        plain = _counted(name, len(inner))
+    return Field(topic, path, leaves, plain, ("",) * len(leaves), force=False)
+
+
+def _forces(name: str, number: int, kind: str) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Names and units of so many numbers called `name`, if they are forces or torques."""
+    words = set(_name_words(name))
+    if kind == _WRENCH or (number == 6 and words & _FORCES):
+        return tuple(f"{part}{axis}" for part in "ft" for axis in _AXES), ("N",) * 3 + ("Nm",) * 3
+    if not words & (_TORQUES | _FORCES):
+        return (), ()
+    letter, unit = ("t", "Nm") if words & _TORQUES else ("f", "N")
+    names = tuple(f"{letter}{axis}" for axis in _AXES) if number == 3 else _counted(name, number)
+    return names, (unit,) * number
+
+
+def _counted(name: str, number: int) -> tuple[str, ...]:
+    """Names of so many numbers of one name."""
+    return (name,) if number == 1 else tuple(f"{name} {i + 1}" for i in range(number))
+
+
+def _is_described(topic: str, path: FieldPath) -> str:
+    """The innermost name on the way to a value that says anything: of a field, else of the topic.
+
+    In ``wrist_ft/raw`` that is the first one, which is called like a force.
+    """
+    for step in reversed(path):
+        if isinstance(step, str) and step not in _EMPTY:
+            return step
+    parts = [part for part in topic.split("/") if part]
+    known = _FORCES | _TORQUES
+    told = (p for p in reversed(parts) if is_label_name(p) or known.intersection(_name_words(p)))
+    return next(told, parts[-1] if parts else "data")
+
+
+def _name_words(name: str) -> list[str]:
+    """The words of a name in lower case, numbers left out."""
+    return re.split(r"[\W_\d]+", re.sub(r"(?<=[a-z])(?=[A-Z])", " ", name).lower())
+
+
+def _parts(field: Field) -> list[str]:
+    """What can tell a field's sensor from others, each fit for a name."""
+    steps = [part for part in field.topic.split("/") if part]
+    if field.force:  # all others are called by their path already
+        steps += map(str, field.path)
+    return [re.sub(r"\W+", "_", step) for step in steps if step not in _EMPTY]
+
+
+def address_of(topic: str, path: FieldPath) -> str:
+    """How people name a value."""
+    return ".".join([topic, *map(str, path)])
+
+
+_SECOND: Final = 10**9
+#: A message does not travel so many nanoseconds; where it seems to, two clocks differ.
+_LATENCY: Final = _SECOND
+#: Nanoseconds beyond this, 70 years from 1970, tell nothing; sums of four stay within 64 bits.
+_ABSURD: Final = 22 * 10**17
+
+
+@dataclass(slots=True)
+class TopicData:
+    """What the messages of one topic held; n of them.
+
+    Parameters
+    ----------
+    topic : str
+    fields : tuple of Field
+        The numbers that become channels, c of them.
+    sizes : mapping of Path to int
+        How many there are in each array and list that they are taken from.
+    stamp, label : Path or None
+        To the stamp and the label of a message.
+    arrived, stamped : array of int, length n
+        Nanoseconds since 1970; `stamped` is 0 where a message has none.
+    values : array of float, length n * c
+        Message by message.
+    words : list of str
+        The labels as words; empty where there is no label.
+    """
+
+    topic: str
+    fields: tuple[Field, ...]
+    sizes: Mapping[FieldPath, int]
+    stamp: FieldPath | None
+    label: FieldPath | None
+    arrived: array[int] = field(default_factory=lambda: array("q"))
+    stamped: array[int] = field(default_factory=lambda: array("q"))
+    values: array[float] = field(default_factory=lambda: array("d"))
+    words: list[str] = field(default_factory=list)
+
+    def add(self, arrived: int, message: object) -> None:
+        """Take in a message.
+
+        Raises
+        ------
+        InputError
+            If an array or a list in it is shorter or longer than in the first one.
+        """
+        for path, size in self.sizes.items():
+            if (there := len(follow_path(message, path))) != size:
+                name = address_of(self.topic, path)
+                raise InputError(
+                    f"message {len(self.arrived) + 1:,} of {self.topic} holds {there:,} values in "
+                    f"{name}, and the first one {size:,}; leave it out (--leave-out {name})."
+                )
+        for one in self.fields:
+            self.values.extend([float(follow_path(message, leaf)) for leaf in one.leaves])
+        self.arrived.append(_topic_sentence(arrived))
+        stamp = None if self.stamp is None else follow_path(message, self.stamp)
+        self.stamped.append(
+            0 if stamp is None else _topic_sentence(stamp.sec * _SECOND + stamp.nanosec)
+        )
+        if self.label is not None:
+            self.words.append(" ".join(str(follow_path(message, self.label)).split()))
+
+
+@dataclass(frozen=True, slots=True)
+class AlignedTopics:
+    """Topics on one clock.
+
+    Parameters
+    ----------
+    times : ndarray, shape (n,)
+        Those of the topic with most messages, in seconds from its first one.
+    signals : ndarray, shape (n, c)
+        The channels of all topics, NaN where one has no message near.
+    words : list of str, length n
+        The label that holds at each time, empty before the first; empty without labels.
+    start : float
+        The first time in seconds since 1970.
+    remarks : tuple of str
+        One sentence for each thing that was repaired, shifted or interpolated.
+    """
+
+    times: NDArray[np.float64]
+    signals: NDArray[np.float64]
+    words: list[str]
+    start: float
+    remarks: tuple[str, ...]
+
+
+def align_topics(topics: Sequence[TopicData], where: str, *, strict: bool) -> AlignedTopics:
+    """Bring topics onto one clock.
+
+    Parameters
+    ----------
+    topics : sequence of Held
+        At least one with fields; at most one with labels.
+    where : str
+        The bag, for errors.
+    strict : bool
+        Refuse what would be repaired or shifted.
+
+    Raises
+    ------
+    InputError
+        If a topic has fewer than two stamps, its time runs backwards, or strict and something
+        would have to be repaired.
+    """
+    base = max((topic for topic in topics if topic.fields), key=lambda topic: len(topic.arrived))
+    stamps, late = _clock(base)
+    zero = int(np.median(stamps))  # near all others: their differences are exact
+    ways = {topic.topic: _resampling(topic, zero, late, where, strict=strict) for topic in topics}
+    at = ways[base.topic].at
+    remarks: list[str] = []
+    columns: list[NDArray[np.float64]] = []
+    words: list[str] = []
+    for topic in topics:
+        way = ways[topic.topic]
+        remarks += [f"{topic.topic}: {one}" for one in way.remarks]
+        if topic.label is not None:
+            words = _sample_and_hold(way, [topic.words[i] for i in way.kept], at)
+        if topic is base:
+            columns.append(way.values)
+        elif topic.fields:
+            columns.append(_resample(way, at))
+            if not np.isin(at, way.at).all():
+                remarks.append(
+                    f"{topic.topic} ({1 / way.period:.4g} Hz, {counted(way.at.size, 'message')}) "
+                    f"was interpolated at the times of {base.topic}."
+                )
+    start = zero / _SECOND + float(at[0])
+    return AlignedTopics(at - at[0], np.column_stack(columns), words, start, tuple(remarks))
+
+
+@dataclass(frozen=True, slots=True)
+class _Resampling:
+    """A topic's messages, m of which were kept, at seconds from what all topics count from."""
+
+    at: NDArray[np.float64]
+    kept: NDArray[np.int64]
+    values: NDArray[np.float64]
+    remarks: tuple[str, ...]
+
+    @property
+    def period(self) -> float:
+        """The usual distance of two messages, s."""
+        return float(np.median(np.diff(self.at)))
+
+
+def _topic_sentence(nanoseconds: int) -> int:
+    """A time with which can be reckoned."""
+    return max(-_ABSURD, min(nanoseconds, _ABSURD))
+
+
+def _clock(topic: TopicData) -> tuple[NDArray[np.int64], int]:
+    """The stamps of a topic in nanoseconds, 0 where one was not set, and how late it arrived."""
+    arrived, stamped = np.array(topic.arrived, np.int64), np.array(topic.stamped, np.int64)
+    there = stamped != 0
+    if np.unique(stamped[there]).size < min(2, stamped.size):
+        return arrived, 0
+    return stamped, int(np.median(arrived[there] - stamped[there]))
+
+
+def _resampling(
+    topic: TopicData, zero: int, usual: int, where: str, *, strict: bool
+) -> _Resampling:
+    """Put a topic on the clock on which messages arrive `usual` nanoseconds late."""
+    name = f"{where}, topic {topic.topic}"
+    stamps, late = _clock(topic)
+    mended = []
+    if topic.stamp is not None and not np.array_equal(stamps, topic.stamped):
+        mended.append("its headers hold no times; those at which its messages arrived were taken")
+    shift = late - usual
+    if abs(shift) > _LATENCY:
+        mended.append(f"it is of another clock and was shifted by {shift / _SECOND:.6g} s")
+        stamps = np.where(stamps == 0, 0, stamps + shift)
+    if strict and mended:
+        raise InputError(f"{name}: {mended[0]}; record it anew or let it be repaired.")
+    ticks = np.where(stamps == 0, np.nan, (stamps - zero).astype(np.float64))
+    values = np.array(topic.values).reshape(ticks.size, -1)
+    remarks = tuple(f"{one}." for one in mended)
+    if not topic.fields:  # labels, of which one is enough
+        kept = np.flatnonzero(~np.isnan(ticks))
+        kept = kept[np.argsort(ticks[kept], kind="stable")]
+        return _Resampling(ticks[kept] / _SECOND, kept, values, remarks)
+    repaired = repair_timestamps(
+        RawTimestamps(ticks, per_second=_SECOND),
+        np.arange(1, ticks.size + 1),
+        name,
+        strict=strict,
+        row="message",
+        line="message",
+    )
+    at = np.round(repaired.start + repaired.times, 9)  # the same for messages of one nanosecond
+    return _Resampling(at, repaired.kept, values[repaired.kept], (*remarks, *repaired.remarks))
+
+
+def _resample(way: _Resampling, times: NDArray[np.float64]) -> NDArray[np.float64]:
+    """A topic's numbers at other times: on lines, but neither over gaps nor beyond its ends."""
+    place = np.clip(np.searchsorted(way.at, times), 1, way.at.size - 1)
+    before, after = way.at[place - 1], way.at[place]
+    lost = (after - before > GAP_PERIODS * way.period) & (before < times) & (times < after)
+    lost |= (times < way.at[0] - way.period) | (times > way.at[-1] + way.period)
+    values = np.column_stack([np.interp(times, way.at, column) for column in way.values.T])
+    values[lost] = np.nan
+    return values
+
+
+def _sample_and_hold(
+    way: _Resampling, words: Sequence[str], times: NDArray[np.float64]
+) -> list[str]:
+    """The label at each time: the last one told."""
+    last = np.searchsorted(way.at, times, side="right").tolist()
+    return [words[i - 1] if i else "" for i in last]

@@ -1,0 +1,915 @@
+"""How a text table is written: encoding, separator, decimal mark, header, kinds of columns.
+
+Lines are rows: a quoted cell may hold separators but no line break. Lines that are blank or
+start with ``#``, ``%`` or ``//`` are comments.
+"""
+
+from __future__ import annotations
+
+import codecs
+import csv
+import math
+import re
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from enum import Enum
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from forcelab.errors import InputError
+
+#: Words, in lower case, that stand for a missing sample.
+MISSING = (
+    frozenset(["", "nan", "+nan", "-nan", "na", "n/a", "<na>", "null", "none", "nil"])
+    | {"-", "--", "?", "inf", "+inf", "-inf", "infinity", "+infinity", "-infinity"}
+    | {"#n/a", "#num!", "#div/0!", "nan(ind)", "-nan(ind)", "1.#qnan", "-1.#qnan"}
+    | {"1.#ind", "-1.#ind", "1.#inf", "-1.#inf"}
+)
+
+_POINT_NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?", re.ASCII)
+_COMMA_NUMBER = re.compile(r"[+-]?(?:\d+(?:,\d+)?|,\d+)(?:[eE][+-]?\d+)?", re.ASCII)
+
+#: ISO 8601 date and time, one with its day first and points (31.05.2024 12:00:00), or a time of the
+#: day alone. Of the named groups the date's are either all of one of the two or none.
+STAMP = re.compile(
+    r"(?:(?P<year>\d{4})[-/](?P<month>\d\d?)[-/](?P<day>\d\d?)(?:T|\s+)"
+    r"|(?P<first_day>\d\d?)\.(?P<then_month>\d\d?)\.(?P<last_year>\d{4}),?\s+)?"
+    r"(?P<hour>\d\d?):(?P<minute>\d\d)(?::(?P<second>\d\d)(?:[.,](?P<fraction>\d+))?)?"
+    r"\s*(?P<zone>Z|UTC|[+-]\d\d(?::?\d\d)?)?",
+    re.ASCII | re.IGNORECASE,
+)
+
+
+class CellType(Enum):
+    """What a cell, or most cells of a column, hold."""
+
+    NUMBER = "number"
+    STAMP = "stamp"
+    MISSING = "missing"
+    TEXT = "text"
+
+
+class NotANumberError(ValueError):
+    """A cell holds neither a number nor a word for a missing sample.
+
+    Parameters
+    ----------
+    index : int
+        Position of the cell in its column of cells.
+    cell : str
+        What it holds.
+    """
+
+    def __init__(self, index: int, cell: str) -> None:
+        super().__init__(cell)
+        self.index = index
+        self.cell = cell
+
+
+def cell_type(cell: str, decimal: str = ".") -> CellType:
+    """Tell what a cell holds, where `decimal` is the decimal mark (``"."`` or ``","``)."""
+    cell = cell.strip()
+    if cell.lower() in MISSING:
+        return CellType.MISSING
+    if (_COMMA_NUMBER if decimal == "," else _POINT_NUMBER).fullmatch(cell):
+        return CellType.NUMBER
+    return CellType.STAMP if STAMP.fullmatch(cell) else CellType.TEXT
+
+
+def numbers(cells: Sequence[str], decimal: str = ".") -> NDArray[np.float64]:
+    """Read a column of cells as numbers.
+
+    Parameters
+    ----------
+    cells : sequence of str, length n
+        The cells as they stand in the file.
+    decimal : str
+        The decimal mark, ``"."`` or ``","``.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        The nearest float64 of each number; NaN where the cell is empty or a word for a missing
+        sample, or means infinity or a number beyond float64.
+
+    Raises
+    ------
+    NotANumberError
+        At the first cell that is neither.
+    """
+    # float() alone would also take "1_000", and a point where the decimal mark is a comma.
+    foreign = "_" if decimal == "." else "_."
+    joined = "".join(cells)
+    if not any(mark in joined for mark in foreign):
+        plain = cells if decimal == "." else [cell.replace(",", ".") for cell in cells]
+        try:
+            values = np.fromiter(map(float, plain), np.float64, len(plain))
+        except ValueError:
+            pass  # the careful way below tells missing samples from mistakes
+        else:
+            values[~np.isfinite(values)] = np.nan
+            return values
+    return np.array([_number(i, cell.strip(), decimal) for i, cell in enumerate(cells)], np.float64)
+
+
+def _number(index: int, cell: str, decimal: str) -> float:
+    """One number, NaN for a missing sample."""
+    kind = cell_type(cell, decimal)
+    if kind is CellType.NUMBER:
+        value = float(cell.replace(",", "."))
+        return value if math.isfinite(value) else math.nan
+    if kind is CellType.MISSING:
+        return math.nan
+    raise NotANumberError(index, cell)
+
+
+#: Time units as they are written in headers, and how many of each make a second.
+SECONDS_IN = {
+    **dict.fromkeys(["s", "sec", "secs", "second", "seconds", "sekunden"], 1),
+    **dict.fromkeys(["ms", "msec", "msecs", "millis", "millisecond", "milliseconds"], 1_000),
+    **dict.fromkeys(["us", "usec", "usecs", "micros", "microsecond", "microseconds"], 1_000_000),
+    **dict.fromkeys(["µs", "μs"], 1_000_000),
+    **dict.fromkeys(["ns", "nsec", "nsecs", "nanos", "nanosecond", "nanoseconds"], 1_000_000_000),
+    **dict.fromkeys(["min", "minutes", "minuten"], 1 / 60),
+    **dict.fromkeys(["h", "hours", "stunden"], 1 / 3600),
+}
+#: Of these none says by itself that a column holds stamps: distances, minima and heights.
+_NO_NAMES = frozenset(["s", "min", "h"])
+
+_TOKEN = (
+    r"(?:(?:da|[kMGmcdnpµμu])?(?:N|gf|g|m|s|V|A|W|J|T|G|Pa|Hz|bar|Nm|Nmm|rad|deg|dps)"
+    r"|[Nn]ewtons?|kp|lbf?|oz|°|°C|°F|%|min|h|°/s|C|K|in|ft|inch|psi|gauss|counts?|lsb|raw|px|dB"
+    r"|a\.?u\.?|-)"
+)
+_UNIT = re.compile(rf"{_TOKEN}(?:\^?-?\d|²|³|⁻¹|⁻²)?(?:[ */·.]{_TOKEN}(?:\^?-?\d|²|³|⁻¹|⁻²)?)*")
+_BRACKETS = re.compile(r"(.*?)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\)|\{([^{}]*)\})\s*")
+_SLASH = re.compile(r"(.+?)\s*/\s*(\S+)")
+
+_TIME_WORD = re.compile(
+    r"times?|timestamps?|stamp|t|ts|zeit|zeitstempel|uhrzeit|temps|heure|tiempo|hora|tempo|ora|clock"
+    r"|epoch|unix(time)?|datetime|elapsed"
+)
+_TIME_PREFIX = re.compile(
+    r"elapsed|sensor|sample|recording|record|system|sys|unix|epoch|rel|relative|abs|absolute|host"
+    r"|device|local|utc|gps|ros|rosbag|header|field|stamp|time|date|datum"
+)
+#: In order of preference.
+_LABEL_WORDS = (
+    *("label", "labels", "action", "actions", "activity", "annotation", "annotations", "phase"),
+    *("class", "tag", "tags", "behaviour", "behavior", "gesture"),
+)
+_INDEX_WORDS = frozenset(
+    ["index", "idx", "unnamed", "row", "frame", "sample", "no", "nr", "seq", "id"]
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Column:
+    """A column of a table.
+
+    Parameters
+    ----------
+    name : str
+        Unique within its table.
+    unit : str
+        As in the header, empty if unknown.
+    named : bool
+        Whether the name stands in the file; others are called by their number.
+    """
+
+    name: str
+    unit: str = ""
+    named: bool = True
+
+
+def is_unit(text: str) -> bool:
+    """Whether a text reads as a physical or a time unit, such as ``m/s^2`` or ``msec``."""
+    text = text.strip()
+    return text.lower() in SECONDS_IN or _UNIT.fullmatch(text) is not None
+
+
+def _name_and_unit(cell: str) -> tuple[str, str]:
+    """Split ``Fx [N]``, ``time (ms)``, ``t/s`` into a name and a unit."""
+    cell = cell.strip()
+    bracketed = _BRACKETS.fullmatch(cell)
+    if bracketed:
+        unit = next(group for group in bracketed.groups()[1:] if group is not None).strip()
+        if bracketed[1] and is_unit(unit):
+            return bracketed[1], unit
+    slashed = _SLASH.fullmatch(cell)
+    if slashed and is_unit(slashed[2]):
+        return slashed[1], slashed[2]
+    return cell, ""
+
+
+def name_columns(
+    header: Sequence[str], units: Sequence[str] = ()
+) -> tuple[tuple[Column, ...], tuple[str, ...]]:
+    """Make columns of the cells of a header.
+
+    A blank name becomes ``column 3``, a repeated one gets a number behind it (``fx 2``).
+
+    Parameters
+    ----------
+    header : sequence of str
+        One cell a column.
+    units : sequence of str
+        The cells of a line of units below the header; empty where there is none.
+
+    Returns
+    -------
+    columns : tuple of Column
+        With unique names.
+    remarks : tuple of str
+        What was renamed.
+    """
+    split = [_name_and_unit(cell) for cell in header]
+    below = [unit.strip().strip("[](){}").strip() for unit in units] or [""] * len(split)
+    taken = {name for name, _ in split if name}
+    columns: list[Column] = []
+    seen: set[str] = set()
+    renamed: list[str] = []
+    for number, ((name, unit), lower) in enumerate(zip(split, below, strict=True), start=1):
+        new, count = name or f"column {number}", 2
+        while new in seen or (new != name and new in taken):
+            new, count = f"{name or f'column {number}'} {count}", count + 1
+        if name and new != name:
+            renamed.append(f"'{new}' (column {number})")
+        seen.add(new)
+        columns.append(Column(new, unit or lower, named=bool(name)))
+    remarks = []
+    if renamed:
+        remarks.append(f"Columns that repeat a name were renamed: {', '.join(renamed)}.")
+    return tuple(columns), tuple(remarks)
+
+
+def _words(name: str) -> list[str]:
+    """The words of a name in lower case: ``sensorTime_ms`` is sensor, time, ms."""
+    spaced = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", name)
+    return [word for word in re.split(r"[\W_]+", spaced.lower()) if word]
+
+
+def is_time_name(name: str) -> bool:
+    """Whether a column's name says that it holds stamps, such as ``t``, ``time_ms``, ``Zeit``."""
+    words = _words(name)
+    if len(words) > 1 and words[-1] in SECONDS_IN:
+        words.pop()
+    if len(words) == 1:
+        named = words[0] in SECONDS_IN and words[0] not in _NO_NAMES
+        return named or _TIME_WORD.fullmatch(words[0]) is not None
+    return bool(
+        words
+        and _TIME_WORD.fullmatch(words[-1])
+        and all(_TIME_PREFIX.fullmatch(word) for word in words[:-1])
+    )
+
+
+def unit_of_time(column: Column) -> str:
+    """The time unit that a column's header names, in lower case; empty where it names none."""
+    words = _words(column.name)
+    for text in (column.unit.lower(), words[-1] if words else ""):
+        if text in SECONDS_IN and not (text in _NO_NAMES and text == column.name.lower()):
+            return text
+    return ""
+
+
+def is_label_name(name: str) -> int:
+    """Rank of a name that says that its column holds labels, 1 for the surest; 0 for others."""
+    words = _words(name)
+    if not words or len(words) > 2:
+        return 0
+    if words[-1] in {"id", "name", "names"} and len(words) == 2:
+        words.pop()
+    return _LABEL_WORDS.index(words[-1]) + 1 if words[-1] in _LABEL_WORDS else 0
+
+
+def is_index(column: Column, cells: Sequence[str]) -> bool:
+    """Whether a column only counts its rows: nameless or called so, and whole numbers in step."""
+    named = column.named and not _INDEX_WORDS.intersection(_words(column.name))
+    if named or len(cells) < 3:
+        return False
+    if not all(cell_type(cell) is CellType.NUMBER and cell.strip().isdigit() for cell in cells):
+        return False
+    counts = [int(cell) for cell in cells]
+    return counts == list(range(counts[0], counts[0] + len(counts)))
+
+
+def continues_name(values: NDArray[np.float64], column: Column) -> bool:
+    """Whether a column that starts as :func:`is_index` tells counts its rows to the end.
+
+    In one that is called so rows may have been taken out since; without a name, what does not go
+    on by one measures something.
+    """
+    steps = np.diff(values[~np.isnan(values)])
+    return bool((steps > 0).all() if column.named else (steps == 1).all())
+
+
+def find_column(columns: Sequence[Column], wish: str, role: str, where: str) -> int:
+    """Find the column that is wished for, by name, else by 1-based number.
+
+    Parameters
+    ----------
+    columns : sequence of Column
+        The table's columns.
+    wish : str
+        A name, with or without its case and its unit, or a number.
+    role : str
+        What it holds, such as ``"times"``, for the error.
+    where : str
+        The file, for the error.
+
+    Returns
+    -------
+    int
+        Index into `columns`.
+
+    Raises
+    ------
+    InputError
+        If there is no such column.
+    """
+    names = [column.name for column in columns]
+    wanted = _name_and_unit(wish)[0]
+    for match in (wish, wanted):
+        if match in names:
+            return names.index(match)
+    folded = [name.casefold() for name in names]
+    if wanted.casefold() in folded:
+        return folded.index(wanted.casefold())
+    if wish.strip().isdecimal() and 1 <= int(wish) <= len(columns):
+        return int(wish) - 1
+    raise InputError(
+        f"{where} has no column '{wish}' of {role}; name one of {', '.join(names)}, "
+        f"or give a number from 1 to {len(columns)}."
+    )
+
+
+#: Bytes looked at to find out how a table is written; no line may be longer.
+HEAD = 65_536
+
+#: Lines looked at to find out how a table is written.
+_SAMPLE_LINES = 400
+
+#: Tried in this order; of separators that explain the lines equally well the first is taken.
+#: None stands for any run of blanks.
+_SEPARATORS: tuple[str | None, ...] = ("\t", ";", ",", "|", None)
+
+_BLOCK = 1 << 20
+_COMMENT = re.compile(r"\s*(?:$|#|%|//)")
+_QUOTED = re.compile(r'"(?:[^"]|"")*"|\S+')
+#: Control characters that no text file holds; tab, line ends, form feed and Ctrl-Z are no sign.
+_BINARY = re.compile(rb"[\x00-\x08\x0e-\x19\x1c-\x1f]")
+_WIDE_MARKS = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
+
+#: A line of a file with its 1-based number.
+Line = tuple[int, str]
+
+
+@dataclass(frozen=True, slots=True)
+class Dialect:
+    """How the rows of a table are written.
+
+    Parameters
+    ----------
+    separator : str or None
+        What stands between cells; None for any run of blanks.
+    decimal : str
+        The decimal mark, ``"."`` or ``","``.
+    width : int
+        Cells in a row.
+    """
+
+    separator: str | None
+    decimal: str
+    width: int
+
+    def split(self, rows: Sequence[str]) -> list[list[str]]:
+        """Split rows into cells.
+
+        Raises
+        ------
+        ValueError
+            If a quoted cell does not end on its line.
+        """
+        return _split(rows, self.separator)
+
+
+def _split(rows: Sequence[str], separator: str | None) -> list[list[str]]:
+    """Split rows at a separator, quoted cells kept together."""
+    if separator is None:
+        if any('"' in row for row in rows):
+            return [
+                [re.sub(r'^"(.*)"$', r"\1", cell).replace('""', '"') for cell in _QUOTED.findall(r)]
+                for r in rows
+            ]
+        return [row.split() for row in rows]
+    try:
+        cells = list(csv.reader(rows, delimiter=separator, skipinitialspace=separator != "\t"))
+    except csv.Error as error:
+        raise ValueError(str(error)) from error
+    if len(cells) != len(rows):
+        raise ValueError("a quote is not closed")
+    return cells
+
+
+def encoding_of(path: Path) -> str:
+    """Tell the encoding of a text file by its byte order mark, else by what it holds.
+
+    Without a mark it is UTF-16 where every other byte of the head is zero, UTF-8 where the whole
+    file is valid UTF-8, and Latin-1 otherwise.
+
+    Raises
+    ------
+    InputError
+        If the file is empty, is not text, or holds a NUL byte.
+    """
+    with path.open("rb") as file:
+        head = file.read(HEAD)
+        if not head:
+            raise InputError(f"{path} is empty (0 bytes); record or export it again.")
+        encoding = _wide(head)
+        if encoding:
+            return encoding
+        decoder = codecs.getincrementaldecoder("utf-8")()
+        utf8, offset, block = True, 0, head
+        while block:
+            binary = _BINARY.search(block)
+            if binary:
+                raise InputError(
+                    f"{path} is not a text table: byte {offset + binary.start()} is "
+                    f"0x{block[binary.start()]:02x}; export it as CSV."
+                )
+            try:
+                if utf8:
+                    decoder.decode(block)
+            except UnicodeDecodeError:
+                utf8 = False
+            offset += len(block)
+            block = file.read(_BLOCK)
+        try:
+            decoder.decode(b"", final=True)
+        except UnicodeDecodeError:
+            utf8 = False
+    if not utf8:
+        return "latin-1"
+    return "utf-8-sig" if head.startswith(codecs.BOM_UTF8) else "utf-8"
+
+
+def _wide(head: bytes) -> str | None:
+    """The encoding if it is a 16-bit one."""
+    if head.startswith(_WIDE_MARKS):
+        return "utf-16"
+    pairs = head[: len(head) // 2 * 2]
+    if len(pairs) >= 8:
+        if not any(pairs[:512:2]) and all(pairs[1:512:2]):
+            return "utf-16-be"
+        if not any(pairs[1:512:2]) and all(pairs[:512:2]):
+            return "utf-16-le"
+    return None
+
+
+def head_lines(head: bytes) -> list[Line]:
+    """The lines of a file's first :data:`HEAD` bytes, or none if they are not text.
+
+    A last line that the head cuts off is left out, and nothing stands behind the last line end.
+    """
+    encoding = _wide(head)
+    if not is_text(head):
+        return []
+    if encoding is None:
+        encoding = "utf-8-sig"
+        try:
+            codecs.getincrementaldecoder(encoding)().decode(head)
+        except UnicodeDecodeError:
+            encoding = "latin-1"
+    text = head.decode(encoding, errors="ignore").replace("\r\n", "\n").replace("\r", "\n")
+    rows = text.split("\n")
+    if len(head) >= HEAD or (len(rows) > 1 and not rows[-1]):
+        rows.pop()
+    return list(enumerate(rows[:_SAMPLE_LINES], start=1))
+
+
+def is_text(head: bytes) -> bool:
+    """Whether the start of a file holds no byte that text never holds."""
+    return _wide(head) is not None or not _BINARY.search(head)
+
+
+def is_comment(line: str) -> bool:
+    """Whether a line is blank or starts with a comment mark."""
+    return _COMMENT.match(line) is not None
+
+
+def lines(
+    path: Path, encoding: str, skip: int, *, sections: bool = False
+) -> Iterator[tuple[list[int], list[str]]]:
+    """Read a file's rows in blocks of about a megabyte, without blank lines and comments.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    encoding : str
+        As of :func:`encoding_of`.
+    skip : int
+        Number of lines to leave out at the start.
+    sections : bool
+        Whether the first blank line after those is the end.
+
+    Yields
+    ------
+    numbers, rows : list of int, list of str
+        1-based line numbers, and the lines without their line ends.
+
+    Raises
+    ------
+    InputError
+        If a line is longer than :data:`HEAD` characters, or the text cannot be decoded.
+    """
+    number, rest = 1, ""
+    try:
+        with path.open(encoding=encoding) as file:
+            while True:
+                block = file.read(_BLOCK)
+                rows = (rest + block).split("\n")
+                rest = rows.pop() if block else ""
+                if len(rest) > HEAD:
+                    raise InputError(
+                        f"{path}, line {number + len(rows)} is longer than {HEAD} characters; "
+                        "a table needs one sample a line."
+                    )
+                end = _first_blank(rows, max(0, skip + 1 - number)) if sections else None
+                if end is not None:
+                    del rows[end:]
+                # Letters and digits come after the slash; most rows need no closer look.
+                kept = [
+                    k
+                    for k, row in enumerate(rows, number)
+                    if k > skip and (row[:1] > "/" or not is_comment(row))
+                ]
+                if kept:
+                    yield kept, [rows[k - number] for k in kept]
+                if not block or end is not None:
+                    return
+                number += len(rows)
+    except UnicodeDecodeError as error:
+        raise InputError(
+            f"{path} cannot be decoded as {encoding} after line {number}; save it as UTF-8."
+        ) from error
+
+
+def _first_blank(rows: Sequence[str], first: int) -> int | None:
+    """The index of the first row from one on that holds nothing, if there is any."""
+    return next((k for k in range(first, len(rows)) if not rows[k].strip(" ,;\t\r")), None)
+
+
+def detect(rows: Sequence[str]) -> Dialect | None:
+    """Find the separator and the decimal mark that explain most cells as numbers or stamps.
+
+    Parameters
+    ----------
+    rows : sequence of str
+        Lines from the start of a file, without comments.
+
+    Returns
+    -------
+    Dialect or None
+        None where no line holds a number.
+    """
+    best: tuple[tuple[int, int], Dialect] | None = None
+    for separator in _SEPARATORS:
+        if separator and not any(separator in row for row in rows):
+            continue
+        if separator is None and best and best[1].separator == "\t":
+            continue  # blanks between tabs are in names and labels
+        try:
+            table = _split(rows, separator)
+        except ValueError:
+            continue
+        # Where commas separate, only a quoted cell can hold a decimal comma.
+        quoted = any('"' in row for row in rows)
+        for decimal in ".," if separator != "," or quoted else ".":
+            found = _explain(table, separator, decimal)
+            if found and (best is None or found[0] > best[0]):
+                best = found
+    return best[1] if best else None
+
+
+def _explain(
+    table: Sequence[Sequence[str]], separator: str | None, decimal: str
+) -> tuple[tuple[int, int], Dialect] | None:
+    """The dialect of the row width with most numbers, and (its numbers, minus its words).
+
+    Words count in the second half only, where there is no header.
+    """
+    good: Counter[int] = Counter()
+    bad: Counter[int] = Counter()
+    for place, row in enumerate(table):
+        kinds = [cell_type(cell, decimal) for cell in row]
+        if separator == "\t" and _numbers_between_blanks(row, kinds, decimal):
+            return None
+        good[len(row)] += sum(kind in (CellType.NUMBER, CellType.STAMP) for kind in kinds)
+        bad[len(row)] += kinds.count(CellType.TEXT) if 2 * place >= len(table) else 0
+    if not good:
+        return None
+    rows = Counter(map(len, table))
+    width, score = max(good.items(), key=lambda item: (item[1], rows[item[0]]))
+    return ((score, -bad[width]), Dialect(separator, decimal, width)) if score else None
+
+
+def _numbers_between_blanks(row: Sequence[str], kinds: Sequence[CellType], decimal: str) -> bool:
+    """Whether a row has cells that are no numbers only because blanks separate, too."""
+    return any(
+        all(cell_type(part, decimal) is CellType.NUMBER for part in cell.split())
+        for cell, kind in zip(row, kinds, strict=True)
+        if kind is CellType.TEXT
+    )
+
+
+#: A column is numeric where at least this share of its words in the head are numbers; the others
+#: are mistakes, named with their line when they are read.
+_MOSTLY = 0.8
+#: The names of the columns with which each table in a Vicon export begins.
+_VICON = re.compile(r"\s*Frame\s*[,;\t]\s*Sub Frame\b", re.IGNORECASE)
+#: How LabVIEW's measurement files begin, and how each of their headers ends.
+_LABVIEW, _LABVIEW_END = "LabVIEW Measurement", "***End_of_Header***"
+
+
+@dataclass(frozen=True, slots=True)
+class Layout:
+    """How a table is to be read.
+
+    Parameters
+    ----------
+    dialect : Dialect
+        Separator, decimal mark and width of its rows.
+    columns : tuple of Column
+        As many as the dialect is wide.
+    kinds : tuple of Kind
+        What each column holds in the sample; MISSING where nothing.
+    skip : int
+        Lines before the first row of data.
+    sample : tuple of tuple of str
+        The first rows of data, as cells.
+    remarks : tuple of str
+        On what stands before the data.
+    rate : float or None
+        Samples a second, where lines before the data tell them.
+    sections : bool
+        Whether a blank line ends the table, as what follows is another one.
+    """
+
+    dialect: Dialect
+    columns: tuple[Column, ...]
+    kinds: tuple[CellType, ...]
+    skip: int
+    sample: tuple[tuple[str, ...], ...]
+    remarks: tuple[str, ...] = ()
+    rate: float | None = None
+    sections: bool = False
+
+    def cells(self, index: int) -> list[str]:
+        """The sample's cells of one column."""
+        return [row[index] for row in self.sample]
+
+
+def sniff_layout(path: Path) -> tuple[Layout, str]:
+    """Find out how a table is written.
+
+    Returns
+    -------
+    layout : Layout
+        How to read it.
+    encoding : str
+        For :func:`forcelab.formats.table_sniff.lines`.
+
+    Raises
+    ------
+    InputError
+        If the file is empty, binary, or holds no table of numbers.
+    """
+    encoding = encoding_of(path)
+    with path.open("rb") as file:
+        head = file.read(HEAD)
+    rows = head_lines(head)
+    if not rows:
+        raise InputError(
+            f"{path}: no line ends within its first {HEAD} bytes; a table needs one sample a line."
+        )
+    layout = find_layout(rows)
+    if layout is None:
+        raise InputError(
+            f"{path} holds no rows of numbers in its first "
+            f"{'line' if len(rows) == 1 else f'{len(rows)} lines'}; a table needs one sample a "
+            "line, with the same number of cells in each."
+        )
+    if layout.dialect.separator != "," and not any(
+        mark in cell for row in layout.sample for cell in row for mark in ".,"
+    ):
+        decimal = _first_decimal_mark(path, encoding, layout.skip)
+        layout = replace(layout, dialect=replace(layout.dialect, decimal=decimal))
+    return layout, encoding
+
+
+def _first_decimal_mark(path: Path, encoding: str, skip: int) -> str:
+    """The first mark between two digits, for a table that starts with whole numbers only."""
+    for _, rows in lines(path, encoding, skip):
+        for row in rows:
+            mark = re.search(r"\d([.,])\d", row)
+            if mark:
+                return mark[1]
+    return "."
+
+
+def find_layout(rows: Sequence[Line]) -> Layout | None:
+    """Find preamble, header and columns in the first lines of a file.
+
+    Data starts at the first row that is as wide as most and holds more numbers than words where
+    most rows hold numbers; a word there is a mistake, to be named when the rows are read.
+    The line before it is the header if it is as wide and holds words there; so is a comment
+    directly before it (``# time fx fy``). A line of units may stand between. All before is
+    preamble.
+
+    Parameters
+    ----------
+    rows : sequence of (int, str)
+        Lines with their numbers, comments included.
+
+    Returns
+    -------
+    Layout or None
+        None if there are no rows of numbers.
+    """
+    rows = _first_section(rows)
+    plain = [row for row in rows if not is_comment(row[1])]
+    ends = [k for k, (_, text) in enumerate(plain) if text.startswith(_LABVIEW_END)]
+    # The numbers in LabVIEW's headers tell nothing of the rows below.
+    dialect = detect([text for _, text in plain[ends[-1] + 1 if ends else 0 :]])
+    if dialect is None:
+        return None
+    table = dialect.split([text for _, text in plain])
+    whole = [row for row in table if len(row) == dialect.width]
+    kinds = _kinds(whole[len(whole) // 2 :], dialect)
+    fits = [_is_data(row, kinds, dialect) for row in table]
+    if True not in fits:
+        return None
+    first = fits.index(True)
+    sample = tuple(tuple(row) for row, fit in zip(table, fits, strict=True) if fit)
+    kinds = _kinds([row for row in table[first:] if len(row) == dialect.width], dialect)
+    above = [line for line in rows if line[0] < plain[first][0] and line[1].strip()]
+    labview = bool(above) and above[0][1].startswith(_LABVIEW)
+    header, units, used = (
+        _labview_header(above, dialect) if labview else _header(above, dialect, kinds, sample)
+    )
+    columns, remarks = name_columns(header or [""] * dialect.width, units)
+    if not header:
+        remarks = ("There is no header; the columns are called by their numbers.", *remarks)
+    skipped = [line for line in above[: len(above) - used] if not is_comment(line[1])]
+    if skipped:
+        were = "line before the table was" if len(skipped) == 1 else "lines before the table were"
+        remarks = (f"{len(skipped)} {were} skipped.", *remarks)
+    vicon = _vicon_rate(above, header)
+    rate = _labview_rate(above) if labview else vicon
+    skip = plain[first][0] - 1
+    return Layout(dialect, columns, kinds, skip, sample, remarks, rate, vicon is not None)
+
+
+def _first_section(rows: Sequence[Line]) -> Sequence[Line]:
+    """The lines without further tables, where they are those of a Vicon export."""
+    names = (k for k, (_, text) in enumerate(rows[:10]) if _VICON.match(text))
+    first = next(names, None)
+    if first is None:
+        return rows
+    end = next((k for k in range(first, len(rows)) if not rows[k][1].strip(" ,;\t")), len(rows))
+    return rows[:end]
+
+
+def _vicon_rate(above: Sequence[Line], header: Sequence[str]) -> float | None:
+    """The samples a second in a Vicon export, whose second line they are; else None."""
+    if not {"frame", "sub frame"} <= {name.strip().lower() for name in header} or len(above) < 2:
+        return None
+    return _positive(above[1][1].strip(" ,;\t"))
+
+
+def _labview_header(above: Sequence[Line], dialect: Dialect) -> tuple[list[str], list[str], int]:
+    """As :func:`_header`, of a LabVIEW measurement: behind the headers' last end.
+
+    The comments at the end of its rows have a name, but most rows have none.
+    """
+    last = max((i for i, line in enumerate(above) if line[1].startswith(_LABVIEW_END)), default=-1)
+    if not 0 <= last < len(above) - 1:
+        return [], [], 0
+    names = dialect.split([above[last + 1][1]])[0]
+    if len(names) < dialect.width:
+        return [], [], 0
+    rows = dialect.split([text for _, text in above])
+    units = next((row for row in rows if row[:1] == ["Y_Unit_Label"]), [])
+    units = [*units, *[""] * dialect.width][: dialect.width]
+    names = ["time" if name.strip() == "X_Value" else name for name in names[: dialect.width]]
+    units = ["s" if name == "time" else unit for name, unit in zip(names, units, strict=True)]
+    return names, units, len(above) - last - 1
+
+
+def _labview_rate(above: Sequence[Line]) -> float | None:
+    """The samples a second of a LabVIEW measurement, for one that holds no times."""
+    for _, text in above:
+        words = text.split()
+        if len(words) > 1 and words[0] == "Delta_X":
+            step = _positive(words[1].replace(",", "."))
+            return 1 / step if step else None
+    return None
+
+
+def _positive(text: str) -> float | None:
+    """A number above zero that a clock may have, if the text is one."""
+    if cell_type(text) is not CellType.NUMBER:
+        return None
+    number = float(text)
+    return number if 1e-9 < number < 1e9 else None
+
+
+def _kinds(rows: Sequence[Sequence[str]], dialect: Dialect) -> tuple[CellType, ...]:
+    """What each column mostly holds."""
+    result = []
+    for cells in zip(*rows, strict=True):
+        kinds = [cell_type(cell, dialect.decimal) for cell in cells]
+        present = [kind for kind in kinds if kind is not CellType.MISSING]
+        result.append(CellType.TEXT if present else CellType.MISSING)
+        for kind in (CellType.NUMBER, CellType.STAMP):
+            if present and present.count(kind) >= _MOSTLY * len(present):
+                result[-1] = kind
+    return tuple(result)
+
+
+def _is_data(row: Sequence[str], kinds: Sequence[CellType], dialect: Dialect) -> bool:
+    """Whether a row holds more numbers than words where most rows hold numbers."""
+    if len(row) != len(kinds):
+        return False
+    found = [
+        cell_type(cell, dialect.decimal)
+        for cell, kind in zip(row, kinds, strict=True)
+        if kind in (CellType.NUMBER, CellType.STAMP)
+    ]
+    return found.count(CellType.TEXT) < sum(
+        kind in (CellType.NUMBER, CellType.STAMP) for kind in found
+    )
+
+
+def _header(
+    above: Sequence[Line],
+    dialect: Dialect,
+    kinds: Sequence[CellType],
+    sample: Sequence[Sequence[str]],
+) -> tuple[list[str], list[str], int]:
+    """Names, units and the number of lines they take, from the lines above the data."""
+    split = [_header_cells(text, dialect, kinds, sample) for _, text in above]
+    last = len(above) - 1
+    while last >= 0 and not split[last] and is_comment(above[last][1]):
+        last -= 1
+    if last < 0 or not split[last]:
+        return [], [], 0
+    words = [cell.strip() for cell in split[last]]
+    units = [word.strip("[](){}").strip() for word in words]
+    if last > 0 and split[last - 1] and all(not unit or is_unit(unit) for unit in units):
+        return split[last - 1], words, len(above) - last + 1
+    return split[last], [], len(above) - last
+
+
+def _header_cells(
+    text: str, dialect: Dialect, kinds: Sequence[CellType], sample: Sequence[Sequence[str]]
+) -> list[str]:
+    """The cells of a line that can be a header, else none."""
+    bare = re.sub(r"^\s*(?:#+|%+|//+)\s*", "", text)
+    splits = [dialect]
+    if dialect.separator is None:
+        # Above rows separated by blanks, names often stand between commas or wider blanks.
+        splits = [Dialect(",", ".", dialect.width), Dialect("\t", ".", dialect.width), dialect]
+        bare = re.sub(r"\s{2,}", "\t", bare.strip())
+    for candidate in splits:
+        try:
+            cells = candidate.split([bare])[0]
+        except ValueError:
+            continue
+        spare = len(cells) - dialect.width
+        if spare == 1 and not cells[-1].strip():
+            cells = cells[:-1]
+        elif spare == -1 and not any(row[-1].strip() for row in sample):
+            cells = [*cells, ""]
+        elif spare == -1 and is_index(Column("", named=False), [row[0] for row in sample]):
+            cells = ["", *cells]  # as R writes row numbers
+        if _are_names(cells, dialect, kinds):
+            return cells
+    return []
+
+
+def _are_names(cells: Sequence[str], dialect: Dialect, kinds: Sequence[CellType]) -> bool:
+    """Whether cells stand one above each column, and hold no number above numbers."""
+    if len(cells) != dialect.width or not any(cell.strip() for cell in cells):
+        return False
+    return all(
+        kind is CellType.TEXT
+        or cell_type(cell, dialect.decimal) in (CellType.TEXT, CellType.MISSING)
+        for cell, kind in zip(cells, kinds, strict=True)
+    )

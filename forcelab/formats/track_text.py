@@ -1,0 +1,234 @@
+"""Tracks as text: CSV with every author, a label track for Audacity, a table for statistics."""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from forcelab.errors import InputError
+from forcelab.labels import Segment, Track
+
+#: Decimals that are enough for times on microseconds, and how far from one a time may lie to be
+#: on it, in seconds: far more than float64 arithmetic strays in a recording, far less than what
+#: parts two samples.
+DECIMALS, STRAY = 6, 1e-9
+
+
+def plain_times(track: Track) -> list[tuple[Segment, tuple[float, float]]]:
+    """Each segment with a start and an end whose shortest text is what a person would write.
+
+    Arithmetic leaves 4.6899999999999995 where 4.69 is meant; read by :func:`on_samples`, 4.69 is
+    the same sample again.
+
+    Parameters
+    ----------
+    track : Track
+
+    Returns
+    -------
+    list of (Segment, (float, float))
+        Times in seconds: those within a nanosecond of a microsecond are that microsecond, all
+        others are as they were. Where that would leave nothing of a segment, none is changed.
+    """
+    times = [(_plain(s.start), _plain(s.end)) for s in track.segments]
+    if not all(start < end for start, end in times):
+        times = [(float(s.start), float(s.end)) for s in track.segments]
+    return list(zip(track.segments, times, strict=True))
+
+
+def on_samples(tracks: Iterable[Track], times: NDArray[np.float64]) -> tuple[Track, ...]:
+    """Put edges that lie within a nanosecond of a sample exactly onto its stamp.
+
+    Parameters
+    ----------
+    tracks : iterable of Track
+    times : ndarray, shape (n,)
+        Stamps of the recording in seconds, increasing.
+
+    Returns
+    -------
+    tuple of Track
+        A track that would lose a segment by it is as it was.
+    """
+    return tuple(_on_samples(track, times) for track in tracks)
+
+
+def _plain(time: float) -> float:
+    """The microsecond on which a time lies, or the time."""
+    rounded = round(float(time), DECIMALS)
+    return rounded if abs(rounded - time) <= STRAY else float(time)
+
+
+def _on_samples(track: Track, times: NDArray[np.float64]) -> Track:
+    """One track with its edges on the samples."""
+    edges = np.array([(s.start, s.end) for s in track.segments]).reshape(-1, 2)
+    after = np.clip(np.searchsorted(times, edges), 1, len(times) - 1)
+    lower, upper = times[after - 1], times[after]
+    nearest = np.where(edges - lower < upper - edges, lower, upper)
+    moved = np.where(abs(nearest - edges) <= STRAY, nearest, edges)
+    if not (moved[:, 0] < moved[:, 1]).all():
+        return track
+    pairs = zip(track.segments, moved.tolist(), strict=True)
+    return Track(track.author, tuple(Segment(start, end, s.action) for s, (start, end) in pairs))
+
+
+#: The columns of the CSV, in this order.
+COLUMNS = ("start", "end", "action", "author")
+
+#: Texts that spreadsheets take for formulas, and run; with what is quoted already, so that
+#: :func:`plain_text` undoes exactly one quote.
+_FORMULA = re.compile(r"'*[=+\-@\t\r\n]")
+_NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?", re.ASCII)
+
+
+def to_csv(tracks: Iterable[Track]) -> str:
+    """The segments of all tracks as CSV (RFC 4180).
+
+    Parameters
+    ----------
+    tracks : iterable of Track
+        Of one demonstration. Tracks follow one another as given, segments in order of time.
+
+    Returns
+    -------
+    str
+        A header and one line a segment, ``start,end,action,author``; times in seconds as of
+        :func:`~forcelab.formats.track_text.plain_times`, with as many digits as tell them exactly.
+
+    Raises
+    ------
+    InputError
+        If a name holds a NUL, which a text table cannot hold.
+    """
+    rows = (
+        (*map(repr, times), segment.action, track.author)
+        for track in tracks
+        for segment, times in plain_times(track)
+    )
+    return table_text(COLUMNS, rows)
+
+
+def to_audacity(track: Track) -> str:
+    """One track as an Audacity label track; such a file has no place for the author.
+
+    Parameters
+    ----------
+    track : Track
+        What to write.
+
+    Returns
+    -------
+    str
+        One line a segment, start and end in seconds and the action, separated by tabs; times as
+        of :func:`to_csv`, without an exponent and with at least six decimals.
+
+    Raises
+    ------
+    InputError
+        If an action holds a tab or a line break, which a label track cannot hold.
+    """
+    lines = []
+    for segment, times in plain_times(track):
+        if "\t" in segment.action or segment.action.splitlines() != [segment.action]:
+            raise InputError(
+                f"The action {segment.action!a} holds a tab or a line break, which an "
+                f"Audacity label track cannot hold; rename the action or write CSV."
+            )
+        start, end = (np.format_float_positional(time, unique=True, min_digits=6) for time in times)
+        lines.append(f"{start}\t{end}\t{segment.action}\n")
+    return "".join(lines)
+
+
+def quoted_text(text: str) -> str:
+    """A name as a cell that no spreadsheet runs as a formula: with an apostrophe in front.
+
+    Names that begin with ``=``, ``+``, ``-``, ``@``, a tab or a line break get one, unless they
+    are numbers.
+    """
+    return f"'{text}" if _FORMULA.match(text) and not _NUMBER.fullmatch(text) else text
+
+
+def plain_text(cell: str) -> str:
+    """The name that :func:`quoted_text` made a cell of."""
+    return cell[1:] if cell[:1] == "'" and _FORMULA.match(cell) else cell
+
+
+def table_text(header: Sequence[str], rows: Iterable[Sequence[str]], separator: str = ",") -> str:
+    """A table as text, without formulas; refused where a name holds a NUL."""
+    text = io.StringIO()
+    writer = csv.writer(text, delimiter=separator)
+    writer.writerow(header)
+    for row in rows:
+        for cell in row:
+            if "\0" in cell:
+                raise InputError(
+                    f"The name {cell!a} holds a NUL, which a text table cannot hold; rename it."
+                )
+        writer.writerow(map(quoted_text, row))
+    return text.getvalue()
+
+
+#: The columns of the table, in this order.
+TABLE_COLUMNS = (
+    *("demonstration", "task", "seconds", "author", "kind", "segment", "action"),
+    *("start", "end", "duration"),
+)
+
+
+@dataclass(frozen=True, slots=True)
+class AnnotatedTrack:
+    """A track of one demonstration.
+
+    Parameters
+    ----------
+    demonstration, task : str
+        Their names.
+    seconds : float
+        Length of the demonstration.
+    kind : "coder" or "model"
+        Who the track's author is.
+    track : Track
+        What was labelled.
+    """
+
+    demonstration: str
+    task: str
+    seconds: float
+    kind: str
+    track: Track
+
+
+def to_statistics_table(coded: Iterable[AnnotatedTrack]) -> str:
+    """One line a segment, as CSV (RFC 4180).
+
+    Returns
+    -------
+    str
+        With a header. ``seconds`` is the length of the demonstration, ``segment`` counts from 1
+        in each track, times are in seconds of the force clock.
+
+    Raises
+    ------
+    InputError
+        If a name holds a NUL, which a text table cannot hold.
+    """
+    rows = [
+        (
+            *(one.demonstration, one.task, _rounded_text(one.seconds), one.track.author, one.kind),
+            *(str(number), segment.action, repr(start), repr(end), _rounded_text(end - start)),
+        )
+        for one in coded
+        for number, (segment, (start, end)) in enumerate(plain_times(one.track), start=1)
+    ]
+    return table_text(TABLE_COLUMNS, rows)
+
+
+def _rounded_text(seconds: float) -> str:
+    """A length of time without the dust of arithmetic."""
+    return repr(round(float(seconds), 9))
