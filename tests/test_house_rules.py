@@ -165,18 +165,18 @@ def test_the_house_rules_hold(command):
 UNNEEDED = {
     "commands": [
         ("forcelab.cli", {"numpy", "PySide6", "sklearn", "cv2", "serial"}),
-        ("forcelab.cli.explaining", {"numpy", "PySide6"}),
-        ("forcelab.cli.listing", {"PySide6", "sklearn", "scipy", "cv2", "serial"}),
-        ("forcelab.cli.measuring", {"PySide6", "sklearn", "scipy", "cv2", "serial"}),
-        ("forcelab.cli.importing", {"PySide6", "sklearn", "scipy", "cv2", "serial"}),
-        ("forcelab.cli.planning", {"PySide6", "sklearn", "scipy.signal", "joblib", "cv2"}),
+        ("forcelab.cli.commands.actions", {"numpy", "PySide6"}),
+        ("forcelab.cli.commands.list", {"PySide6", "sklearn", "scipy", "cv2", "serial"}),
+        ("forcelab.cli.commands.measure", {"PySide6", "sklearn", "scipy", "cv2", "serial"}),
+        ("forcelab.cli.commands.import_", {"PySide6", "sklearn", "scipy", "cv2", "serial"}),
+        ("forcelab.cli.commands.plan", {"PySide6", "sklearn", "scipy.signal", "joblib", "cv2"}),
         ("forcelab.review.training", {"PySide6", "sklearn", "scipy.signal", "cv2", "serial"}),
         ("forcelab.signals.cwt", {"PySide6", "sklearn", "cv2", "serial"}),
-        ("forcelab.cli.simulating", {"PySide6", "sklearn", "cv2", "serial"}),
-        ("forcelab.cli.evaluating", {"PySide6", "cv2", "serial"}),
+        ("forcelab.cli.commands.simulate", {"PySide6", "sklearn", "cv2", "serial"}),
+        ("forcelab.cli.commands.evaluate", {"PySide6", "cv2", "serial"}),
     ],
     "the sample project": [
-        ("forcelab.cli.demonstrating", {"PySide6", "sklearn", "scipy", "cv2", "serial"}),
+        ("forcelab.cli.commands.demo", {"PySide6", "sklearn", "scipy", "cv2", "serial"}),
     ],
     "window": [
         ("forcelab.gui.window", {"sklearn", "scipy", "cv2", "serial", "pyqtgraph", "joblib"}),

@@ -13,7 +13,8 @@ import brief
 import pytest
 
 from forcelab import sample
-from forcelab.cli import demonstrating, main
+from forcelab.cli import main
+from forcelab.cli.commands import demo
 from forcelab.clock import ClockMap
 from forcelab.errors import InputError
 from forcelab.jobs import finish
@@ -138,7 +139,7 @@ def test_interrupted_it_leaves_nothing(quick, monkeypatch, tmp_path, capsys):
         signal.raise_signal(signal.SIGINT)
 
     monkeypatch.setattr(generate, "_filmed", interrupting)
-    monkeypatch.setattr(demonstrating, "cpu_count", lambda: 1)
+    monkeypatch.setattr(demo, "cpu_count", lambda: 1)
     try:
         assert main(["demo", str(tmp_path / "sample.forcelab")]) == 130
     except KeyboardInterrupt:  # it would end all tests

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import json
 import os
 import signal
@@ -9,16 +10,50 @@ import sys
 from codecs import register_error
 from collections.abc import Sequence
 from importlib import import_module
+from importlib.abc import InspectLoader
+from importlib.util import find_spec
 from io import TextIOWrapper
 from pathlib import Path
+from pkgutil import iter_modules
+from types import ModuleType
 
-from forcelab.cli.options import WrongWordError
+from forcelab import __version__
+from forcelab.cli import commands
+from forcelab.cli.interrupts import Interrupted, interruptible
+from forcelab.cli.options import Formatter, Parser, UsageError
 from forcelab.cli.output import printable
-from forcelab.cli.parser import build_parser
-from forcelab.cli.stopping import Stopped, stoppable
 from forcelab.errors import ForcelabError, UnclearAuthorError, UnclearRateError
 
-__all__ = ["main"]
+__all__ = ["build_parser", "command_modules", "main"]
+
+MANUAL = """\
+forcelab labels and recognises force actions. A demonstration (force channels on one clock) goes
+in; coders give each stretch of it an action; a recogniser learns the actions from complex-Morlet
+wavelet features; human and predicted timelines come out as pairs.
+
+To begin with:
+  forcelab                                   (opens the window; the first time with samples)
+  forcelab demo     sample.forcelab          (thirty simulated demonstrations to try things on)
+  forcelab import   lab.forcelab recordings/*.csv --task stylus --videos
+  forcelab list     lab.forcelab
+  forcelab export   lab.forcelab --out labels --format table
+  forcelab evaluate lab.forcelab --task stylus --stride 10 --figure pairs.svg
+  forcelab train    lab.forcelab --task stylus --stride 10 --out stylus.skops
+  forcelab predict  stylus.skops new.csv
+"""
+
+CLOSING = """\
+Every command but gui has --json; 'forcelab help COMMAND', or --help behind it, explains it. Exit
+status: 0 done; 1 a file or project stands in the way (one sentence says what, where and the cure);
+2 the command line is wrong.
+"""
+
+#: The commands as the manual lists them; others follow by name.
+ORDER = (
+    *("gui", "demo", "simulate", "import", "list", "runs", "assign", "note", "agree", "attach"),
+    *("sync", "rename", "remove", "capture", "replay", "evaluate", "train", "predict", "review"),
+    *("why", "export", "plan", "actions", "figures", "measure", "doctor"),
+)
 
 #: The options that cure errors which cannot know of them.
 CURES = {UnclearAuthorError: "--author", UnclearRateError: "--rate"}
@@ -41,11 +76,11 @@ def main(argv: Sequence[str] | None = None) -> int:
     """
     _open_streams()
     try:
-        status = _carried_out(_for_the_window(sys.argv[1:] if argv is None else argv))
+        status = _run(_for_the_window(sys.argv[1:] if argv is None else argv))
         sys.stdout.flush()
     except ForcelabError as error:
         print(f"forcelab: {printable(_sentence(error))}", file=sys.stderr)
-        return 2 if isinstance(error, WrongWordError) else 1
+        return 2 if isinstance(error, UsageError) else 1
     except ImportError as error:
         if (sentence := _qt_sentence(error)) is None:
             raise
@@ -60,7 +95,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         return 1
     except KeyboardInterrupt as stop:
         print("forcelab: stopped; nothing was left half done.", file=sys.stderr)
-        return 128 + (stop.number if isinstance(stop, Stopped) else signal.SIGINT)
+        return 128 + (stop.number if isinstance(stop, Interrupted) else signal.SIGINT)
     except BrokenPipeError:
         _drop_output()  # the reader (head, less) has seen enough
         status = 0
@@ -72,16 +107,65 @@ def main(argv: Sequence[str] | None = None) -> int:
     return status
 
 
-def _carried_out(argv: Sequence[str]) -> int:
+def _run(argv: Sequence[str]) -> int:
     """Do what the words say; gives the exit status."""
-    try:
-        arguments = build_parser().parse_args(argv)
-    except SystemExit as stop:  # argparse has printed its sentence, or the help
-        return stop.code if isinstance(stop.code, int) else 2
-    # Each command imports what it needs when it runs: listing a project loads no scikit-learn.
-    with stoppable():
-        command = import_module(f"forcelab.cli.{arguments.module}")
-        return int(command.run(arguments) or 0)
+    with interruptible():
+        try:
+            arguments = build_parser(argv).parse_args(argv)
+        except SystemExit as stop:  # argparse has printed its sentence, or the help
+            return stop.code if isinstance(stop.code, int) else 2
+        return int(arguments.command(arguments) or 0)
+
+
+def build_parser(argv: Sequence[str]) -> Parser:
+    """The parser of the whole command line, with the options of the command that `argv` names.
+
+    Only that command's module is imported: listing a project loads no scikit-learn.
+    """
+    parser = Parser(prog="forcelab", description=MANUAL, epilog=CLOSING, formatter_class=Formatter)
+    parser.add_argument("-V", "--version", action="version", version=f"forcelab {__version__}")
+    subparsers = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
+    named = next((word for word in argv if not word.startswith("-")), None)
+    for name, module in command_modules().items():
+        if name == named:
+            _add_command(subparsers, name, import_module(module))
+        else:
+            subparsers.add_parser(name, help=_summary(module), add_help=False)
+    return parser
+
+
+def command_modules() -> dict[str, str]:
+    """The module of each command, in the order of the manual."""
+    found = {
+        info.name.rstrip("_"): f"{commands.__name__}.{info.name}"
+        for info in iter_modules(commands.__path__)
+    }
+    known = [name for name in ORDER if name in found]
+    return {name: found[name] for name in (*known, *sorted(found.keys() - set(known)))}
+
+
+def _summary(module: str) -> str:
+    """The first line of a module's docstring, without importing the module."""
+    loader = getattr(find_spec(module), "loader", None)
+    source = loader.get_source(module) if isinstance(loader, InspectLoader) else None
+    line = (source or "").partition("\n")[0].removeprefix("r").strip('". ')
+    return line[:1].lower() + line[1:]
+
+
+def _add_command(
+    subparsers: argparse._SubParsersAction[Parser], name: str, module: ModuleType
+) -> None:
+    """Add a command with its manual, which is its module's docstring, and its options."""
+    manual, _, examples = (module.__doc__ or "").partition("for example:\n")
+    parser = subparsers.add_parser(
+        name,
+        help=_summary(module.__name__),
+        description=manual.strip(),
+        epilog=f"for example:\n{examples.rstrip()}",
+        formatter_class=Formatter,
+    )
+    module.add_options(parser)
+    parser.set_defaults(command=module.run)
 
 
 def _for_the_window(argv: Sequence[str]) -> list[str]:

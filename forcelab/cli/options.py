@@ -10,30 +10,25 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, NoReturn
 
-from forcelab.cli.examples import EXAMPLES
 from forcelab.errors import InputError
 from forcelab.text import tidy_name
 
 __all__ = [
     "PROJECT",
-    "Commands",
     "Formatter",
     "Parser",
-    "WrongWordError",
+    "UsageError",
     "add_changes",
+    "add_project",
     "add_settings",
     "column_options",
-    "command",
     "json_flag",
     "name_of",
     "path_of",
-    "project_command",
 ]
 
-Commands = argparse._SubParsersAction
 
-
-class WrongWordError(InputError):
+class UsageError(InputError):
     """An option's value that no file or project could make right; exit status 2."""
 
 
@@ -127,33 +122,9 @@ def _no_choice(given: str, choices: str) -> str:
     )
 
 
-def command(
-    commands: Commands[argparse.ArgumentParser],
-    name: str,
-    module: str,
-    summary: str,
-    details: str = "",
-) -> argparse.ArgumentParser:
-    """A command with its summary, its details and its examples."""
-    description = f"{summary[0].upper()}{summary[1:]}.\n\n{details}".strip()
-    parser = commands.add_parser(
-        name,
-        help=summary,
-        description=description,
-        epilog="\n  ".join(("for example:", *EXAMPLES[name])),
-        formatter_class=Formatter,
-    )
-    parser.set_defaults(module=module)
-    return parser
-
-
-def project_command(
-    commands: Commands[argparse.ArgumentParser], name: str, module: str, summary: str, details: str
-) -> argparse.ArgumentParser:
-    """A command whose first word is the project it works on."""
-    parser = command(commands, name, module, summary, details)
+def add_project(parser: argparse.ArgumentParser) -> None:
+    """The project that a command works on, its first word."""
     parser.add_argument("project", metavar="PROJECT", type=path_of, help=PROJECT)
-    return parser
 
 
 def path_of(text: str) -> Path:

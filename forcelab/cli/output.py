@@ -1,4 +1,4 @@
-"""How the command line speaks: tables, JSON, and a progress bar on terminals only."""
+"""What the command line prints: tables, JSON, a progress bar on terminals."""
 
 from __future__ import annotations
 
@@ -11,16 +11,6 @@ from typing import Any
 
 from forcelab.io import write_atomically
 from forcelab.jobs import Progress
-
-__all__ = [
-    "json_path",
-    "json_text",
-    "percent",
-    "printable",
-    "progress_bar",
-    "report",
-    "table",
-]
 
 WIDTH = 24
 

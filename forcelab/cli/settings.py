@@ -6,7 +6,7 @@ import argparse
 import sys
 from typing import TYPE_CHECKING, Any
 
-from forcelab.cli.options import WrongWordError
+from forcelab.cli.options import UsageError
 from forcelab.errors import InputError
 from forcelab.label_map import MergeMap
 from forcelab.recognition.presets import preset
@@ -32,7 +32,7 @@ def settings_from(arguments: argparse.Namespace) -> Settings:
 
     Raises
     ------
-    WrongWordError
+    UsageError
         If a value is out of its range.
     InputError
         If the file of spellings cannot be used.
@@ -54,7 +54,7 @@ def settings_from(arguments: argparse.Namespace) -> Settings:
     try:
         settings = preset(arguments.preset).replace(**changes)
     except InputError as error:
-        raise WrongWordError(str(error)) from error
+        raise UsageError(str(error)) from error
     for name, value in changes.items():
         # That something is switched off which is not used anyway misleads nobody.
         used = value is not None and value is not False
@@ -71,7 +71,7 @@ def _switchable(name: str, text: str, kind: type[float] | type[int]) -> float | 
         return kind(text)
     except ValueError as error:
         what = "a whole number" if kind is int else "a number"
-        raise WrongWordError(f"--{name} takes {what} or 'off', not '{text}'.") from error
+        raise UsageError(f"--{name} takes {what} or 'off', not '{text}'.") from error
 
 
 def _windows(text: str) -> tuple[float, ...]:
@@ -79,7 +79,7 @@ def _windows(text: str) -> tuple[float, ...]:
     try:
         return tuple(float(part) for part in text.split(","))
     except ValueError as error:
-        raise WrongWordError(f"--windows takes seconds such as 0.01,0.1, not '{text}'.") from error
+        raise UsageError(f"--windows takes seconds such as 0.01,0.1, not '{text}'.") from error
 
 
 def choice_from(arguments: argparse.Namespace) -> Choice:

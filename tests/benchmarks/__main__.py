@@ -19,7 +19,7 @@ import os
 from importlib import import_module
 from pathlib import Path
 
-from forcelab.cli.measuring import table_text
+from forcelab.cli.commands.measure import table_text
 from forcelab.cli.output import printable, progress_bar, table
 from forcelab.errors import ForcelabError
 from forcelab.jobs import finish

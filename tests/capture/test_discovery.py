@@ -6,7 +6,7 @@ import pytest
 
 from forcelab.capture import discovery
 from forcelab.capture.discovery import FoundPort, find_ports, optoforce_ports, port_like, port_of
-from forcelab.cli import capture_listing
+from forcelab.cli.commands import capture
 from forcelab.errors import InputError
 
 
@@ -86,12 +86,12 @@ def test_a_device_without_a_serial_number_is_found_at_its_own_port_only(tmp_path
 
 def test_the_list_shows_what_to_say_and_what_it_is(plugged, capsys):
     plugged(PORTS)
-    capture_listing.run(argparse.Namespace(json=False))
+    capture.list_devices(argparse.Namespace(json=False))
     told = capsys.readouterr().out
     assert "--device optoforce:/dev/ttyACM0" in told
     assert "--device KIND:/dev/ttyUSB3" in told
     assert "81830" in told
-    capture_listing.run(argparse.Namespace(json=True))
+    capture.list_devices(argparse.Namespace(json=True))
     plain = json.loads(capsys.readouterr().out)
     assert plain["ports"][0]["usb"] == "04d8:000a"
     assert plain["ports"][0]["device"] == "optoforce:/dev/ttyACM0"
@@ -99,9 +99,9 @@ def test_the_list_shows_what_to_say_and_what_it_is(plugged, capsys):
 
 def test_where_there_is_nothing_one_sentence_says_so(plugged, capsys, monkeypatch):
     plugged([])
-    monkeypatch.setattr(capture_listing, "cameras", lambda: ())
-    capture_listing.run(argparse.Namespace(json=False))
-    assert capsys.readouterr().out == capture_listing.NOTHING + "\n"
+    monkeypatch.setattr(capture, "cameras", lambda: ())
+    capture.list_devices(argparse.Namespace(json=False))
+    assert capsys.readouterr().out == capture.NOTHING_FOUND + "\n"
 
 
 def test_cameras_are_listed_by_the_number_that_is_said(plugged, capsys, monkeypatch):
@@ -109,8 +109,8 @@ def test_cameras_are_listed_by_the_number_that_is_said(plugged, capsys, monkeypa
 
     plugged([])
     films = (Camera("/dev/video2", "Webcam", usable=False),)
-    monkeypatch.setattr(capture_listing, "cameras", lambda: films)
-    capture_listing.run(argparse.Namespace(json=False))
+    monkeypatch.setattr(capture, "cameras", lambda: films)
+    capture.list_devices(argparse.Namespace(json=False))
     told = capsys.readouterr().out
     assert "--camera 2" in told
     assert "not yours to open" in told

@@ -5,14 +5,12 @@ import json
 import shutil
 import sys
 from dataclasses import dataclass, replace
-from functools import cache
 from pathlib import Path
 
 import pytest
 from make_assets import as_csv
 from synthetic import synthetic_set
 
-from forcelab import cli
 from forcelab.cli import main
 
 
@@ -44,14 +42,6 @@ class Said:
         assert self.err.count("\n") == 1
         assert "Traceback" not in self.err
         return self.err
-
-
-@pytest.fixture(scope="session", autouse=True)
-def one_parser():
-    """The same parser for all calls: to make it takes as long as a short command."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(cli, "build_parser", cache(cli.build_parser))
-        yield
 
 
 @pytest.fixture

@@ -7,7 +7,8 @@ import sys
 import brief
 import pytest
 
-from forcelab.cli import demonstrating, main
+from forcelab.cli import main
+from forcelab.cli.commands import demo
 from forcelab.project import Project
 from forcelab.recognition import presets
 from forcelab.simulation import generate
@@ -21,7 +22,7 @@ def made(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(generate, "performing", brief.performing)
         patch.setattr(generate, "_filmed", brief.filmed)
-        patch.setattr(demonstrating, "cpu_count", lambda: 1)
+        patch.setattr(demo, "cpu_count", lambda: 1)
         patch.setattr(presets, "preset", lambda _: cheap)
         assert main(["demo", str(folder / "my sample.forcelab")]) == 0
     return folder / "my sample.forcelab"
@@ -59,7 +60,7 @@ def test_the_commands_that_it_proposes_work_as_they_are_printed(forcelab, made, 
 
 def test_it_lies_in_the_current_folder_where_no_other_is_named(forcelab, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(demonstrating, "making", lambda path, _: made_at(path))
+    monkeypatch.setattr(demo, "making", lambda path, _: made_at(path))
     assert forcelab("demo").out.startswith("Made sample.forcelab: ")
     assert [entry.name for entry in tmp_path.iterdir()] == ["sample.forcelab"]
 

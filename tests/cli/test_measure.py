@@ -198,7 +198,7 @@ def test_a_sample_project_that_is_not_there_is_made_for_as_long_as_needed(
 
 
 def test_all_measures_everything_and_names_what_it_skips(forcelab, monkeypatch, asked, tmp_path):
-    from forcelab.cli import measuring
+    from forcelab.cli.commands import measure
 
     def refusing(*, quick):
         yield Progress(0, 1, "streaming")
@@ -206,9 +206,9 @@ def test_all_measures_everything_and_names_what_it_skips(forcelab, monkeypatch, 
 
     monkeypatch.setattr(cwt, "tabulate", refusing)
     monkeypatch.setattr(
-        measuring,
+        measure,
         "MODULES",
-        {name: measuring.MODULES[name] for name in ("contact", "cwt")},
+        {name: measure.MODULES[name] for name in ("contact", "cwt")},
     )
     file = tmp_path / "all.json"
     said = forcelab("measure", "all", "--quick", "--json", file)

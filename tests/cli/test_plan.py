@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from quick import FAST
 from synthetic import synthetic_demonstration
 
-from forcelab.cli import planning
+from forcelab.cli.commands import plan as planning
 from forcelab.demonstration import VideoReference
 from forcelab.errors import InputError
 from forcelab.jobs import Progress, finish

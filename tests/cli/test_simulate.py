@@ -10,7 +10,7 @@ from contextlib import contextmanager
 import brief
 import pytest
 
-from forcelab.cli import simulating
+from forcelab.cli.commands import simulate
 from forcelab.jobs import finish
 from forcelab.project import Project
 from forcelab.simulation import generate
@@ -24,7 +24,7 @@ FOAM = ["simulate", "--task", "foam", "--seed", "7"]
 def quick(monkeypatch):
     """Brief performances instead of the mechanics, in this process."""
     monkeypatch.setattr(generate, "performing", brief.performing)
-    monkeypatch.setattr(simulating, "cpu_count", lambda: 1)
+    monkeypatch.setattr(simulate, "cpu_count", lambda: 1)
 
 
 def content(path):
@@ -144,10 +144,11 @@ def test_a_full_disk_is_one_sentence_and_adds_nothing(
 #: Brief performances, first without video and then with it, each with whether OpenCV is loaded.
 BRIEFLY = """
 import sys, brief
-from forcelab.cli import main, simulating
+from forcelab.cli import main
+from forcelab.cli.commands import simulate
 from forcelab.simulation import generate
 generate.performing = brief.performing
-simulating.cpu_count = lambda: 1
+simulate.cpu_count = lambda: 1
 told = [
     (main([*sys.argv[1:], *more]), "cv2" in sys.modules)
     for more in (["--seed", "7", "--no-video"], ["--seed", "8"])

@@ -8,7 +8,7 @@ import time
 import psutil
 import pytest
 
-from forcelab.cli.stopping import unbroken
+from forcelab.cli.interrupts import uninterrupted
 
 
 def heard():
@@ -42,7 +42,7 @@ def test_what_must_not_be_cut_is_done_before_ctrl_c_is_heard():
     before = signal.getsignal(signal.SIGINT)
 
     def interrupted():
-        with unbroken():
+        with uninterrupted():
             signal.raise_signal(signal.SIGINT)
             done.append("all")
 

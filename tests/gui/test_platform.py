@@ -79,7 +79,7 @@ def test_a_drawing_module_that_cannot_import_qt_ends_in_one_sentence(capsys, mon
         raise InputError("Qt cannot start: all of them.")
 
     monkeypatch.setattr(qt_check, "require_qt", refuse)
-    monkeypatch.setattr("forcelab.cli.listing.run", fail)
+    monkeypatch.setattr("forcelab.cli.commands.list.run", fail)
     assert main(["list", "p"]) == 1
     assert capsys.readouterr().err == "forcelab: Qt cannot start: all of them.\n"
 

@@ -1,0 +1,54 @@
+"""Explain the actions that coders label.
+
+What each is, how to decide where it starts and ends, and what it is not to be mistaken
+for; with a picture of its beginning and its end.
+
+for example:
+  forcelab actions slip 'slip transition'
+"""
+
+from __future__ import annotations
+
+import argparse
+from dataclasses import asdict
+
+from forcelab.cli.options import UsageError, json_flag
+from forcelab.cli.output import json_text
+from forcelab.glossary import Entry, glossary
+from forcelab.resources import asset
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """The options of the command."""
+    parser.add_argument("actions", metavar="ACTION", nargs="*", help="only these (all)")
+    json_flag(parser)
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """Tell what each action is, or those that were asked for."""
+    entries = {entry.action: entry for entry in glossary()}
+    for action in arguments.actions:
+        if action not in entries:
+            known = ", ".join(entries)
+            raise UsageError(f"There is no '{action}' in the glossary; it has {known}.")
+    chosen = [entries[action] for action in arguments.actions or entries]
+    if arguments.json:
+        print(json_text([_entry_json(entry) for entry in chosen]))
+    else:
+        print("\n\n".join(_entry_text(entry) for entry in chosen))
+
+
+def _entry_text(entry: Entry) -> str:
+    """An entry for people."""
+    return (
+        f"{entry.action}: {entry.sentence}\n"
+        f"  starts   {entry.starts}\n"
+        f"  ends     {entry.ends}\n"
+        f"  unlike   {entry.unlike}\n"
+        f"  picture  {asset(entry.picture)}"
+    )
+
+
+def _entry_json(entry: Entry) -> dict[str, str]:
+    """An entry as plain values, its picture with the whole path."""
+    return {**asdict(entry), "picture": str(asset(entry.picture))}

@@ -1,0 +1,229 @@
+"""Say how far several coders agree, and where they do not.
+
+Cohen's kappa of every two coders and Fleiss' kappa of all, over the time that they
+labelled; agreement of each action, of boundaries and segments, with the worst places;
+and how consistent each coder is from one demonstration to the next.
+
+for example:
+  forcelab agree lab.forcelab --task stylus --authors Ines Tomas
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from typing import Any
+
+from forcelab.cli.options import add_project, json_flag, name_of
+from forcelab.cli.output import json_text, percent, printable, progress_bar, table
+from forcelab.errors import InputError
+from forcelab.jobs import finish
+from forcelab.project import Project
+from forcelab.review.agreement import (
+    Agreement,
+    Consistency,
+    PairAgreement,
+    agreement,
+    coded_demonstrations,
+    landis_koch,
+)
+from forcelab.review.consensus import CONSENSUS
+from forcelab.review.differences import Interval
+from forcelab.text import counted
+
+#: How many places of each kind are printed.
+WORST = 5
+#: How many of them ``--json`` holds.
+WORST_JSON = 100
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """The options of the command."""
+    add_project(parser)
+    parser.add_argument("--task", metavar="TASK", type=name_of, help="only this task")
+    parser.add_argument(
+        "--authors",
+        metavar="NAME",
+        type=name_of,
+        nargs="+",
+        help="only these coders (default: all)",
+    )
+    parser.add_argument(
+        "--same",
+        type=name_of,
+        metavar=("NAME", "AGAIN"),
+        nargs=2,
+        help="two names of one coder, who labelled twice: how consistent that coder is",
+    )
+    json_flag(parser)
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """Print how far coders agree, and where they do not."""
+    same = tuple(arguments.same) if arguments.same else None
+    chosen = dict.fromkeys([*arguments.authors, *(same or ())]) if arguments.authors else ()
+    with Project.open(arguments.project) as project:
+        if same is not None:
+            coded_demonstrations(project, arguments.task, same)  # says who is not known
+        coded, _ = coded_demonstrations(project, arguments.task, chosen, without=(CONSENSUS,))
+    with progress_bar("comparing") as watch:
+        found = finish(agreement(coded, same=same), watch)
+    if not found.pairs and not found.repeated:
+        raise InputError(
+            f"No demonstration is labelled by two coders; have a second one label some with "
+            f"'forcelab assign {arguments.project} DEMO --author NAME'."
+        )
+    names = {one.id: one.name for one in coded}
+    if arguments.json:
+        print(json_text(_json_content(found, names)))
+        return
+    print("\n".join(map(printable, _report(found, names))))
+
+
+def _report(found: Agreement, names: dict[str, str]) -> list[str]:
+    """The figures for people."""
+    lines = []
+    if found.pairs:
+        lines += [*_pairs(found.pairs), ""]
+    if found.fleiss is not None and found.fleiss_coders > 2:
+        lines += [f"Fleiss' kappa of all: {_kappa(found.fleiss)}", ""]
+    for pair in found.pairs:
+        lines += _pair(pair, names)
+    for pair in found.repeated:
+        lines += [f"One coder, labelling twice: kappa {_kappa(pair.kappa)}", ""]
+        lines += _pair(pair, names)
+    for own in found.own:
+        lines += _consistency_table(own, names)
+    lines += [
+        "Kappa: agreement beyond chance (0 chance, 1 full) over the time that both labelled; words",
+        "by Landis and Koch (1977). only one: share of the time that only one of them labelled.",
+    ]
+    return lines
+
+
+def _pairs(pairs: Sequence[PairAgreement]) -> list[str]:
+    """A line for every two coders."""
+    rows = [["coders", "demos", "kappa", "95 % interval", "", "agreed %", "only one %", "F1@50 %"]]
+    for pair in pairs:
+        interval = pair.interval
+        kappa = pair.kappa
+        rows.append(
+            [
+                f"{pair.a} / {pair.b}",
+                str(len(pair.demonstrations)),
+                "-" if kappa is None else f"{kappa:.3f}",
+                "-" if interval is None else f"{interval[0]:.3f} to {interval[1]:.3f}",
+                "" if kappa is None else landis_koch(kappa),
+                percent(pair.agreed),
+                percent(pair.only_share),
+                percent(pair.f1[50]),
+            ]
+        )
+    return table(rows, right=(1, 2, 5, 6, 7)).split("\n")
+
+
+def _pair(pair: PairAgreement, names: dict[str, str]) -> list[str]:
+    """Actions, boundaries and the worst places of two coders."""
+    lines = [f"{pair.a} / {pair.b}"]
+    shares = [f"{action} {percent(share)}" for action, share in pair.by_action.items()]
+    lines.append(f"  agreement by action, %: {', '.join(shares)}")
+    quartiles = pair.quartiles
+    if quartiles is not None:
+        within = ", ".join(
+            f"{percent(share)} % within {ms} ms" for ms, share in pair.within.items()
+        )
+        lines.append(
+            f"  boundaries: {len(pair.offsets)} matched of {pair.boundaries[0]} and "
+            f"{pair.boundaries[1]}; {pair.b} is later by {quartiles[1]:.0f} ms (median; middle "
+            f"half {quartiles[0]:.0f} to {quartiles[2]:.0f}); {within}"
+        )
+    f1 = ", ".join(f"{percent(value)} at {overlap} % overlap" for overlap, value in pair.f1.items())
+    lines += [f"  segments, F1 %: {f1}", *_places(pair, names), ""]
+    return lines
+
+
+def _places(pair: PairAgreement, names: dict[str, str]) -> list[str]:
+    """The longest stretches in which two coders differ."""
+    places = sorted((*pair.apart, *pair.alone), key=lambda place: -place.duration)
+    if not places:
+        return ["  they differ nowhere"]
+    rows = [["  longest differences", "from s", "to s", pair.a, pair.b]]
+    rows += [
+        [
+            f"  {names[place.demonstration]}",
+            f"{place.start:.3f}",
+            f"{place.end:.3f}",
+            place.human or "-",
+            place.predicted or "-",
+        ]
+        for place in places[:WORST]
+    ]
+    more = len(places) - WORST
+    lines = table(rows, right=(1, 2)).split("\n")
+    return [*lines, *([f"  and {counted(more, 'more place')}"] * (more > 0))]
+
+
+def _consistency_table(own: Consistency, names: dict[str, str]) -> list[str]:
+    """How consistent a coder is."""
+    rows = [[f"{own.author} alone", "segments", "mean s", "variation %"]]
+    rows += [
+        [
+            f"  {one.task}: {one.action}",
+            str(one.count),
+            f"{one.mean:.3f}",
+            percent(one.variation),
+        ]
+        for one in own.actions
+    ]
+    lines = table(rows, right=(1, 2, 3)).split("\n")
+    lines += [
+        f"  odd duration: {place.human} {_place_text(place, names)}, {place.duration:.3f} s"
+        for place in own.odd[:WORST]
+    ]
+    lines += [
+        f"  nowhere else: {place.human} then {place.predicted} {_place_text(place, names)}"
+        for place in own.rare[:WORST]
+    ]
+    return [*lines, ""]
+
+
+def _place_text(place: Interval, names: dict[str, str]) -> str:
+    """A place in words."""
+    return f"in {names[place.demonstration]} at {place.start:.3f} s"
+
+
+def _kappa(kappa: float | None) -> str:
+    """A kappa with its word."""
+    return "-" if kappa is None else f"{kappa:.3f} ({landis_koch(kappa)})"
+
+
+def _json_content(found: Agreement, names: dict[str, str]) -> dict[str, Any]:
+    """The figures and the worst places as plain values."""
+
+    def plain(places: Sequence[Interval], first: str, second: str) -> list[dict[str, Any]]:
+        return [
+            {
+                "id": place.demonstration,
+                "name": names[place.demonstration],
+                "start": place.start,
+                "end": place.end,
+                first: place.human,
+                second: place.predicted,
+            }
+            for place in places[:WORST_JSON]
+        ]
+
+    content = found.to_json()
+    for key, pairs in (("pairs", found.pairs), ("repeated", found.repeated)):
+        for record, pair in zip(content[key], pairs, strict=True):
+            record["places"] = {
+                "apart": plain(pair.apart, "first", "second"),
+                "alone": plain(pair.alone, "first", "second"),
+                "shifted": plain(pair.shifted, "first", "second"),
+            }
+    for record, own in zip(content["own"], found.own, strict=True):
+        record["places"] = {
+            "odd": plain(own.odd, "action", "other"),
+            "rare": plain(own.rare, "action", "next"),
+        }
+    return content

@@ -1,0 +1,488 @@
+r"""Record a demonstration from sensors and cameras.
+
+All devices are recorded on one clock into a project, which is made if it does not
+exist, for so many seconds or until Ctrl+C. What is recorded is on the disk within
+0.2 s: after a crash --recover makes demonstrations of what there is. A device that is
+unplugged is waited for; what was missed is a gap. The videos of further cameras lie
+beside the first one's, each on the same clock; 'forcelab list' says where.
+
+A device is KIND:PORT?OPTION=VALUE&... with the kinds optoforce (rate, filter,
+calibration, serial), text (baud, rate) and encoder (scale, unit, channel, rate,
+reverse); without PORT the only one of its kind. In a PORT or VALUE write & as %26,
+? as %3F and % as %25.
+
+for example:
+  forcelab capture --list
+  forcelab capture lab.forcelab --task foam --seconds 20 --camera 0 \
+      --device "optoforce:/dev/ttyACM0?calibration=left.toml" \
+      --device "encoder:/dev/ttyUSB1?scale=0.01&unit=mm"
+"""
+
+from __future__ import annotations
+
+import argparse
+import logging
+import math
+import sys
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from functools import partial
+from pathlib import Path
+from typing import Any, TextIO, TypeVar
+
+from forcelab.capture.camera import open_cameras
+from forcelab.capture.device import Device
+from forcelab.capture.devices import devices_named
+from forcelab.capture.discovery import cameras, find_ports
+from forcelab.capture.optoforce_device import counting, uncalibrated
+from forcelab.capture.reader import RecorderState
+from forcelab.capture.recorder import Recorder
+from forcelab.capture.save import CAPTURES, Recovered, SavedRecording, recover, unfinished
+from forcelab.cli.interrupts import uninterrupted
+from forcelab.cli.options import PROJECT, UsageError, json_flag, name_of
+from forcelab.cli.output import json_text, printable, table
+from forcelab.cli.project_hints import hint_at_new_names
+from forcelab.errors import InputError
+from forcelab.live.recognition import LATENCY, LiveRecognition, Recognised
+from forcelab.project import Project
+from forcelab.recognition.storage import load
+from forcelab.text import counted
+
+NOTHING_FOUND = "No serial port and no camera is plugged in, or this user may not see them."
+
+
+def list_devices(arguments: argparse.Namespace) -> None:
+    """Print the serial ports and cameras, and what they seem to be."""
+    ports, films = find_ports(), cameras()
+    if arguments.json:
+        content = {
+            "ports": [
+                {
+                    "port": port.path,
+                    "kind": port.kind,
+                    "device": port.device,
+                    "description": port.description,
+                    "serial": port.serial,
+                    "usb": None if port.usb is None else f"{port.usb[0]:04x}:{port.usb[1]:04x}",
+                    "usable": port.usable,
+                }
+                for port in ports
+            ],
+            "cameras": [
+                {"camera": film.device, "name": film.name, "usable": film.usable} for film in films
+            ],
+        }
+        print(json_text(content))
+        return
+    if not ports and not films:
+        print(NOTHING_FOUND)
+        return
+    rows = [["what to say", "what it seems to be", "serial number", ""]]
+    rows += [
+        [
+            f"--device {port.device or f'KIND:{port.path}'}",
+            port.description,
+            port.serial or "-",
+            _access_text(port.usable),
+        ]
+        for port in ports
+    ]
+    rows += [
+        [
+            f"--camera {film.device.removeprefix('/dev/video')}",
+            film.name,
+            "-",
+            _access_text(film.usable),
+        ]
+        for film in films
+    ]
+    print(table(rows))
+    if not all(port.usable for port in ports):
+        print("\nPorts that are not yours: sudo usermod -a -G dialout $USER, then log in again.")
+    if any(port.device is None for port in ports):
+        print("\nKIND is optoforce, text or encoder.")
+
+
+def _access_text(usable: bool) -> str:
+    """What stands behind a device that cannot be opened."""
+    return "" if usable else "not yours to open"
+
+
+log = logging.getLogger("forcelab")
+ResultT = TypeVar("ResultT")
+
+
+class LiveTrackRecorder:
+    """A recogniser on a recording, which goes on and is kept whatever fails here.
+
+    Parameters
+    ----------
+    live : LiveRecognition
+        It has begun.
+    out : TextIO
+        Takes the segments as they end, where there is no line that shows them.
+
+    Attributes
+    ----------
+    trouble : str
+        Why the recording has no track; empty where it has one.
+    """
+
+    def __init__(self, live: LiveRecognition, out: TextIO) -> None:
+        self._live = live
+        self._out: TextIO | None = None if sys.stderr.isatty() else out
+        self.trouble = ""
+
+    @property
+    def now(self) -> str:
+        """The action of the latest label and its probability; empty while there is none."""
+        return "" if self.trouble else self._live.now
+
+    def look(self) -> None:
+        """Take in what came since."""
+        with uninterrupted():
+            found = self._tried(self._live.look)
+        self._print(found or ())
+
+    def finish(self) -> None:
+        """The recording has ended: take in the last of it."""
+        self._print(self._tried(self._live.finish) or ())
+
+    def keep(self, path: Path, kept: SavedRecording) -> dict[str, Any] | None:
+        """Keep the track and tell what became of it as plain values; None where there is none."""
+        return self._tried(partial(self._live.keep, path, kept))
+
+    def _tried(self, do: Callable[[], ResultT]) -> ResultT | None:
+        """What a step gives; None once the track is lost."""
+        if self.trouble:
+            return None
+        try:
+            return do()
+        except Exception as error:  # noqa: BLE001 - logged, and told when the recording is kept
+            self._lose(error)
+            return None
+
+    def _lose(self, error: Exception) -> None:
+        """Recognise no more."""
+        if isinstance(error, InputError):
+            self.trouble = str(error)
+            return
+        log.error("A live track is lost.", exc_info=error)
+        fault = f"{type(error).__name__}: {error}"
+        self.trouble = f"The recogniser failed ({fault}): the recording is kept without its track."
+
+    def _print(self, found: Sequence[Recognised]) -> None:
+        """Print the segments that have ended, as long as anybody reads that."""
+        try:
+            for one in found if self._out is not None else ():
+                sure = "" if math.isnan(one.probability) else f"  {one.probability:.2f}"
+                start, end = (max(at - self._live.begun, 0.0) for at in (one.start, one.end))
+                line = f"{start:7.2f} {end:7.2f}  {printable(one.action)}{sure}"
+                print(line, file=self._out, flush=True)
+        except OSError:
+            self._out = None
+
+
+def recognition_summary(figures: dict[str, Any]) -> str:
+    """What became of it, in a sentence.
+
+    Parameters
+    ----------
+    figures : dict
+        As :meth:`forcelab.live.recognition.LiveRecognition.keep` gives them.
+    """
+    after = figures["after"]
+    late = (
+        "no label in time"
+        if after["median"] is None
+        else f"labels {after['median']:.2f} s after the force (99 %: {after['p99']:.2f} s)"
+    )
+    return (
+        f"Recognised by '{figures['author']}': {counted(figures['segments'], 'segment')}, "
+        f"{100 * figures['labelled']:.0f} % labelled, {late}, "
+        f"{100 * figures['cpu']:.1f} % of a core."
+    )
+
+
+#: Seconds between two looks at how it goes, and at what a recogniser makes of it.
+LOOK, BLOCK = 0.1, 0.02
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """The options of the command."""
+    parser.add_argument("project", metavar="PROJECT", type=Path, nargs="?", help=PROJECT)
+    parser.add_argument(
+        "--device",
+        metavar="DEVICE",
+        action="append",
+        default=[],
+        help="such as optoforce:/dev/ttyACM0; several times for several",
+    )
+    parser.add_argument(
+        "--camera",
+        metavar="N",
+        action="append",
+        default=[],
+        help="number or device of a camera; the first one's video goes with the demonstration",
+    )
+    parser.add_argument("--task", metavar="TASK", type=name_of, help="task of the demonstration")
+    parser.add_argument("--name", metavar="NAME", help="its name (the task and the next number)")
+    parser.add_argument(
+        "--seconds", metavar="N", type=float, help="how long to record (until Ctrl+C)"
+    )
+    parser.add_argument(
+        "--recogniser",
+        metavar="FILE",
+        type=Path,
+        help="label it while it lasts, by what train wrote; the track is kept with it",
+    )
+    parser.add_argument(
+        "--latency",
+        metavar="SECONDS",
+        type=float,
+        help="from a force to its label; the more, the better the label (0.3)",
+    )
+    what = parser.add_mutually_exclusive_group()
+    what.add_argument("--list", action="store_true", help="show what is plugged in")
+    what.add_argument(
+        "--recover", action="store_true", help="make demonstrations of unfinished recordings"
+    )
+    json_flag(parser)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """List what is plugged in, recover what was not finished, or record."""
+    if arguments.list:
+        list_devices(arguments)
+        return 0
+    if arguments.project is None:
+        raise UsageError("Name the project to record into, or give --list.")
+    if arguments.recover:
+        return _recover(arguments.project, arguments.json)
+    _check(arguments)
+    with hint_at_new_names(arguments.project):
+        return _record(arguments)
+
+
+def _check(arguments: argparse.Namespace) -> None:
+    """Refuse what cannot be recorded."""
+    if not arguments.device:
+        raise UsageError(
+            "Name what to record, such as --device optoforce:/dev/ttyACM0; --list shows what is "
+            "plugged in."
+        )
+    if not arguments.task:
+        raise UsageError("Say of which task the recording is (--task).")
+    if arguments.seconds is not None and not 0 < arguments.seconds < math.inf:
+        raise UsageError(f"--seconds must be positive, not {arguments.seconds:g}.")
+    if arguments.latency is not None and arguments.recogniser is None:
+        raise UsageError("--latency is that of a recogniser; name one with --recogniser FILE.")
+
+
+def _record(arguments: argparse.Namespace) -> int:
+    """Record into a project, and recognise meanwhile where that is asked for; 1 if that failed."""
+    recogniser = None if arguments.recogniser is None else load(arguments.recogniser)
+    devices = devices_named(arguments.device)
+    live = recognition = None
+    recorder = Recorder(arguments.project, devices, open_cameras(arguments.camera))
+    with _naming_journal(recorder), recorder:
+        if recogniser is not None:
+            latency = LATENCY if arguments.latency is None else arguments.latency
+            name = arguments.recogniser.stem
+            live = LiveRecognition(recogniser, name, latency, recorder, devices)
+        _ready(arguments.project)
+        for sentence in _warnings(devices, live):
+            _print_notice(sentence)
+        name = recorder.start(arguments.task, arguments.name)
+        if live is not None:
+            live.begin(firsts=recorder.firsts)
+            recognition = LiveTrackRecorder(live, sys.stderr if arguments.json else sys.stdout)
+        _print_notice(f"Recording '{name}'; Ctrl+C stops and keeps it.")
+        try:
+            _watch(recorder, arguments.seconds, recognition)
+        except KeyboardInterrupt:  # that is how a recording without an end is ended
+            pass
+        finally:
+            _clear()
+        state = recorder.state()
+        recorder.end()
+        if recognition is not None:
+            recognition.finish()
+        kept = recorder.stop()
+        remarks = recorder.remarks()
+    for sentence in remarks:
+        _print_notice(sentence)
+    recognised = None if recognition is None else recognition.keep(arguments.project, kept)
+    trouble = "" if recognition is None else recognition.trouble
+    if trouble:
+        _print_notice(trouble)
+    if arguments.json:
+        more = {} if recognised is None else {"recognised": recognised}
+        print(json_text(_json_content(kept, state) | more))
+    else:
+        print(_summary(kept, state))
+        if recognised is not None:
+            print(printable(recognition_summary(recognised)))
+    return int(bool(trouble))
+
+
+@contextmanager
+def _naming_journal(recorder: Recorder) -> Iterator[None]:
+    """Say where the recording is, too, that the project's disk did not take."""
+    try:
+        yield
+    except InputError as error:
+        if recorder.saved is None:
+            raise
+        raise InputError(
+            f"{error} All of the recording is in '{recorder.saved}'; when that is mended, move it "
+            f"to '{recorder.path / CAPTURES}' and give --recover."
+        ) from error
+
+
+def _warnings(devices: Sequence[Device], live: LiveRecognition | None) -> list[str]:
+    """What is to be known before it is recorded: forces without a unit, or not the learnt one."""
+    found = [uncalibrated(device.name) for device in devices if counting(device)]
+    return found if live is None else [*found, *live.remarks]
+
+
+def _ready(path: Path) -> None:
+    """Make the project where there is none, and tell of recordings that were not finished."""
+    if Project.vacant(path):
+        Project.create(path).close()
+    left = unfinished(path)
+    if left:
+        _print_notice(
+            f"{counted(len(left), 'unfinished recording')} of an earlier start "
+            f"{'is' if len(left) == 1 else 'are'} in '{path}'; 'forcelab capture {path} --recover' "
+            f"makes demonstrations of what there is."
+        )
+
+
+def _watch(
+    recorder: Recorder, seconds: float | None, recognition: LiveTrackRecorder | None
+) -> None:
+    """Wait until so many seconds are recorded, and show how it goes."""
+    until = time.monotonic() + (math.inf if seconds is None else seconds)
+    shown = -math.inf
+    while (left := until - time.monotonic()) > 0:
+        time.sleep(min(LOOK if recognition is None else BLOCK, left))
+        if recognition is not None:
+            recognition.look()
+        if time.monotonic() - shown < LOOK:
+            continue
+        shown = time.monotonic()
+        for sentence in recorder.remarks():
+            _print_notice(sentence)
+        if sys.stderr.isatty():
+            now = "" if recognition is None or not recognition.now else f"{recognition.now}  |  "
+            sys.stderr.write(f"\r\x1b[K{printable(now + _status_line(recorder.state()))}")
+            sys.stderr.flush()
+
+
+def _status_line(state: RecorderState) -> str:
+    """How it goes, in one line."""
+    parts = [f"{state.seconds:.1f} s"]
+    for device in state.devices:
+        words = f"{counted(device.samples, 'sample')}, {device.lost} lost"
+        if math.isfinite(device.residual):
+            words += f", clock {1000 * device.residual:.2f} ms"
+        parts.append(" ".join([words, *(f"[{alarm}]" for alarm in device.alarms)]))
+    for camera in state.cameras:
+        words = f"{counted(camera.frames, 'frame')}, {camera.dropped} dropped"
+        parts.append(" ".join([words, *(f"[{alarm}]" for alarm in camera.alarms)]))
+    return "  |  ".join(parts)
+
+
+def _clear() -> None:
+    """Remove the line that shows how it goes."""
+    if sys.stderr.isatty():
+        sys.stderr.write("\r\x1b[K")
+        sys.stderr.flush()
+
+
+def _print_notice(sentence: str) -> None:
+    """Say something that is no result."""
+    _clear()
+    print(printable(sentence), file=sys.stderr, flush=True)
+
+
+def _summary(kept: SavedRecording, state: RecorderState) -> str:
+    """The result for people."""
+    lost = sum(device.lost for device in state.devices)
+    words = [counted(kept.samples, "sample"), f"{lost} lost"]
+    words += [f"{counted(c.frames, 'frame')}, {c.dropped} dropped" for c in state.cameras]
+    if kept.precision:
+        words.append(f"stamps to {1000 * kept.precision:.2f} ms")
+    lines = [printable(remark) for remark in kept.remarks]
+    name = printable(kept.added.name)
+    return "\n".join([*lines, f"'{name}': {kept.seconds:.2f} s, {', '.join(words)}."])
+
+
+def _json_content(kept: SavedRecording, state: RecorderState) -> dict[str, Any]:
+    """The same as plain values."""
+    return _saved_json(kept) | {
+        "devices": [
+            {
+                "device": device.name,
+                "channels": [channel.name for channel in device.channels],
+                "samples": device.samples,
+                "lost": device.lost,
+                "saturated": device.saturated,
+                "rate": device.rate,
+                "clock": {
+                    "offset": _finite(device.offset),
+                    "rate": _finite(device.clock_rate),
+                    "residual": _finite(device.residual),
+                },
+            }
+            for device in state.devices
+        ],
+        "cameras": [
+            {"camera": camera.name, "frames": camera.frames, "dropped": camera.dropped}
+            for camera in state.cameras
+        ],
+    }
+
+
+def _saved_json(kept: SavedRecording) -> dict[str, Any]:
+    """A demonstration that was kept, as plain values."""
+    return {
+        "id": kept.added.id,
+        "name": kept.added.name,
+        "status": kept.added.status,
+        "samples": kept.samples,
+        "seconds": kept.seconds,
+        "remarks": list(kept.remarks),
+    }
+
+
+def _finite(value: float) -> float | None:
+    """JSON has no NaN."""
+    return value if math.isfinite(value) else None
+
+
+def _recover(path: Path, json: bool) -> int:
+    """Make demonstrations of unfinished recordings; 1 where one that holds anything cannot be."""
+    Project.open(path).close()
+    found = recover(path)
+    if json:
+        print(json_text({"recovered": [_recovery(one) for one in found]}))
+    else:
+        for one in found:
+            if one.kept is None:
+                print(printable(one.trouble))
+                continue
+            for remark in one.kept.remarks:
+                print(printable(remark))
+            print(f"{printable(one.kept.added.name)}: {one.kept.seconds:.2f} s recovered.")
+        good = sum(one.kept is not None for one in found)
+        print(f"{counted(len(found), 'unfinished recording')}: {good} recovered.")
+    return int(any(one.kept is None and not one.removed for one in found))
+
+
+def _recovery(one: Recovered) -> dict[str, Any]:
+    """What became of an unfinished recording, as plain values."""
+    kept = {"trouble": one.trouble} if one.kept is None else _saved_json(one.kept)
+    return {"journal": str(one.path)} | kept

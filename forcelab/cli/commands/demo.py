@@ -1,0 +1,84 @@
+"""Make the sample project.
+
+Thirty simulated demonstrations of five tasks, with force, video and the labels of two
+coders, and a recogniser. It takes its name once it is complete; where it is already,
+nothing is changed.
+
+for example:
+  forcelab demo sample.forcelab
+"""
+
+from __future__ import annotations
+
+import argparse
+import shlex
+from pathlib import Path
+
+from joblib import cpu_count
+
+from forcelab.cli.options import json_flag, path_of
+from forcelab.cli.output import json_text, progress_bar
+from forcelab.jobs import finish
+from forcelab.project import Project
+from forcelab.sample import CODER, LABELLED, UNLABELLED, UNSYNCHRONISED, making
+from forcelab.text import counted
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """The options of the command."""
+    parser.add_argument(
+        "folder",
+        metavar="DIR",
+        type=path_of,
+        nargs="?",
+        default=Path("sample.forcelab"),
+        help="project folder to make (default: sample.forcelab)",
+    )
+    json_flag(parser)
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """Make the sample project, unless it is there, and tell what it holds."""
+    path: Path = arguments.folder
+    with progress_bar() as watch:
+        made = finish(making(path, cpu_count()), watch)
+    with Project.open(path) as project:
+        infos, recognisers = project.demonstrations(), project.recognisers()
+        tasks = project.tasks()
+    if arguments.json:
+        summary = {
+            "project": str(path),
+            "made": made,
+            "tasks": list(tasks),
+            "demonstrations": len(infos),
+            "recognisers": [recogniser.name for recogniser in recognisers],
+        }
+        print(json_text(summary))
+        return
+    place = shlex.quote(str(path))
+    begins = f"Made {path}" if made else f"{path} is there already"
+    print(
+        f"{begins}: {counted(len(infos), 'demonstration')} of {counted(len(tasks), 'task')} "
+        f"({', '.join(tasks)}), {counted(len(recognisers), 'recogniser')}.\n"
+        f"\n"
+        f"All of it is simulated. {_labelled()}\n"
+        f"The video of number {_listed(UNSYNCHRONISED)} of each task is not synchronised; "
+        f"its two taps are there for that.\n"
+        f"\n"
+        f"Next:\n"
+        f"  forcelab gui {place}\n"
+        f"  forcelab list {place}\n"
+        f"  forcelab evaluate {place} --task stylus --author {CODER} --stride 10 "
+        f"--figure pairs.svg"
+    )
+
+
+def _labelled() -> str:
+    """Who labelled which demonstrations of each task."""
+    parts = [f"{coder} labelled {_listed(numbers)}" for coder, numbers in LABELLED.items()]
+    return f"Of each task {', '.join(parts)}; {_listed(UNLABELLED)} is left to you."
+
+
+def _listed(numbers: tuple[int, ...]) -> str:
+    """Neighbouring numbers as people write them."""
+    return f"{numbers[0]} to {numbers[-1]}" if len(numbers) > 1 else str(numbers[0])

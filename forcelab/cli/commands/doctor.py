@@ -1,0 +1,167 @@
+"""Examine this machine and say what is missing.
+
+Versions, Qt and its fonts, video codecs (each is tried), cameras and serial ports,
+with the cure beside whatever is not as it should be.
+
+for example:
+  forcelab doctor
+"""
+
+from __future__ import annotations
+
+import argparse
+import platform
+import sqlite3
+import sys
+from collections.abc import Callable, Iterator
+from dataclasses import asdict, dataclass
+from importlib.metadata import PackageNotFoundError, version
+
+from forcelab import __version__
+from forcelab.cli.options import json_flag
+from forcelab.cli.output import json_text
+from forcelab.errors import InputError
+
+#: Packages without which a part of the program does not run.
+NEEDED = (
+    "numpy",
+    "scipy",
+    "scikit-learn",
+    "skops",
+    "joblib",
+    "threadpoolctl",
+    "psutil",
+    "PySide6-Essentials",
+    "pyqtgraph",
+    "opencv-contrib-python-headless",
+    "pyserial",
+)
+#: Packages of the extras.
+EXTRAS = {"rosbags": "rosbag", "dask": "cluster", "distributed": "cluster"}
+
+
+@dataclass(frozen=True, slots=True)
+class Check:
+    """One thing that was looked at.
+
+    Parameters
+    ----------
+    what, found : str
+        Its name, and how it is.
+    well : bool
+        Whether it is as it should be; what is merely absent (a camera) is well.
+    cure : str
+        What to do; empty where there is nothing to do.
+    """
+
+    what: str
+    found: str
+    well: bool = True
+    cure: str = ""
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """The options of the command."""
+    json_flag(parser)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Print every finding; exit status 1 if something needed is missing."""
+    findings = []
+    for finding in _checks():
+        findings.append(finding)
+        if not arguments.json:
+            mark = "ok  " if finding.well else "FAIL"
+            cure = f"  ->  {finding.cure}" if finding.cure else ""
+            print(f"{mark} {finding.what:<32} {finding.found}{cure}", flush=True)
+    if arguments.json:
+        print(json_text([asdict(finding) for finding in findings]))
+    return 0 if all(finding.well for finding in findings) else 1
+
+
+def _checks() -> Iterator[Check]:
+    """Look at one thing after the other; a package that is missing stops none of them."""
+    yield Check("forcelab", __version__)
+    yield Check("python", platform.python_version())
+    yield Check("sqlite", sqlite3.sqlite_version)
+    for name in NEEDED:
+        found = _version(name)
+        yield Check(name, found or "missing", found is not None, "" if found else _cure(name))
+    for name, extra in EXTRAS.items():
+        found = _version(name)
+        yield Check(name, found or f"not installed (only the extra {extra} needs it)")
+    yield from _run_check("Qt", _qt)
+    yield from _run_check("video", _codecs)
+    yield from _run_check("devices", _devices)
+
+
+def _run_check(what: str, look: Callable[[], Iterator[Check]]) -> Iterator[Check]:
+    """The findings of one look, or why it cannot be taken."""
+    try:
+        yield from look()
+    except (ImportError, InputError) as error:
+        yield Check(what, f"cannot be tried: {error}", well=False, cure=_cure("."))
+
+
+def _version(name: str) -> str | None:
+    """The version of an installed package."""
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return None
+
+
+def _cure(name: str) -> str:
+    """How to install a package into the environment that runs this."""
+    return (
+        f"{sys.executable} -m pip install {'--force-reinstall .' if name == 'forcelab' else name}"
+    )
+
+
+def _qt() -> Iterator[Check]:
+    """Whether Qt starts and finds fonts."""
+    from forcelab.gui.qt_check import probe
+
+    qt = probe()
+    if qt.trouble:
+        yield Check("Qt", qt.trouble, well=False, cure=qt.cure)
+        return
+    yield Check("Qt platform", f"{qt.platform} (Qt {qt.version})")
+    yield Check("fonts", f"{qt.fonts} families", well=qt.fonts > 0, cure=qt.cure)
+    from forcelab.gui.exception_hook import log_file  # with Qt, which knows the platform's folders
+
+    log = log_file()
+    yield Check("log file", f"{log}" if log.exists() else f"{log} (nothing was logged yet)")
+
+
+def _codecs() -> Iterator[Check]:
+    """Which codecs give back the frames that were put in; mp4v is needed, the others are not."""
+    from forcelab.video.codecs import CODECS, try_codec
+
+    for codec in CODECS:
+        works = try_codec(codec)
+        needed = codec.fourcc == "mp4v"
+        yield Check(
+            f"video {codec.name} ({codec.fourcc})",
+            "writes and reads" if works else "not available",
+            works or not needed,
+            "" if works or not needed else _cure("--upgrade opencv-contrib-python-headless"),
+        )
+
+
+def _devices() -> Iterator[Check]:
+    """Cameras and serial ports, and whether this user may use them."""
+    from forcelab.capture.discovery import cameras, find_ports
+
+    seen = cameras()
+    for camera in seen:
+        cure = "" if camera.usable else "sudo usermod -aG video $USER, then log in again"
+        yield Check(f"camera {camera.device}", camera.name, camera.usable, cure)
+    if not seen:
+        yield Check("cameras", "none plugged in")
+    ports = find_ports()
+    for port in ports:
+        cure = "" if port.usable else "sudo usermod -aG dialout $USER, then log in again"
+        yield Check(f"serial port {port.path}", port.description, port.usable, cure)
+    if not ports:
+        yield Check("serial ports", "none plugged in")

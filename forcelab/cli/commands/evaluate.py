@@ -1,0 +1,400 @@
+"""Recognise each demonstration by a recogniser that has not seen it.
+
+Leaves one demonstration of a task out at a time, of more than 20 a group (--folds);
+with --test-task trains on one task and tests on the other; with --test-names on some
+demonstrations of a task, such as those of another person. Each task by itself unless
+--task is given several times. The result is kept in the project as a run for a review,
+unless an option says otherwise: a review trains again what it explains, and would do so
+without that option.
+
+for example:
+  forcelab evaluate lab.forcelab --task stylus --preset best --figure pairs.svg
+  forcelab evaluate lab.forcelab --task stylus --test-names 'bob-*' --adapt
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import io
+import sys
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from joblib import cpu_count
+
+from forcelab.cli.files import check_outputs, file_names
+from forcelab.cli.options import UsageError, add_project, add_settings, name_of
+from forcelab.cli.output import json_path, percent, printable, progress_bar, report, table
+from forcelab.cli.settings import choice_from, settings_from
+from forcelab.errors import InputError
+from forcelab.formats.track_text import quoted_text
+from forcelab.io import write_atomically
+from forcelab.jobs import finish
+from forcelab.project import Project
+from forcelab.recognition.dataset import Choice
+from forcelab.recognition.experiments import Evaluated, evaluate_tasks
+from forcelab.recognition.intervals import METHOD, METRICS, Intervals, look_up
+from forcelab.recognition.metrics import Scores
+from forcelab.recognition.results import Evaluation
+from forcelab.text import counted
+from forcelab.vocabulary import Vocabulary, joined
+
+#: The columns before the metrics.
+FIRST = ("evaluation", "stage", "row", "demonstration")
+
+
+def check_table(path: Path) -> None:
+    """Refuse a kind of table that there is not, before the work and not after it.
+
+    Raises
+    ------
+    InputError
+        If the name does not end with ``.csv``.
+    """
+    if path.suffix.lower() != ".csv":
+        raise InputError(f"'{path}' is no table that can be written; name it '{path.stem}.csv'.")
+
+
+def write_table(path: Path, evaluated: Evaluated) -> None:
+    """Write all scores as CSV; rates are fractions, and what is not defined is left empty.
+
+    The column ``row`` tells a ``demonstration`` from what is ``pooled`` and the ``lower`` and
+    ``upper`` ends of its 95 % interval.
+    """
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow((*FIRST, *METRICS))
+    for _, evaluation in evaluated.evaluations:
+        for stage in evaluation.kinds:
+            for row, name, values in _rows(evaluation, stage):
+                texts = map(quoted_text, (evaluation.title, stage, row, name))
+                writer.writerow((*texts, *values))
+    write_atomically(path, text.getvalue().encode())
+
+
+def _rows(evaluation: Evaluation, stage: str) -> Iterator[tuple[str, str, list[Any]]]:
+    """What a line is of, the demonstration's name, and the metrics."""
+    pooled, each = evaluation.scores(stage)
+    for scores in each:
+        record = scores.to_json()
+        yield "demonstration", scores.name, [look_up(record, metric) for metric in METRICS]
+    record = pooled.to_json()
+    yield "pooled", "", [look_up(record, metric) for metric in METRICS]
+    ranges = evaluation.intervals(stage)
+    for end, name in enumerate(("lower", "upper")):
+        found = (ranges[metric] for metric in METRICS)
+        yield name, "", [None if ends is None else ends[end] for ends in found]
+
+
+#: What the scores are, at the end of the manual of ``evaluate``.
+_SCORES = """\
+what the scores are:
+  All compare with the human's labels; what the human left unlabelled is never counted.
+
+  raw, filtered   what the classifier says of each sample; what filters or decoder make of it
+  accuracy        share of the samples that are right; predicted as unlabelled is wrong
+  coverage        share of the samples that are not predicted as unlabelled
+  edit            1 - edit distance of the two sequences of actions / length of the longer one;
+                  durations play no part; pooled: the mean over demonstrations
+  F1@50           F1 of segments; a predicted one is right if it is the first to overlap one of its
+                  action by half of their union or more; unlabelled time cuts segments, unless it
+                  is cut out, and then a segment that goes on behind it is one
+  boundary        how far the edges of segments matched at 10 % overlap lie apart, with unlabelled
+                  time cut out; the first and the last edge of a demonstration are left out
+  kappa           Cohen's, over samples; predicted as unlabelled counts as one more action
+  Brier score     squared differences between probabilities and truth, summed over the actions,
+                  mean over the samples: 0 (best) to 2
+  expected calibration error
+                  how far the probability of the likeliest action is from the share that is right,
+                  mean over ten bins of equal width
+
+  --table and --json hold all of them, fractions instead of percents: the boundaries as they are
+  (boundary_ms, 0 wherever unlabelled time cuts both segments) and in labelled time
+  (boundary_labelled_ms), balanced accuracy, Ward's event errors, and 95 % intervals."""
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """The options of the command."""
+    add_project(parser)
+    parser.epilog = f"{_SCORES}\n\n{parser.epilog}"
+    add_settings(parser)
+    parser.add_argument(
+        "--train-task",
+        metavar="TASK",
+        type=name_of,
+        action="append",
+        dest="task",
+        help="the same as --task",
+    )
+    parser.add_argument(
+        "--test-task", metavar="TASK", type=name_of, help="train on --task, test on this one"
+    )
+    parser.add_argument(
+        "--test-names",
+        metavar="PATTERN",
+        help="test on the demonstrations with such names, as 'bob-*', train on all others of the "
+        "task; keeps no run",
+    )
+    parser.add_argument(
+        "--folds",
+        metavar="K",
+        type=int,
+        help="leave demonstrations out in K groups, for which K recognisers are trained; 0: one at "
+        "a time (0, of more than 20 ten groups)",
+    )
+    parser.add_argument(
+        "--adapt",
+        action="store_true",
+        help="with --test-task or --test-names: match offsets, scales and swapped sensors to the "
+        "training demonstrations, without labels; scores with and without; keeps no run",
+    )
+    parser.add_argument(
+        "--latency",
+        metavar="SECONDS",
+        type=float,
+        help="as if it came live, each label so long after its force; keeps no run",
+    )
+    parser.add_argument(
+        "--json", metavar="FILE", type=Path, help="write settings and all scores; - prints them"
+    )
+    parser.add_argument(
+        "--figure", metavar="FILE", type=Path, help="draw the timeline pairs (.svg, .pdf or .png)"
+    )
+    parser.add_argument("--confusion", metavar="FILE", type=Path, help="draw the confusion matrix")
+    parser.add_argument(
+        "--table", metavar="FILE", type=Path, help="write all scores as a table (.csv)"
+    )
+    parser.add_argument(
+        "--jobs", metavar="N", type=int, help="processes to share the work (default: all cores)"
+    )
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """Evaluate, print the scores, and write what was asked for."""
+    settings = settings_from(arguments)
+    if arguments.jobs is not None and arguments.jobs < 1:
+        raise UsageError(f"--jobs is 1 or more, not {arguments.jobs}.")
+    if arguments.folds is not None and (arguments.folds < 0 or arguments.folds == 1):
+        raise UsageError(f"--folds is 2 or more, or 0, not {arguments.folds}.")
+    # More processes than cores only cost their start.
+    jobs = min(arguments.jobs or cpu_count(), cpu_count())
+    asked = [path for path in (arguments.figure, arguments.confusion) if path is not None]
+    _check_outputs(arguments, asked)
+    _check_suffixes(asked)
+    if arguments.table is not None:
+        check_table(arguments.table)
+    with Project.open(arguments.project) as project, progress_bar() as watch:
+        # Where the filters need probabilities anyway, the review is to have them too.
+        certainty = settings.needs_probabilities
+        choice = choice_from(arguments)
+        job = evaluate_tasks(
+            project, settings, choice, jobs, certainty=certainty, latency=arguments.latency
+        )
+        evaluated = finish(job, watch)
+        vocabularies = project.vocabularies()
+    pairs, matrices = (
+        _file_for_each(evaluated, path) for path in (arguments.figure, arguments.confusion)
+    )
+    # Names made from the tasks are known only now.
+    _check_outputs(arguments, [*pairs, *matrices])
+    try:
+        _draw_pairs(evaluated, choice, vocabularies, pairs)
+        _draw_confusion(evaluated, matrices)
+        if arguments.table is not None:
+            write_table(arguments.table, evaluated)
+    finally:  # What took hours is told, even where the disk has no room for a figure.
+        _report(evaluated, arguments.json)
+
+
+def _check_outputs(arguments: argparse.Namespace, figures: list[Path]) -> None:
+    """Refuse what is to be written where that cannot be or would replace what is read."""
+    written = [*figures, arguments.table, json_path(arguments.json)]
+    check_outputs(written, [arguments.project, arguments.merge])
+
+
+def _check_suffixes(figures: list[Path]) -> None:
+    """Refuse a kind of picture there is not before the evaluation, not after it."""
+    if figures:
+        from forcelab.gui.figures.figure import check_suffix
+
+        for path in figures:
+            check_suffix(path)
+
+
+def _report(evaluated: Evaluated, json_file: Path | None) -> None:
+    """Print the scores and write the JSON that was asked for."""
+    results = [evaluation.to_json() for _, evaluation in evaluated.evaluations]
+    several = {"evaluations": results, "remarks": list(evaluated.remarks)}
+    content: Any = results[0] if evaluated.joined else several
+    report(
+        "\n\n".join(_score_tables(each) for _, each in evaluated.evaluations), content, json_file
+    )
+    for sentence in evaluated.remarks:
+        print(f"forcelab: {printable(sentence)}", file=sys.stderr)
+
+
+def _score_tables(evaluation: Evaluation) -> str:
+    """The scores of one evaluation as tables."""
+    settings = evaluation.settings
+    raw, raw_each = evaluation.scores("raw")
+    filtered, filtered_each = evaluation.scores("filtered")
+    rows = [
+        ["", "raw", "", "filtered", "", "", "", "boundary"],
+        ["demonstration", "accuracy", "edit", "accuracy", "coverage", "edit", "F1@50", "median ms"],
+    ]
+    pairs = [*zip(raw_each, filtered_each, strict=True), (raw, filtered)]
+    rows += [_row(single, after) for single, after in pairs]
+    ranges = [evaluation.intervals(which) for which in ("raw", "filtered")]
+    if not (reason := ranges[0].reason):
+        rows.append(_ranges(*ranges))
+    seconds = ", ".join(f"{name} {spent:.2f} s" for name, spent in evaluation.seconds.items())
+    parts = [
+        f"{printable(evaluation.title)}: preset {settings.preset}, {settings.classifier}, "
+        f"stride {settings.stride}, seed {settings.seed}; "
+        f"{counted(len(evaluation.tested), 'demonstration')} at {evaluation.rate:.6g} Hz, "
+        f"{counted(len(evaluation.actions), 'action')}",
+        table(rows, right=range(1, 8)),
+        _actions(evaluation, raw, filtered),
+        f"Rates in percent. Run time: {seconds}.",
+        *_further_scores(evaluation),
+        reason or f"95 % interval: {METHOD}.",
+        *map(printable, evaluation.remarks),
+    ]
+    return "\n\n".join(parts)
+
+
+def _further_scores(evaluation: Evaluation) -> list[str]:
+    """What the table has no room for: other ways to count, and how far to rely on what is said."""
+    pooled, _ = evaluation.scores("filtered")
+    lines = [
+        f"With unlabelled time cut out: F1@50 {percent(pooled.f1_labelled['50'])}; "
+        f"{percent(pooled.boundaries_found)} of the boundaries found within 100 ms."
+    ]
+    if "unaided" in evaluation.kinds:
+        alone, _ = evaluation.scores("unaided")
+        lines.append(
+            f"Decoded without any choreography: accuracy {percent(alone.accuracy)}, "
+            f"edit {percent(alone.edit)}, F1@50 {percent(alone.f1['50'])}."
+        )
+    if "unadapted" in evaluation.kinds:
+        bare, _ = evaluation.scores("unadapted")
+        lines.append(
+            f"Without adaptation: accuracy {percent(bare.accuracy)}, edit {percent(bare.edit)}, "
+            f"F1@50 {percent(bare.f1['50'])}; with it: accuracy {percent(pooled.accuracy)}, "
+            f"edit {percent(pooled.edit)}, F1@50 {percent(pooled.f1['50'])}."
+        )
+    reliability = evaluation.reliability
+    if reliability is not None and reliability.brier is not None:
+        lines.append(
+            f"Probabilities: Brier score {reliability.brier:.3f}, expected calibration error "
+            f"{percent(reliability.ece)} points."
+        )
+    return lines
+
+
+def _row(raw: Scores, filtered: Scores) -> list[str]:
+    """A demonstration's line."""
+    median = filtered.boundary_labelled_ms["median"]
+    return [
+        raw.name,
+        percent(raw.accuracy),
+        percent(raw.edit),
+        percent(filtered.accuracy),
+        percent(filtered.coverage),
+        percent(filtered.edit),
+        percent(filtered.f1["50"]),
+        "-" if median is None else f"{median:.0f}",
+    ]
+
+
+def _ranges(raw: Intervals, filtered: Intervals) -> list[str]:
+    """The line of intervals below the pooled scores."""
+
+    def rate(found: Intervals, name: str) -> str:
+        ends = found[name]
+        return "-" if ends is None else f"{100 * ends[0]:.1f}–{100 * ends[1]:.1f}"
+
+    median = filtered["boundary_labelled_ms.median"]
+    return [
+        "95 % interval",
+        rate(raw, "accuracy"),
+        rate(raw, "edit"),
+        *(rate(filtered, name) for name in ("accuracy", "coverage", "edit", "f1.50")),
+        "-" if median is None else f"{median[0]:.0f}–{median[1]:.0f}",
+    ]
+
+
+def _actions(evaluation: Evaluation, raw: Scores, filtered: Scores) -> str:
+    """How much of each action was recognised, and what it was most often taken for at last."""
+    rows = [["", "raw", "filtered", ""], ["action", *2 * ["recognised"], "mostly taken for"]]
+    names = (*evaluation.actions, "unlabelled")
+    each = zip(evaluation.actions, raw.confusion, filtered.confusion, strict=True)
+    for i, (action, before, after) in enumerate(each):
+        total = sum(after)
+        wrong = [0 if j == i else n for j, n in enumerate(after)]
+        worst = max(range(len(wrong)), key=wrong.__getitem__)
+        taken = f"{names[worst]} ({percent(wrong[worst] / total)})" if any(wrong) else ""
+        shares = (percent(counts[i] / total if total else None) for counts in (before, after))
+        rows.append([action, *shares, taken])
+    return table(rows, right=[1, 2])
+
+
+def _file_for_each(evaluated: Evaluated, path: Path | None) -> list[Path]:
+    """A file for each evaluation: unless one was asked for, its task stands in the name."""
+    if path is None:
+        return []
+    if evaluated.joined:
+        return [path]
+    names = file_names([f"{path.stem}-{made.title}" for _, made in evaluated.evaluations])
+    return [path.with_name(name + path.suffix) for name in names]
+
+
+def _draw_pairs(
+    evaluated: Evaluated,
+    choice: Choice,
+    vocabularies: Mapping[str, Vocabulary],
+    files: list[Path],
+) -> None:
+    """Draw the timeline pairs in the colours that they have in the window."""
+    if not files:
+        return
+    from forcelab.gui.figures.pairs import Pair, TimelinePairs
+
+    for (tasks, evaluation), file in zip(evaluated.evaluations, files, strict=True):
+        _, each = evaluation.scores("filtered")
+        tested = () if choice.test_task is None else (choice.test_task,)
+        known = {task: vocabularies[task] for task in (*tested, *tasks) if task in vocabularies}
+        pairs = tuple(
+            Pair(
+                item.name,
+                item.segments("human"),
+                item.segments("filtered"),
+                item.start,
+                item.end,
+                note=f"{percent(scores.accuracy)} %",
+            )
+            for item, scores in zip(evaluation.tested, each, strict=True)
+        )
+        TimelinePairs(
+            evaluation.title,
+            pairs,
+            joined(known, apart=choice.apart).with_actions(*evaluation.actions),
+            evaluation.actions,
+            note_key="At the right: accuracy after the filters.",
+        ).save(file)
+
+
+def _draw_confusion(evaluated: Evaluated, files: list[Path]) -> None:
+    """Draw the confusion matrix of the filtered predictions."""
+    if not files:
+        return
+    import numpy as np
+
+    from forcelab.gui.figures.confusion import ConfusionMatrix
+
+    for (_, evaluation), file in zip(evaluated.evaluations, files, strict=True):
+        pooled, _ = evaluation.scores("filtered")
+        title = f"{evaluation.title}, after the filters"
+        ConfusionMatrix(title, evaluation.actions, np.array(pooled.confusion)).save(file)

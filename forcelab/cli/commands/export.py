@@ -1,0 +1,103 @@
+"""Write labels for other programs, or a whole project as one archive.
+
+csv: start,end,action,author; a file a demonstration. table: one CSV of all, a line a
+segment, for statistics. elan: an .eaf a demonstration, a tier a coder, video linked.
+boris: one .boris project, an observation a coder and demonstration, video linked.
+audacity: a label track a coder and demonstration. archive: one zip with everything;
+'forcelab import' reads it back.
+Times are seconds from the start of the forces (elan: milliseconds).
+
+for example:
+  forcelab export lab.forcelab --out labels --format table --task stylus
+  forcelab export lab.forcelab --out backup --format archive
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import tempfile
+from pathlib import Path
+
+from forcelab.cli.options import UsageError, add_project, json_flag, name_of
+from forcelab.cli.output import json_text
+from forcelab.formats.export import FORMATS, exporting
+from forcelab.jobs import finish
+from forcelab.project import Project
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """The options of the command."""
+    add_project(parser)
+    parser.add_argument(
+        "--out",
+        metavar="DIR",
+        type=Path,
+        required=True,
+        help="folder to write into; - prints the text of a single file",
+    )
+    parser.add_argument(
+        "--format",
+        choices=FORMATS,
+        default="csv",
+        help="what to write (csv)",
+    )
+    parser.add_argument(
+        "--task", metavar="TASK", type=name_of, action="append", help="only this; may be repeated"
+    )
+    parser.add_argument(
+        "--demo", metavar="NAME", action="append", help="only this; may be repeated"
+    )
+    parser.add_argument(
+        "--author", metavar="NAME", type=name_of, action="append", help="only this; may be repeated"
+    )
+    json_flag(parser)
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """Write tracks, or the whole project, into a folder."""
+    some = arguments.task or arguments.demo or arguments.author
+    if some and arguments.format == "archive":
+        raise UsageError("An archive holds the whole project; leave out what chooses of it.")
+    if arguments.out == Path("-"):
+        _print(arguments)
+        return
+    written = _export(arguments, arguments.out)
+    if arguments.json:
+        print(json_text({"written": [str(path) for path in written]}))
+        return
+    for path in written:
+        print(path)
+
+
+def _export(arguments: argparse.Namespace, out: Path) -> tuple[Path, ...]:
+    """Write what is asked for into a folder; gives the files."""
+    ids = _ids(arguments) if arguments.task or arguments.demo else None
+    return finish(
+        exporting(arguments.project, out, arguments.format, ids, authors=arguments.author)
+    )
+
+
+def _print(arguments: argparse.Namespace) -> None:
+    """Print what would be the only file."""
+    if arguments.json or arguments.format in ("archive", "elan"):
+        what = "what --json tells of" if arguments.json else f"the format {arguments.format}"
+        raise UsageError(f"For {what} name a folder: --out - prints the text of one file.")
+    with tempfile.TemporaryDirectory(prefix="forcelab-") as folder:
+        texts = [path.read_bytes().decode() for path in _export(arguments, Path(folder))]
+    if len(texts) > 1:
+        raise UsageError(
+            f"{len(texts)} files cannot be printed as one; name a folder, choose one of them, or "
+            f"print all of it with --format table."
+        )
+    sys.stdout.write(texts[0])
+
+
+def _ids(arguments: argparse.Namespace) -> set[str]:
+    """The demonstrations of the tasks and names that are asked for."""
+    with Project.open(arguments.project) as project:
+        infos = project.demonstrations()
+        for task in arguments.task or ():
+            project.check_task(task)
+        named = {project.id_of(name) for name in arguments.demo or ()}
+    return named | {info.id for info in infos if info.task in (arguments.task or ())}

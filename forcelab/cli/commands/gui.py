@@ -1,0 +1,109 @@
+"""Open the window, or draw a picture of it.
+
+The same as 'forcelab PROJECT'. Without a project it opens the last one; the first time,
+it makes the sample project. With --screenshot it needs no display, draws the window
+when everything in it is there, and ends.
+
+for example:
+  forcelab gui lab.forcelab --demo pull-03 --at 2.5
+  forcelab gui lab.forcelab --workspace review --theme light --screenshot review.png
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import re
+from contextlib import suppress
+from importlib import import_module
+from pathlib import Path
+
+from forcelab.cli.interrupts import uninterrupted
+from forcelab.cli.options import name_of
+from forcelab.cli.output import printable
+from forcelab.gui.app import has_display
+from forcelab.gui.app import run as run_window
+from forcelab.gui.launch_options import LaunchOptions
+from forcelab.gui.qt_check import require_qt
+
+#: Pixels a side that a window may have at most.
+LARGEST = 8192
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """The options of the command."""
+    parser.add_argument(
+        "project", metavar="PROJECT", type=Path, nargs="?", help="project folder (the last one)"
+    )
+    parser.add_argument("--demo", metavar="NAME", help="demonstration to open (the first)")
+    parser.add_argument(
+        "--workspace",
+        choices=("label", "review", "capture", "tradeoff"),
+        default="label",
+        help="what to open (label)",
+    )
+    parser.add_argument("--at", metavar="SECONDS", type=_seconds, help="where the cursor is")
+    parser.add_argument("--span", metavar="SECONDS", type=_span, help="how much time is visible")
+    parser.add_argument("--size", metavar="WxH", type=_size, help="of the window (1280x800)")
+    parser.add_argument(
+        "--theme", choices=("light", "dark", "system"), help="colours (those chosen in the window)"
+    )
+    parser.add_argument(
+        "--author",
+        metavar="NAME",
+        type=name_of,
+        help="the coder (who labelled last in the project)",
+    )
+    parser.add_argument(
+        "--screenshot", metavar="FILE", type=Path, help="draw the window into this .png"
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Open the window, or draw it into a file and tell its name."""
+    start = LaunchOptions(
+        project=arguments.project,
+        demonstration=arguments.demo or "",
+        workspace=arguments.workspace,
+        at=arguments.at,
+        span=arguments.span,
+        size=arguments.size,
+        theme=arguments.theme or "",
+        author=arguments.author or "",
+        screenshot=arguments.screenshot,
+    )
+    with uninterrupted():  # Qt crashes on what is raised while it begins, or calls a method
+        if start.screenshot is not None:
+            status = run_window(start)
+            print(printable(str(start.screenshot)))
+            return status
+        if has_display():
+            require_qt()
+            import_module("forcelab.gui.window")
+    return run_window(start)
+
+
+def _size(text: str) -> tuple[int, int]:
+    """Width and height in pixels."""
+    match = re.fullmatch(r"(\d{3,5})[xX](\d{3,5})", text)
+    if match is None:
+        raise argparse.ArgumentTypeError(f"'{text}' is no size such as 1280x800")
+    width, height = int(match[1]), int(match[2])
+    if max(width, height) > LARGEST:
+        raise argparse.ArgumentTypeError(f"'{text}' is too large; {LARGEST} pixels are the most")
+    return width, height
+
+
+def _seconds(text: str) -> float:
+    """A time in seconds."""
+    with suppress(ValueError):
+        if math.isfinite(seconds := float(text)):
+            return seconds
+    raise argparse.ArgumentTypeError(f"'{text}' is no time in seconds")
+
+
+def _span(text: str) -> float:
+    """A length of time in seconds."""
+    if (seconds := _seconds(text)) > 0:
+        return seconds
+    raise argparse.ArgumentTypeError(f"'{text}' is no length of time above 0 s")

@@ -1,0 +1,138 @@
+"""Read recordings into a project.
+
+The project is made if it does not exist. Formats are told apart by content: tables
+(CSV, TSV, spaces), the paper's databases (*.pdl), archives of projects, ROS bags (with
+the package rosbags), raw dumps of OptoForce sensors. Labels of a table may stand in a
+column of it, or beside it in NAME.labels.csv (start, end, action) or an Audacity label
+track NAME.txt. A video named with its recording (pull.csv pull.mp4) is attached to it.
+A recording that is there already is updated, not doubled; read with other columns it
+is another demonstration. A file that cannot be read is named and left out, and the exit
+status is 1 then; with --strict nothing is imported at all. An archive alone, into a new
+project, brings back everything it holds; into one that is there, the recordings and
+coders' labels that this one has not got.
+
+for example:
+  forcelab import lab.forcelab recordings/*.csv --task stylus --videos
+  forcelab import lab.forcelab left.bin --task foam --calibration left.toml
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+from forcelab.cli.options import UsageError, add_project, column_options, json_flag, name_of
+from forcelab.cli.output import json_text, printable, progress_bar
+from forcelab.cli.project_hints import hint_at_new_names
+from forcelab.formats import format_names
+from forcelab.formats.importing import ImportReport, importing
+from forcelab.formats.recording import ReadOptions
+from forcelab.jobs import finish
+from forcelab.text import counted
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """The options of the command."""
+    add_project(parser)
+    parser.add_argument("files", metavar="FILE", type=Path, nargs="+", help="recordings")
+    parser.add_argument("--task", metavar="TASK", type=name_of, help="task of the demonstrations")
+    parser.add_argument(
+        "--author",
+        metavar="NAME",
+        type=name_of,
+        default="coder",
+        help="author of the labels in files that name none (default: coder)",
+    )
+    parser.add_argument(
+        "--rate",
+        metavar="HZ",
+        type=float,
+        help="samples a second, where a file has no column of times; "
+        "otherwise the rate at which features are computed",
+    )
+    parser.add_argument(
+        "--format",
+        choices=format_names(),
+        help="read the files as this, whatever they look like",
+    )
+    parser.add_argument(
+        "--calibration",
+        metavar="FILE",
+        type=Path,
+        help="TOML file that turns an OptoForce dump's counts into newtons",
+    )
+    column_options(parser)
+    parser.add_argument("--label", metavar="COL", help="name or number of the column of labels")
+    parser.add_argument(
+        "--videos",
+        action="store_true",
+        help="attach the video beside a recording that is called as it is: pull.mp4 to pull.csv",
+    )
+    parser.add_argument(
+        "--strict",
+        action="store_true",
+        help="refuse gaps and what would be repaired, and take all files or none",
+    )
+    json_flag(parser)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Import the files and tell what became of them; gives 1 where a file was left out."""
+    if Path("-") in arguments.files and not Path("-").exists():
+        raise UsageError(
+            "Recordings are read from files, not from standard input ('-'); save it as a file and "
+            "name that, such as recordings/*.csv."
+        )
+    options = ReadOptions(
+        task=arguments.task,
+        author=arguments.author,
+        rate=arguments.rate,
+        time=arguments.time,
+        label=arguments.label,
+        counter=arguments.counter,
+        leave_out=tuple(arguments.leave_out),
+        signals=tuple(arguments.signal),
+        videos=arguments.videos,
+        strict=arguments.strict,
+        jitter=arguments.jitter,
+        format=arguments.format,
+        calibration=arguments.calibration,
+    )
+    with hint_at_new_names(arguments.project), progress_bar() as watch:
+        job = importing(arguments.project, arguments.files, options)
+        report = finish(job, watch)
+    print(json_text(_json_content(report)) if arguments.json else _summary(report))
+    for reason in report.unread.values():
+        print(f"forcelab: left out: {printable(reason)}", file=sys.stderr)
+    return 1 if report.unread else 0
+
+
+def _summary(report: ImportReport) -> str:
+    """The report for people; of what was there already, the number says enough."""
+    told = [one.added for one in report.demonstrations if one.added.status != "unchanged"]
+    lines = [f"{added.status:<9}  {printable(added.name)}" for added in told]
+    lines += map(printable, report.told())
+    counts = [f"{report.count(status)} {status}" for status in ("new", "updated", "unchanged")]
+    total = counted(len(report.demonstrations), "recording")
+    if report.unread:
+        counts.append(f"{counted(len(report.unread), 'file')} left out")
+    return "\n".join([*lines, f"{total}: {', '.join(counts)}."])
+
+
+def _json_content(report: ImportReport) -> dict[str, object]:
+    """The report as plain values."""
+    return {
+        "demonstrations": [
+            {
+                "file": str(one.file),
+                "id": one.added.id,
+                "name": one.added.name,
+                "status": one.added.status,
+            }
+            for one in report.demonstrations
+        ],
+        "remarks": {str(path): list(remarks) for path, remarks in report.remarks.items()},
+        "unread": {str(path): reason for path, reason in report.unread.items()},
+        **report.statistics,
+    }

@@ -1,0 +1,133 @@
+"""Show what a project holds.
+
+Demonstrations by task, with their length, rate, channels and labelled share by author.
+
+for example:
+  forcelab list lab.forcelab --task stylus
+  forcelab list lab.forcelab --to-label Ines
+"""
+
+from __future__ import annotations
+
+import argparse
+from textwrap import shorten
+
+from forcelab.cli.commands.note import note_json
+from forcelab.cli.options import add_project, json_flag, name_of
+from forcelab.cli.output import json_text, printable, table
+from forcelab.errors import InputError
+from forcelab.project import DemonstrationInfo, Note, Project, left_to_label
+from forcelab.text import counted, name_alike
+
+#: Letters of a demonstration's notes.
+NOTES = 60
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """The options of the command."""
+    add_project(parser)
+    parser.add_argument("--task", metavar="TASK", type=name_of, help="only this task")
+    parser.add_argument(
+        "--to-label",
+        metavar="NAME",
+        type=name_of,
+        help="only what this coder has not begun, or has assigned and not done",
+    )
+    json_flag(parser)
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """Print the demonstrations, recognisers and runs of a project."""
+    with Project.open(arguments.project) as project:
+        infos = project.demonstrations(arguments.task)
+        if arguments.task is not None:
+            project.check_task(arguments.task)
+        if arguments.to_label is not None:
+            infos = _left_to_label(project, infos, arguments.to_label)
+        recognisers = project.recognisers()
+        runs = project.run_summaries()
+        notes: dict[str, list[Note]] = {info.id: [] for info in infos}
+        for note in project.notes(arguments.to_label):
+            notes.get(note.demonstration, []).append(note)
+        beside = {info.id: [str(path) for path in project.beside(info.id)] for info in infos}
+    if arguments.json:
+        content = {
+            "demonstrations": [
+                _demonstration_json(info, beside[info.id], notes[info.id]) for info in infos
+            ],
+            "recognisers": [{"id": r.id, "name": r.name, "time": str(r.time)} for r in recognisers],
+            "runs": [{"id": r.id, "kind": r.kind, "time": str(r.time)} for r in runs],
+        }
+        print(json_text(content))
+        return
+    if not infos and arguments.to_label is not None:
+        print(f"Nothing of this is left to label for {printable(arguments.to_label)}.")
+        return
+    if not infos:
+        print("No demonstrations; 'forcelab import' brings some in.")
+        return
+    rows = [["task", "demonstration", "seconds", "Hz", "channels", "labelled", "id"]]
+    rows += [_row(info) for info in infos]
+    if any(notes.values()):
+        rows[0].append("notes")
+        for row, info in zip(rows[1:], infos, strict=True):
+            told = "; ".join(f"{note.author}: {note.text}" for note in notes[info.id])
+            row.append(shorten(told, NOTES, placeholder="…"))  # `forcelab note` has them whole
+    print(table(rows, right=[2, 3, 4]))
+    for info in infos:
+        for path in beside[info.id]:
+            print(printable(f"Beside the video of '{info.name}', of another camera: {path}"))
+    counts = ((infos, "demonstration"), (recognisers, "recogniser"), (runs, "run"))
+    print(f"\n{', '.join(counted(len(items), noun) for items, noun in counts)}.")
+
+
+def _left_to_label(
+    project: Project, infos: tuple[DemonstrationInfo, ...], author: str
+) -> tuple[DemonstrationInfo, ...]:
+    """What a coder still has to label."""
+    assigned = {one.demonstration: one for one in project.assignments(author)}
+    alike = name_alike(author, project.people())
+    if alike is not None and not assigned:
+        raise InputError(f"'{author}' has labelled nothing here; there is '{alike}'.")
+    return tuple(
+        info
+        for info in infos
+        if left_to_label(info.labelled.get(author, 0.0), assigned.get(info.id))
+    )
+
+
+def _row(info: DemonstrationInfo) -> list[str]:
+    """A demonstration's line."""
+    labelled = ", ".join(
+        f"{author} {100 * seconds / info.duration:.0f} %"
+        for author, seconds in info.labelled.items()
+    )
+    return [
+        info.task,
+        info.name,
+        f"{info.duration:.2f}",
+        f"{info.rate:.6g}",
+        str(len(info.channels)),
+        labelled or "-",
+        info.id[:8],
+    ]
+
+
+def _demonstration_json(
+    info: DemonstrationInfo, beside: list[str], notes: list[Note]
+) -> dict[str, object]:
+    """A demonstration as plain values."""
+    return {
+        "id": info.id,
+        "name": info.name,
+        "task": info.task,
+        "samples": info.samples,
+        "seconds": info.duration,
+        "rate": info.rate,
+        "channels": [{"name": c.name, "unit": c.unit} for c in info.channels],
+        "labelled_seconds": dict(info.labelled),
+        "video": info.has_video,
+        "beside": beside,
+        "source": info.source,
+        "notes": [note_json(note) for note in notes],
+    }

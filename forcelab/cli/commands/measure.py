@@ -1,0 +1,217 @@
+"""Measure error against run time.
+
+Every row has its error and against what, the median CPU time with its spread, and the
+memory; * marks those that no other beats in both error and time (Pareto front).
+
+contact: the solvers of the simulated tongs.
+cwt: the wavelet engine at all its tolerances, to log magnitude and phase, beside
+PyWavelets, ssqueezepy and fCWT where they are installed (extra 'peers').
+recognition: presets, scales, phase, classifiers, filters and decoders on each task of
+PROJECT (the sample project): 1 - F1@50 and the other scores, with demonstrations left
+out of training in four groups in turn, against the CPU time of features, training and
+recognition. The window's Trade-off workspace draws it.
+all: every one of these; what cannot be measured here is told by its name.
+
+for example:
+  forcelab measure cwt --quick
+  forcelab measure recognition lab.forcelab --task stylus --figure tradeoff.svg
+"""
+
+from __future__ import annotations
+
+import argparse
+import tempfile
+from collections.abc import Callable, Generator
+from importlib import import_module
+from pathlib import Path
+
+from forcelab.cli.files import check_outputs
+from forcelab.cli.options import UsageError, name_of
+from forcelab.cli.output import json_path, printable, progress_bar, report, table
+from forcelab.errors import ForcelabError
+from forcelab.jobs import Progress, finish
+from forcelab.measure.rows import FRONT, Table
+
+#: What is measured by which module, each loaded only when it is asked for.
+MODULES = {
+    "contact": "forcelab.measure.contact",
+    "cwt": "forcelab.measure.cwt",
+    "recognition": "forcelab.measure.recognition_tasks",
+}
+RECOGNITION, ALL = "recognition", "all"
+MEASURED = (*MODULES, ALL)
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """The options of the command."""
+    parser.add_argument("what", metavar="WHAT", choices=MEASURED, help=", ".join(MEASURED))
+    parser.add_argument(
+        "project", metavar="PROJECT", type=Path, nargs="?", help="recognition: folder of a project"
+    )
+    parser.add_argument(
+        "--task",
+        action="append",
+        type=name_of,
+        metavar="TASK",
+        help="recognition: only this; may be repeated",
+    )
+    parser.add_argument(
+        "--author",
+        metavar="NAME",
+        type=name_of,
+        help="recognition: whose labels (who labelled most)",
+    )
+    parser.add_argument(
+        "--thorough",
+        action="store_true",
+        help="recognition: leave out one demonstration at a time, however many there are",
+    )
+    parser.add_argument(
+        "--json", metavar="FILE", type=Path, help="write the rows as JSON; - prints them"
+    )
+    parser.add_argument(
+        "--figure",
+        metavar="FILE",
+        type=Path,
+        help="draw error against time, where it has errors (.svg, .pdf or .png)",
+    )
+    parser.add_argument(
+        "--extremes",
+        action="store_true",
+        help="cwt: zeros, gaps, steps, huge and tiny numbers: who gives the right answer",
+    )
+    parser.add_argument(
+        "--quick", action="store_true", help="less of it: some minutes instead of half an hour"
+    )
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """Measure, print the table, and write what was asked for."""
+    figure: Path | None = arguments.figure
+    check_outputs([json_path(arguments.json), figure], [arguments.project])
+    _check(arguments)
+    if arguments.extremes:
+        _extremes(arguments)
+        return
+    if arguments.what == ALL:
+        _measure_all(arguments)
+        return
+    with progress_bar("measuring") as watch:
+        measured = finish(_job(arguments.what, arguments), watch)
+    report(table_text(measured), measured.to_json(), arguments.json)
+    if figure is not None:
+        from forcelab.gui.figures.tradeoff import Tradeoff
+
+        Tradeoff(measured).save(figure)
+
+
+def _check(arguments: argparse.Namespace) -> None:
+    """Refuse what does not go together, before the work and not after it."""
+    what, figure = arguments.what, arguments.figure
+    if figure is not None and what == ALL:
+        raise UsageError(f"There is no figure of '{what}'; leave --figure away.")
+    if figure is not None:
+        from forcelab.gui.figures.figure import check_suffix
+
+        check_suffix(figure)
+    asked = {
+        "PROJECT": arguments.project,
+        "--task": arguments.task,
+        "--author": arguments.author,
+        "--thorough": arguments.thorough,
+    }
+    given = [name for name, value in asked.items() if value]
+    if given and what not in (RECOGNITION, ALL):
+        raise UsageError(f"{given[0]} goes with '{RECOGNITION}', not with '{what}'.")
+
+
+def _job(what: str, arguments: argparse.Namespace) -> Generator[Progress, None, Table]:
+    """What measures one thing."""
+    if what == RECOGNITION:
+        return _recognition(arguments)
+    job: Generator[Progress, None, Table] = import_module(MODULES[what]).tabulate(
+        quick=arguments.quick
+    )
+    return job
+
+
+def _recognition(arguments: argparse.Namespace) -> Generator[Progress, None, Table]:
+    """Measure a project; without one, the sample project."""
+    from forcelab.measure.recognition_tasks import measured_tasks
+    from forcelab.project import Project
+
+    quick, thorough = arguments.quick, arguments.thorough
+    with tempfile.TemporaryDirectory(prefix="forcelab-") as scratch:
+        path = arguments.project
+        if path is None:
+            path = yield from _sample(Path(scratch))
+        with Project.open(path) as project:
+            tasks, author = arguments.task or (), arguments.author
+            job = measured_tasks(project, tasks, author, quick=quick, thorough=thorough)
+            return (yield from job)
+
+
+def _sample(scratch: Path) -> Generator[Progress, None, Path]:
+    """The sample project of this user, or one made for as long as it is measured."""
+    from forcelab.gui.project_actions import sample_place
+    from forcelab.project import Project
+    from forcelab.sample import making
+
+    place = sample_place()
+    if not Project.vacant(place):
+        return place
+    made = scratch / place.name
+    yield from making(made)
+    return made
+
+
+def _measure_all(arguments: argparse.Namespace) -> None:
+    """Measure one thing after the other; what cannot be measured here is told by its name."""
+    told, plain, skipped = [], {}, {}
+    for what in MODULES:
+        with progress_bar(f"measuring {what}") as watch:
+            measured, why = _try_job(_job(what, arguments), watch)
+        if measured is None:
+            skipped[what] = why
+            continue
+        told.append(table_text(measured))
+        plain[what] = measured.to_json()
+    told += [f"Skipped: {what}: {why}" for what, why in skipped.items()]
+    report("\n\n".join(told), {"tables": plain, "skipped": skipped}, arguments.json)
+
+
+def _try_job(
+    job: Generator[Progress, None, Table], watch: Callable[[Progress], None]
+) -> tuple[Table | None, str]:
+    """What was measured, or why it could not be."""
+    try:
+        return finish(job, watch), ""
+    except ForcelabError as error:
+        return None, str(error)
+
+
+def _extremes(arguments: argparse.Namespace) -> None:
+    """Judge extreme inputs and print a word for each."""
+    from forcelab.measure.extremes import tabulate_extremes
+
+    if arguments.what != "cwt" or arguments.figure is not None:
+        raise UsageError("--extremes goes with 'cwt', and there is no figure of it.")
+    with progress_bar("measuring") as watch:
+        verdicts = finish(tabulate_extremes(), watch)
+    text = "\n".join([table(verdicts.cells()), *verdicts.left_out])
+    report(text, verdicts.to_json(), arguments.json)
+
+
+def table_text(measured: Table) -> str:
+    """All rows as text, size by size, with what they were compared with and what was refused."""
+    parts = [f"{measured.title}. {FRONT} no other is both faster and more exact."]
+    for size in measured.sizes:
+        rows = measured.of(size)
+        cells = measured.cells(size)
+        sentences = [
+            f"Error against {words}." for words in dict.fromkeys(r.reference for r in rows)
+        ]
+        sentences += [f"Refused: {r.name}, {r.setting}: {r.refusal}" for r in rows if r.refusal]
+        lines = [printable(size), table(cells, right=range(3, len(cells[0])))]
+        parts.append("\n".join([*lines, *(printable(sentence) for sentence in sentences)]))
+    return "\n\n".join(parts)

@@ -1,0 +1,74 @@
+"""Write what others should know about a demonstration.
+
+Each coder has one note on each demonstration, in place of which another TEXT is put; an
+empty one ('') takes it away. Without TEXT: shows the notes there are. Every note that
+was ever written is kept.
+
+for example:
+  forcelab note lab.forcelab pull-03 'sensor slipped at 3.2 s' --author Ines
+"""
+
+from __future__ import annotations
+
+import argparse
+
+from forcelab.cli.options import UsageError, add_project, json_flag, name_of
+from forcelab.cli.output import json_text, table
+from forcelab.cli.project_hints import hint_at_new_names
+from forcelab.project import DemonstrationInfo, Note, Project
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """The options of the command."""
+    add_project(parser)
+    parser.add_argument("demonstration", metavar="DEMO", nargs="?", help="its name or id")
+    parser.add_argument("text", metavar="TEXT", nargs="?", help="the note, one line")
+    parser.add_argument(
+        "--author", metavar="NAME", type=name_of, help="whose note; without TEXT: only this one's"
+    )
+    parser.add_argument(
+        "--history", action="store_true", help="show every note ever written, also those replaced"
+    )
+    json_flag(parser)
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """Write a coder's note on a demonstration, and print the notes."""
+    author, key, text = arguments.author, arguments.demonstration, arguments.text
+    if text is not None and author is None:
+        raise UsageError("Nobody was named; say whose note it is with --author NAME.")
+    with Project.open(arguments.project) as project:
+        id_ = project.id_of(key) if key is not None else None
+        if id_ is not None and text is not None:
+            with hint_at_new_names(arguments.project):
+                project.set_note(id_, author, text)
+        infos = {info.id: info for info in project.demonstrations()}
+        notes = project.note_events() if arguments.history else project.notes()
+    notes = tuple(
+        one for one in notes if id_ in (None, one.demonstration) and author in (None, one.author)
+    )
+    if arguments.json:
+        print(
+            json_text({"notes": [_note_row_json(one, infos[one.demonstration]) for one in notes]})
+        )
+        return
+    if not notes:
+        print("There is no note.")
+        return
+    rows = [["task", "demonstration", "coder", "written", "note"]]
+    print(table(rows + [_row(one, infos[one.demonstration]) for one in notes]))
+
+
+def note_json(note: Note) -> dict[str, object]:
+    """A note of a demonstration as plain values."""
+    return {"author": note.author, "text": note.text, "time": note.time.isoformat()}
+
+
+def _row(note: Note, info: DemonstrationInfo) -> list[str]:
+    """A note's line."""
+    return [info.task, info.name, note.author, f"{note.time:%Y-%m-%d %H:%M}", note.text or "-"]
+
+
+def _note_row_json(note: Note, info: DemonstrationInfo) -> dict[str, object]:
+    """A note as plain values."""
+    return {"id": info.id, "name": info.name, "task": info.task, **note_json(note)}

@@ -1,0 +1,136 @@
+"""Label recordings with a recogniser.
+
+Prints the segments, or writes them: one file for one demonstration, a folder of files
+for several. No track of a project is changed.
+
+for example:
+  forcelab predict stylus.skops new.csv
+  forcelab predict stylus.skops lab.forcelab --out predicted
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+from forcelab.cli.files import check_outputs, demonstrations_in, file_names, output_folder
+from forcelab.cli.options import column_options, json_flag, path_of
+from forcelab.cli.output import json_text, printable
+from forcelab.errors import InputError
+from forcelab.formats.recording import ReadOptions
+from forcelab.formats.track_text import COLUMNS, plain_times, table_text, to_audacity, to_csv
+from forcelab.io import write_atomically
+from forcelab.labels import Track, model_author
+from forcelab.recognition.rates import unseen
+from forcelab.recognition.results import silence_remark
+from forcelab.recognition.storage import load
+
+#: Endings of the files in a folder. They are neither those of recordings, which they must not
+#: replace, nor those of labels, which are read with the recording beside them.
+ENDINGS = {"csv": ".predicted.csv", "audacity": ".predicted.txt"}
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """The options of the command."""
+    parser.add_argument(
+        "recogniser", metavar="RECOGNISER", type=path_of, help="file that train wrote"
+    )
+    parser.add_argument(
+        "sources", metavar="FILE|PROJECT", type=Path, nargs="+", help="recordings or projects"
+    )
+    parser.add_argument(
+        "--out", metavar="FILE", type=path_of, help="file (printed), or folder for several"
+    )
+    parser.add_argument(
+        "--rate", metavar="HZ", type=float, help="of recordings without a column of times"
+    )
+    column_options(parser)
+    parser.add_argument(
+        "--format",
+        choices=("csv", "audacity"),
+        default="csv",
+        help="start,end,action,author (csv), or a label track",
+    )
+    json_flag(parser)
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """Recognise every demonstration, then print or write the predicted tracks."""
+    inputs = [arguments.recogniser, *arguments.sources]
+    if not _is_folder(arguments.out):
+        check_outputs([arguments.out], inputs)
+    recogniser = load(arguments.recogniser)
+    author = model_author(arguments.recogniser.stem)
+    options = ReadOptions(
+        rate=arguments.rate,
+        time=arguments.time,
+        counter=arguments.counter,
+        leave_out=tuple(arguments.leave_out),
+        signals=tuple(arguments.signal),
+        jitter=arguments.jitter,
+    )
+    found: list[tuple[str, Track]] = []
+    for demonstration, remarks in demonstrations_in(arguments.sources, options):
+        # First, as it names the demonstration that lacks a channel.
+        made = recogniser.predict(demonstration)
+        told = [*unseen(recogniser, demonstration), *recogniser.remarks_on(demonstration.channels)]
+        told += silence_remark([made], recogniser.settings, recogniser.rate)
+        for remark in [*remarks, *told]:
+            print(printable(f"{demonstration.name}: {remark}"), file=sys.stderr)
+        found.append((demonstration.name, Track(author, made.segments)))
+    if arguments.json:
+        print(json_text([_track_json(name, track) for name, track in found]))
+    if arguments.out is not None:
+        for path in _write(found, arguments.out, arguments.format, inputs):
+            print(path, file=sys.stderr if arguments.json else sys.stdout)
+    elif not arguments.json:
+        sys.stdout.write(_shown(found, arguments.format))
+
+
+def _is_folder(out: Path | None) -> bool:
+    """Whether an output is meant as a folder: it is one, or is nothing yet and has no suffix."""
+    return out is not None and (out.is_dir() or not (out.exists() or out.suffix))
+
+
+def _track_json(name: str, track: Track) -> dict[str, object]:
+    """A predicted track as plain values."""
+    segments = [
+        {"start": start, "end": end, "action": s.action} for s, (start, end) in plain_times(track)
+    ]
+    return {"demonstration": name, "author": track.author, "segments": segments}
+
+
+def _text(track: Track, kind: str) -> str:
+    """One track in the format asked for."""
+    return to_csv([track]) if kind == "csv" else to_audacity(track)
+
+
+def _shown(found: list[tuple[str, Track]], kind: str) -> str:
+    """What is printed: one track as its file would be, several with their names in front."""
+    if len(found) == 1:
+        return _text(found[0][1], kind)
+    if kind == "audacity":
+        raise InputError("A label track holds one demonstration; name a folder with --out.")
+    rows = (
+        (name, *map(repr, times), segment.action, track.author)
+        for name, track in found
+        for segment, times in plain_times(track)
+    )
+    return table_text(("demonstration", *COLUMNS), rows)
+
+
+def _write(found: list[tuple[str, Track]], out: Path, kind: str, inputs: list[Path]) -> list[Path]:
+    """Write one file, or one file a demonstration into a folder; gives what was written."""
+    texts = [_text(track, kind) for _, track in found]
+    if not _is_folder(out):
+        if len(found) > 1:
+            raise InputError(f"'{out}' is one file; {len(found)} demonstrations need a folder.")
+        write_atomically(out, texts[0].encode())
+        return [out]
+    paths = [out / f"{name}{ENDINGS[kind]}" for name in file_names([name for name, _ in found])]
+    with output_folder(out, inputs):
+        check_outputs(paths, inputs)
+        for path, text in zip(paths, texts, strict=True):
+            write_atomically(path, text.encode())
+    return paths

@@ -1,0 +1,65 @@
+"""Rename an action in a coder's labels, or merge it into another.
+
+All of the coder's segments of the action get the new name, one edit a demonstration,
+which can be undone there. Others' labels stay as they are: where they use the action,
+it stays beside the new one. Recognisers and runs keep the old name.
+
+for example:
+  forcelab rename lab.forcelab hold grip --author Ines --task stylus
+"""
+
+from __future__ import annotations
+
+import argparse
+
+from forcelab.cli.options import add_project, json_flag, name_of
+from forcelab.cli.output import json_text, printable
+from forcelab.errors import InputError
+from forcelab.project import Project
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """The options of the command."""
+    add_project(parser)
+    parser.add_argument("old", metavar="ACTION", type=name_of, help="the action")
+    parser.add_argument("new", metavar="NAME", type=name_of, help="what it is called from now on")
+    parser.add_argument(
+        "--author", metavar="NAME", type=name_of, required=True, help="whose labels change"
+    )
+    parser.add_argument(
+        "--task", metavar="TASK", type=name_of, action="append", help="only this; may be repeated"
+    )
+    parser.add_argument(
+        "--yes", action="store_true", help="merge the two if there is an action NAME already"
+    )
+    json_flag(parser)
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """Rename an action in a coder's labels, or merge it into another one."""
+    tasks = arguments.task
+    asked = arguments.author, arguments.old, arguments.new, tasks
+    with Project.open(arguments.project) as project:
+        project.refuse_read_only()
+        for task in tasks or ():
+            project.check_task(task)
+        if not arguments.yes and (change := project.renaming(*asked)).merges:
+            raise InputError(
+                f"Nothing was renamed yet. {change.sentences(done=False)} "
+                f"Give --yes to merge the two."
+            )
+        done = project.rename_action(*asked, merge=arguments.yes)
+    if not arguments.json:
+        print(printable(done.sentences(done=True)))
+        return
+    content = {
+        "author": done.author,
+        "old": done.old,
+        "new": done.new,
+        "tasks": list(done.tasks),
+        "merged": done.merges,
+        "segments": dict(done.segments),
+        "others": dict(done.others),
+        "kept": sorted(done.kept),
+    }
+    print(json_text(content))

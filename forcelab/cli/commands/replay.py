@@ -1,0 +1,123 @@
+"""Play a demonstration as if its sensors were plugged in.
+
+Each 3-axis sensor becomes a pseudo-terminal that sends what an OptoForce DAQ would
+send, in real time, and answers what a DAQ answers; or all channels, whatever they
+measure, one that prints lines as a microcontroller does. Nothing begins before all
+are opened.
+
+for example:
+  forcelab replay lab.forcelab pull-03 --as text --lead 10
+"""
+
+from __future__ import annotations
+
+import argparse
+import shlex
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+from forcelab.capture.devices import said
+from forcelab.capture.replay import Board, Replay, Sensor, board_of, sensors_of
+from forcelab.cli.interrupts import interruptible
+from forcelab.cli.options import UsageError, add_project, json_flag
+from forcelab.cli.output import json_text, printable
+from forcelab.formats.calibration import read_calibrations
+from forcelab.project import Project
+from forcelab.resources import asset
+from forcelab.text import counted
+
+#: Seconds between two looks at whether all has been played.
+LOOK = 0.1
+#: Seconds that readers have for the last samples before the ports are gone.
+LAST = 0.3
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """The options of the command."""
+    add_project(parser)
+    parser.add_argument("demonstration", metavar="DEMO", help="its name or id")
+    parser.add_argument(
+        "--as",
+        dest="kind",
+        choices=("optoforce", "text"),
+        default="optoforce",
+        help="what to play it as (optoforce)",
+    )
+    parser.add_argument(
+        "--speed", metavar="X", type=float, default=1.0, help="recorded seconds a second (1)"
+    )
+    parser.add_argument(
+        "--lead",
+        metavar="SECONDS",
+        type=float,
+        default=1.0,
+        help="from the opening of the last port to the beginning (1)",
+    )
+    parser.add_argument(
+        "--calibration",
+        metavar="FILE",
+        type=Path,
+        help="TOML file that says what a count is worth (a sensor of 40 N)",
+    )
+    json_flag(parser)
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """Play a demonstration through pseudo-terminals until it ends or Ctrl+C."""
+    calibration = arguments.calibration or asset("calibrations", "3-axis-40N.toml")
+    with Project.open(arguments.project) as project:
+        demonstration = project.load(arguments.demonstration)
+    parts: Sequence[Sensor | Board]
+    if arguments.kind == "text":
+        if arguments.calibration is not None:
+            raise UsageError("Lines of text hold no counts; leave --calibration away.")
+        parts, behind = [board_of(demonstration)], ""
+    else:
+        parts = sensors_of(demonstration, read_calibrations(calibration))
+        behind = f"?calibration={said(str(calibration))}"
+    replay = Replay(demonstration, parts, speed=arguments.speed, lead=arguments.lead)
+    with interruptible(), replay:
+        devices = [f"{arguments.kind}:{said(port)}{behind}" for port in replay.ports]
+        if arguments.json:
+            print(json_text(_json_content(replay, devices)), flush=True)
+        else:
+            words = " ".join(f"--device {shlex.quote(device)}" for device in devices)
+            print(
+                f"{_port_lines(replay)}\n"
+                f"\n"
+                f"'{printable(demonstration.name)}' begins {arguments.lead:g} s after the last "
+                f"port is opened and lasts {replay.seconds:.2f} s; Ctrl+C ends it. To record it:\n"
+                f"  forcelab capture PROJECT {words} --task NAME --seconds "
+                f"{replay.seconds + arguments.lead:.0f}",
+                flush=True,
+            )
+        while not replay.ended(LOOK):
+            pass
+        time.sleep(LAST)
+    overrun = sum(device.overrun for device in replay.devices)
+    if overrun and not arguments.json:
+        print(f"{counted(overrun, 'byte')} were lost, as nobody read them.")
+
+
+def _port_lines(replay: Replay) -> str:
+    """A line for each port."""
+    lines = []
+    for port, part in zip(replay.ports, replay.parts, strict=True):
+        line = f"{port}  {printable(' '.join(part.names))}"
+        if isinstance(part, Sensor):
+            clipped = f", {counted(part.clipped, 'sample')} clipped" if part.clipped else ""
+            line += f", serial number {part.serial}{clipped}"
+        lines.append(line)
+    return "\n".join(lines)
+
+
+def _json_content(replay: Replay, devices: list[str]) -> dict[str, object]:
+    """The same as plain values."""
+    ports: list[dict[str, object]] = []
+    for port, device, part in zip(replay.ports, devices, replay.parts, strict=True):
+        plain: dict[str, object] = {"port": port, "device": device, "channels": list(part.names)}
+        if isinstance(part, Sensor):
+            plain |= {"serial": part.serial, "clipped": part.clipped}
+        ports.append(plain)
+    return {"seconds": replay.seconds, "ports": ports}

@@ -1,0 +1,222 @@
+"""List where labels and predictions differ, the most urgent first.
+
+Of the latest run, with the labels as they are now: suspected coding errors, wrong
+actions, what the model missed, edges that differ, and what it sees in unlabelled time.
+Then the verdicts that were given, by pair of actions.
+
+for example:
+  forcelab review lab.forcelab --task stylus --kind suspected --limit 10
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from dataclasses import asdict
+
+from forcelab.cli.options import UsageError, add_project, json_flag, name_of
+from forcelab.cli.output import json_text, percent, printable, table
+from forcelab.errors import InputError
+from forcelab.jobs import finish
+from forcelab.labels import means_unlabelled
+from forcelab.project import Project
+from forcelab.review.confusion import crossing
+from forcelab.review.differences import Difference
+from forcelab.review.queue import Queue, queue
+from forcelab.review.run_result import Outcome, latest, load
+from forcelab.review.verdicts import Judged, report
+from forcelab.text import counted, unknown_word
+
+#: What each section is called in the table.
+KINDS = {
+    "suspected": "suspected coding error",
+    "actions": "wrong action",
+    "missed": "missed",
+    "boundaries": "boundary",
+    "invented": "unlabelled, yet predicted",
+}
+#: What is listed unless something else is asked for.
+USUAL = ("suspected", "actions", "missed")
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """The options of the command."""
+    add_project(parser)
+    parser.add_argument("--run", metavar="N", type=int, help="the run (the latest evaluation)")
+    parser.add_argument(
+        "--task", metavar="TASK", type=name_of, help="the latest evaluation of this task"
+    )
+    which = parser.add_mutually_exclusive_group()
+    which.add_argument(
+        "--kind",
+        action="append",
+        choices=KINDS,
+        help="only this; may be given several times (all but boundaries and invented)",
+    )
+    which.add_argument(
+        "--actions",
+        metavar=("HUMAN", "MODEL"),
+        nargs=2,
+        type=name_of,
+        help="instead, every place of a cell of the confusion matrix; MODEL may be unlabelled",
+    )
+    parser.add_argument("--limit", metavar="N", type=int, help="at most so many of each kind")
+    json_flag(parser)
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """Print the queue of a run and the verdicts on it."""
+    if arguments.limit is not None and arguments.limit < 1:
+        raise UsageError(f"--limit is 1 or more, not {arguments.limit}.")
+    with Project.open(arguments.project) as project:
+        outcome = _outcome(project, arguments.run, arguments.task)
+        if arguments.actions is not None:
+            human, model = arguments.actions
+            _print_cell(outcome, human, model, arguments.limit, arguments.json)
+            return
+        found = queue(project, outcome, invented=True)
+    kinds = tuple(dict.fromkeys(arguments.kind or USUAL))
+    sections = {kind: getattr(found, kind)[: arguments.limit] for kind in kinds}
+    if arguments.json:
+        print(json_text(_json_content(outcome, found, sections)))
+        return
+    print(_tables(outcome, found, sections))
+
+
+def _outcome(project: Project, number: int | None, task: str | None) -> Outcome:
+    """The run that is meant."""
+    if number is not None:
+        return load(project, number)
+    outcome = latest(project, None if task is None else [task])
+    if outcome is None:
+        of_task = "" if task is None else f" of the task '{task}'"
+        raise InputError(
+            f"'{project.path}' has no evaluation{of_task} yet; 'forcelab evaluate' makes one."
+        )
+    return outcome
+
+
+def _print_cell(outcome: Outcome, human: str, model: str, limit: int | None, as_json: bool) -> None:
+    """Print the places of a cell of the confusion matrix, as a click on it lists them."""
+    predicted = None if means_unlabelled(model) else model
+    for action in (human, predicted):
+        if action is not None and action not in outcome.actions:
+            raise InputError(unknown_word("action", action, outcome.actions))
+    cells = finish(crossing(outcome))
+    row = outcome.actions.index(human)
+    column = len(outcome.actions) if predicted is None else outcome.actions.index(predicted)
+    number, seconds = int(cells.numbers()[row, column]), float(cells.matrix()[row, column])
+    places = cells.places(human, predicted, most=number if limit is None else limit)
+    names = {one.id: one.name for one in outcome.tested}
+    if as_json:
+        listed = [
+            asdict(place) | {"demonstration": names[place.demonstration], "id": place.demonstration}
+            for place in places
+        ]
+        plain = {"run": outcome.number, "title": outcome.title, "author": outcome.author}
+        print(json_text({**plain, "number": number, "seconds": seconds, "places": listed}))
+        return
+    rows = [["demonstration", "s", "", "human", "model", "confidence"]]
+    rows += [
+        [
+            names[place.demonstration],
+            f"{place.start:.3f}",
+            f"{place.end:.3f}",
+            place.human or "-",
+            place.predicted or "-",
+            percent(place.confidence),
+        ]
+        for place in places
+    ]
+    print(
+        f"Run {outcome.number}, {printable(outcome.title)}: {counted(number, 'place')}, "
+        f"{seconds:.2f} s, that {printable(outcome.author)} labelled '{printable(human)}' and "
+        f"the model {'left unlabelled' if predicted is None else f'calls {printable(model)!r}'}."
+    )
+    if places:
+        print(f"\n{table(rows, right=[1, 2, 5])}\n\nConfidence in percent.")
+
+
+def _tables(outcome: Outcome, found: Queue, sections: dict[str, Sequence[Difference]]) -> str:
+    """The queue and the verdicts as tables."""
+    names = {one.id: one.name for one in outcome.tested}
+    rows = [["what", "demonstration", "s", "", "human", "model", "confidence", "suspicion"]]
+    rows += [
+        [
+            KINDS[kind],
+            names[d.demonstration],
+            f"{d.start:.3f}",
+            f"{d.end:.3f}",
+            d.human or "-",
+            d.predicted or "-",
+            percent(d.confidence),
+            percent(d.suspicion or None),
+        ]
+        for kind, section in sections.items()
+        for d in section
+    ]
+    counts = ", ".join(f"{len(getattr(found, kind))} {kind}" for kind in KINDS)
+    parts = [
+        f"Run {outcome.number}, {printable(outcome.title)}: labels of {printable(outcome.author)} "
+        f"as they are now, in {counted(len(outcome.tested), 'demonstration')}.",
+        table(rows, right=[2, 3, 6, 7]) if len(rows) > 1 else "Nothing of this kind differs.",
+        f"In all: {counts}; {len(found.judged)} judged. Rates in percent.",
+    ]
+    if found.judged:
+        parts.append(_verdicts(report(found.judged)))
+    return "\n\n".join(parts)
+
+
+def _verdicts(judged: Sequence[Judged]) -> str:
+    """Who was right, by pair of actions."""
+    rows = [["human", "model", "human right", "model right", "ambiguous"]]
+    rows += [
+        [
+            pair.human or "-",
+            pair.predicted or "-",
+            str(pair.human_right),
+            str(pair.model_right),
+            str(pair.ambiguous),
+        ]
+        for pair in judged
+    ]
+    return table(rows, right=[2, 3, 4])
+
+
+def _json_content(
+    outcome: Outcome, found: Queue, sections: dict[str, Sequence[Difference]]
+) -> dict[str, object]:
+    """The same as plain values."""
+    names = {one.id: one.name for one in outcome.tested}
+    return {
+        "run": outcome.number,
+        "title": outcome.title,
+        "author": outcome.author,
+        "queue": {
+            kind: [
+                {
+                    "demonstration": names[d.demonstration],
+                    "id": d.demonstration,
+                    "start": d.start,
+                    "end": d.end,
+                    "human": d.human,
+                    "predicted": d.predicted,
+                    "confidence": d.confidence,
+                    "suspicion": d.suspicion,
+                }
+                for d in section
+            ]
+            for kind, section in sections.items()
+        },
+        "counts": {kind: len(getattr(found, kind)) for kind in KINDS},
+        "verdicts": [
+            {
+                "human": pair.human,
+                "predicted": pair.predicted,
+                "human_right": pair.human_right,
+                "model_right": pair.model_right,
+                "ambiguous": pair.ambiguous,
+            }
+            for pair in report(found.judged)
+        ],
+    }

@@ -1,0 +1,207 @@
+"""List what was evaluated and trained, or compare two runs.
+
+Every evaluation is kept as a run with its settings, seed and labels, whether made by
+'forcelab evaluate' or in the window. Two are compared over what both tested: a
+difference is the second's score less the first's. What each takes up on the disk is
+told, too, and which recognisers belong to none; 'forcelab remove' removes them.
+
+for example:
+  forcelab runs lab.forcelab --compare 1 2
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Mapping
+from typing import Any
+
+from forcelab.cli.options import add_project, json_flag
+from forcelab.cli.output import json_text, percent, printable, table
+from forcelab.project import Project, RunSummary, RunUse
+from forcelab.recognition.intervals import METHOD, METRICS, look_up
+from forcelab.recognition.presets import PRESETS
+from forcelab.recognition.results import title_of
+from forcelab.review.run_comparison import STAGES, Comparison, as_text, compare
+from forcelab.review.run_result import load, tasks_of
+from forcelab.text import counted
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """The options of the command."""
+    add_project(parser)
+    parser.add_argument(
+        "--compare", metavar=("A", "B"), type=int, nargs=2, help="numbers of two runs"
+    )
+    json_flag(parser)
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """List the runs of a project, or compare two."""
+    with Project.open(arguments.project) as project:
+        if arguments.compare is not None:
+            one, other = (load(project, number) for number in arguments.compare)
+            comparison = compare(one, other)
+            print(
+                json_text(_comparison_json(comparison))
+                if arguments.json
+                else _comparison_text(comparison)
+            )
+            return
+        with project.snapshot():
+            runs, uses = project.run_summaries(), project.run_uses()
+            recognisers, sizes = project.recognisers(), project.recogniser_bytes()
+    if arguments.json:
+        print(json_text([_summary(*both) for both in zip(runs, uses, strict=True)]))
+        return
+    if not runs:
+        print("No runs; 'forcelab evaluate' and the window's Train make them.")
+    else:
+        header = ["run", "time (UTC)", "kind", "what", "settings", "tested", "accuracy", "F1@50"]
+        rows = [_row(*both) for both in zip(runs, uses, strict=True)]
+        print(table([[*header, "MB"], *rows], right=[0, 5, 6, 7, 8]))
+        print(f"\n{counted(len(runs), 'run')}. Rates in percent, after the filters.")
+    owned = {use.recogniser for use in uses}
+    alone = [
+        [one.id[:8], f"{one.time:%Y-%m-%d %H:%M}", one.name, _megabytes(sizes.get(one.id, 0))]
+        for one in recognisers
+        if one.id not in owned
+    ]
+    if alone:
+        print(f"\n{table([['recogniser', 'time (UTC)', 'name', 'MB'], *alone], right=[3])}")
+
+
+def _megabytes(count: int) -> str:
+    """Bytes in megabytes."""
+    return f"{count / 1e6:.1f}"
+
+
+def _row(run: RunSummary, use: RunUse) -> list[str]:
+    """A run's line."""
+    digest = run.digest
+    tasks, test_task = tasks_of(run.settings)
+    return [
+        str(run.id),
+        f"{run.time:%Y-%m-%d %H:%M}",
+        run.kind,
+        str(digest.get("title", title_of(tasks, test_task))),
+        _settings(run.settings),
+        str(digest.get("tested", "")),
+        percent(digest.get("accuracy")),
+        percent(digest.get("f1")),
+        _megabytes(use.bytes),
+    ]
+
+
+def _settings(settings: Mapping[str, Any]) -> str:
+    """The preset of a run and what was changed of it: ``fast, choreography none``."""
+    name = str(settings.get("preset", ""))
+    usual = PRESETS[name].to_json() if name in PRESETS else {}
+    changed = (key for key, value in usual.items() if settings.get(key, value) != value)
+    return ", ".join([name, *(f"{key} {as_text(settings[key])}" for key in changed)])
+
+
+def _summary(run: RunSummary, use: RunUse) -> dict[str, Any]:
+    """A run as plain values, without what it found."""
+    return {
+        "run": run.id,
+        "kind": run.kind,
+        "time": str(run.time),
+        "settings": run.settings,
+        "seed": run.seed,
+        "labels": [[used.demonstration, used.author, used.edit] for used in run.labels],
+        "versions": run.versions,
+        "bytes": use.bytes,
+        "recogniser": use.recogniser or None,
+        "verdicts": use.verdicts,
+        "accepted": use.accepted,
+        **run.digest,
+    }
+
+
+def _comparison_text(comparison: Comparison) -> str:
+    """Two runs side by side as text."""
+    one, other = comparison.one, comparison.other
+    parts = [
+        f"Run {one.number} ({printable(one.title)}) and {other.number} ({printable(other.title)})"
+    ]
+    if comparison.settings:
+        header = ["asked for", f"run {one.number}", f"run {other.number}"]
+        parts.append(table([header, *map(list, comparison.settings)]))
+    if not comparison.shared:
+        parts.append("They tested no demonstration in common, so there are no scores to compare.")
+        return "\n\n".join(parts)
+    for stage in STAGES:
+        header = [stage, f"run {one.number}", f"run {other.number}", "difference", "95 % interval"]
+        rows = [_line(comparison, stage, metric) for metric in METRICS if "events" not in metric]
+        parts.append(table([header, *rows], right=range(1, 5)))
+    rows = [["demonstration, filtered accuracy", *header[1:4]]]
+    for id_ in comparison.shared:
+        first, second = (look_up(scores, "accuracy") for scores in comparison.each["filtered"][id_])
+        rows.append(
+            [
+                comparison.names[id_],
+                percent(first),
+                percent(second),
+                _difference_text(first, second),
+            ]
+        )
+    parts.append(table(rows, right=range(1, 4)))
+    if comparison.relabelled:
+        names = ", ".join(printable(comparison.names[id_]) for id_ in comparison.relabelled)
+        parts.append(f"The human labels differ between the runs: {names}.")
+    parts.append(
+        comparison.intervals["filtered"].reason or f"95 % interval of the difference: {METHOD}."
+    )
+    parts.append("Rates in percent, boundaries in ms.")
+    return "\n\n".join(parts)
+
+
+def _line(comparison: Comparison, stage: str, metric: str) -> list[str]:
+    """A metric's line."""
+    first, second = (look_up(scores, metric) for scores in comparison.pooled[stage])
+    ends = comparison.intervals[stage][metric]
+    scale = 1.0 if metric == "kappa" or metric.startswith("boundary_") else 100.0
+    digits = 3 if metric == "kappa" else 1
+    between = ""
+    if ends is not None:
+        between = " to ".join(f"{scale * end:+.{digits}f}" for end in ends)
+    return [
+        _metric_name(metric),
+        *("-" if value is None else f"{scale * value:.{digits}f}" for value in (first, second)),
+        _difference_text(first, second, scale, digits),
+        between,
+    ]
+
+
+def _metric_name(metric: str) -> str:
+    """What a score is called for people, as in the window and the other tables."""
+    name, _, part = metric.partition(".")
+    labelled = " labelled" * ("_labelled" in name)
+    if name.startswith("f1"):
+        return f"F1@{part}{labelled}"
+    if name.startswith("boundary_"):
+        return f"boundary {'90 %' if part == 'p90' else part}{labelled}"
+    return {"balanced_accuracy": "balanced", "boundaries_found": "boundaries found"}.get(name, name)
+
+
+def _difference_text(
+    one: float | None, other: float | None, scale: float = 100.0, digits: int = 1
+) -> str:
+    """What the other has more."""
+    return "-" if one is None or other is None else f"{scale * (other - one):+.{digits}f}"
+
+
+def _comparison_json(comparison: Comparison) -> dict[str, Any]:
+    """Two runs side by side as plain values."""
+    return {
+        "runs": [comparison.one.number, comparison.other.number],
+        "settings": [list(row) for row in comparison.settings],
+        "shared": list(comparison.shared),
+        "relabelled": list(comparison.relabelled),
+        "pooled": {stage: list(comparison.pooled[stage]) for stage in STAGES},
+        "demonstrations": {
+            stage: {id_: list(both) for id_, both in comparison.each[stage].items()}
+            for stage in STAGES
+        },
+        "intervals": {stage: comparison.intervals[stage].to_json() for stage in STAGES},
+    }

@@ -1,0 +1,72 @@
+"""Simulate demonstrations with a physical model of the tongs.
+
+They go into a project, which is made if it does not exist, labelled by two simulated
+coders. The same task and seed give the same demonstrations: number 2 is the same
+whether 3 or 30 are made, filmed or not.
+
+for example:
+  forcelab simulate --task marker --count 3 --seed 7 --out made.forcelab
+"""
+
+from __future__ import annotations
+
+import argparse
+
+from joblib import cpu_count
+
+from forcelab.cli.options import PROJECT, UsageError, json_flag, name_of, path_of
+from forcelab.cli.output import json_text, printable, progress_bar
+from forcelab.errors import InputError
+from forcelab.jobs import finish
+from forcelab.simulation.generate import simulating
+from forcelab.simulation.origin import origins, task_named
+from forcelab.text import counted
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """The options of the command."""
+    parser.add_argument(
+        "--task",
+        type=name_of,
+        required=True,
+        help="LEGO, cartridge, stylus, marker or foam (whatever the case)",
+    )
+    parser.add_argument(
+        "--count", metavar="N", type=int, required=True, help="number of demonstrations"
+    )
+    parser.add_argument("--seed", metavar="S", type=int, required=True, help="of everything random")
+    parser.add_argument("--out", metavar="PROJECT", type=path_of, required=True, help=PROJECT)
+    parser.add_argument(
+        "--rate",
+        metavar="HZ",
+        type=float,
+        default=1000.0,
+        help="samples a second, 50 to 4000 (1000)",
+    )
+    parser.add_argument(
+        "--no-video", dest="video", action="store_false", help="forces and labels only"
+    )
+    json_flag(parser)
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """Simulate demonstrations into a project and tell what became of them."""
+    try:
+        task = task_named(arguments.task)
+        wanted = origins(task, arguments.count, arguments.seed, arguments.rate)
+    except InputError as error:
+        raise UsageError(str(error)) from error
+    with progress_bar() as watch:
+        job = simulating(arguments.out, wanted, video=arguments.video, jobs=cpu_count())
+        added = finish(job, watch)
+    if arguments.json:
+        told = [{"id": one.id, "name": one.name, "status": one.status} for one in added]
+        print(json_text({"project": str(arguments.out), "demonstrations": told}))
+        return
+    for one in added:
+        print(f"{one.status:<9}  {printable(one.name)}")
+        for remark in one.remarks:
+            print(printable(remark))
+    counts = [(s, sum(one.status == s for one in added)) for s in ("new", "updated", "unchanged")]
+    total = counted(len(added), "demonstration")
+    print(f"{total}: {', '.join(f'{number} {status}' for status, number in counts)}.")

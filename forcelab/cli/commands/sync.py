@@ -1,0 +1,158 @@
+"""Find or set the clock of a demonstration's video.
+
+Proposes from the video's motion and the force which force time a frame belongs to, with
+its confidence (0 to 1; below 0.5 it should be looked at) and how far the taps lie from
+it. Force time is offset + rate * video time; with an offset below 0 the video began so
+much earlier than the forces.
+
+for example:
+  forcelab sync lab.forcelab pull-03 --accept
+  forcelab sync lab.forcelab pull-03 --offset -0.287
+"""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+from forcelab.cli.options import UsageError, add_project, json_flag
+from forcelab.cli.output import json_text, printable, progress_bar
+from forcelab.clock import ClockMap
+from forcelab.demonstration import Demonstration
+from forcelab.errors import InputError
+from forcelab.jobs import finish
+from forcelab.project import Project
+from forcelab.signals.sync import Proposal, proposing_for
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """The options of the command."""
+    add_project(parser)
+    parser.add_argument("demonstration", metavar="DEMO", help="its name or id")
+    parser.add_argument(
+        "--accept",
+        action="store_true",
+        help="store what is proposed, if its confidence is 0.5 or more",
+    )
+    parser.add_argument(
+        "--offset",
+        metavar="S",
+        type=float,
+        help="store this: the force time at which the video's clock reads zero, s",
+    )
+    parser.add_argument(
+        "--rate",
+        metavar="R",
+        type=float,
+        help="store this: force seconds that pass in a second of the video, such as 1.00002",
+    )
+    json_flag(parser)
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """Propose the clock of a demonstration's video, or set it."""
+    given = arguments.offset is not None or arguments.rate is not None
+    if given and arguments.accept:
+        raise UsageError("Give either --accept or a clock by --offset and --rate, not both.")
+    with Project.open(arguments.project) as project:
+        demonstration = project.load(arguments.demonstration)
+        if demonstration.video is None:
+            raise InputError(
+                f"Demonstration '{demonstration.name}' has no video; there is nothing to "
+                f"synchronise."
+            )
+        before, proposal = demonstration.video.clock, None
+        if given:
+            offset = before.offset if arguments.offset is None else arguments.offset
+            rate = before.rate if arguments.rate is None else arguments.rate
+            clock = ClockMap(offset, rate)
+        else:
+            with progress_bar() as watch:
+                proposal = finish(proposing_for(demonstration), watch)
+            clock = proposal.clock
+            if arguments.accept and proposal.doubtful:
+                raise InputError(_refusal(demonstration, before, proposal))
+        stored = bool(given or arguments.accept)
+        if stored:
+            project.set_video_clock(demonstration.id, clock)
+    if arguments.json:
+        print(json_text(_content(demonstration, before, clock, proposal, stored)))
+    else:
+        print(_result_text(demonstration, before, clock, proposal, stored))
+
+
+def _refusal(demonstration: Demonstration, before: ClockMap, proposal: Proposal) -> str:
+    """Why a clock is not stored unseen, and how it is after a look."""
+    return (
+        f"The clock found for the video of '{demonstration.name}' is not stored, as its confidence "
+        f"is only {proposal.confidence:.2f}; compare the frames at a tap, and if they fit give "
+        f"{_options(proposal.clock, before)} instead of --accept."
+    )
+
+
+def _options(clock: ClockMap, before: ClockMap) -> str:
+    """The options that store a clock in the place of another one."""
+    rate = "" if clock.rate == before.rate else f" --rate {clock.rate:.9g}"
+    return f"--offset {clock.offset:.4f}{rate}"
+
+
+def _content(
+    demonstration: Demonstration,
+    before: ClockMap,
+    clock: ClockMap,
+    proposal: Proposal | None,
+    stored: bool,
+) -> dict[str, Any]:
+    """The same as plain values."""
+    content: dict[str, Any] = {
+        "demonstration": demonstration.name,
+        "id": demonstration.id,
+        "before": {"offset": before.offset, "rate": before.rate},
+        "clock": {"offset": clock.offset, "rate": clock.rate},
+        "stored": stored,
+    }
+    if proposal is not None:
+        content["confidence"] = proposal.confidence
+        content["residual"] = proposal.residual
+        content["taps"] = [{"video": seen, "force": felt} for seen, felt in proposal.taps]
+    return content
+
+
+def _result_text(
+    demonstration: Demonstration,
+    before: ClockMap,
+    clock: ClockMap,
+    proposal: Proposal | None,
+    stored: bool,
+) -> str:
+    """For people."""
+    lines = [
+        f"{printable(demonstration.name)}: the video's clock",
+        f"  before      {_clock(before)}",
+        f"  {'now' if stored else 'proposed':<10}  {_clock(clock)}",
+    ]
+    if proposal is not None:
+        low = (
+            "  low: look at the frames at a tap; --accept does not take it"
+            if proposal.doubtful
+            else ""
+        )
+        lines.append(f"  confidence  {proposal.confidence:.2f}{low}")
+        for seen, felt in proposal.taps:
+            away = 1000 * (float(clock.to_force(seen)) - felt)
+            lines.append(
+                f"  tap         video {seen:.3f} s, force {felt:.3f} s, {away:+.1f} ms apart"
+            )
+        if proposal.taps:
+            lines.append(f"  residual    {1000 * proposal.residual:.1f} ms")
+        if not stored:
+            fits, how = "", "--accept"
+            if proposal.doubtful:
+                fits, how = "if the frames at a tap fit, ", _options(clock, before)
+            lines.append(f"Nothing is stored; {fits}give {how} to store it.")
+    return "\n".join(lines)
+
+
+def _clock(clock: ClockMap) -> str:
+    """Offset and rate for people."""
+    return f"offset {clock.offset:+.4f} s, rate {1e6 * (clock.rate - 1):+.1f} ppm"

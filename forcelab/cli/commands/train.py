@@ -1,0 +1,62 @@
+"""Train a recogniser on all labelled demonstrations.
+
+The file holds no pickle and can be passed on. The project keeps a copy.
+
+for example:
+  forcelab train lab.forcelab --task stylus --preset best --out stylus.skops
+  forcelab train lab.forcelab --task stylus --task foam --classifier svm --out both.skops
+"""
+
+from __future__ import annotations
+
+import argparse
+
+from forcelab.cli.files import check_outputs
+from forcelab.cli.options import add_project, add_settings, json_flag, path_of
+from forcelab.cli.output import json_text, printable, progress_bar
+from forcelab.cli.settings import choice_from, settings_from
+from forcelab.io import write_atomically
+from forcelab.jobs import finish
+from forcelab.project import Project
+from forcelab.recognition.experiments import train_tasks
+from forcelab.text import counted
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """The options of the command."""
+    add_project(parser)
+    parser.add_argument(
+        "--out", metavar="RECOGNISER", type=path_of, required=True, help="file to write (.skops)"
+    )
+    add_settings(parser)
+    json_flag(parser)
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """Train and write the recogniser."""
+    settings = settings_from(arguments)
+    check_outputs([arguments.out], [arguments.project, arguments.merge])
+    with Project.open(arguments.project) as project, progress_bar() as watch:
+        job = train_tasks(project, settings, choice_from(arguments), arguments.out.stem)
+        trained = finish(job, watch)
+    write_atomically(arguments.out, trained.content)
+    recogniser = trained.recogniser
+    summary = {
+        "recogniser": str(arguments.out),
+        "actions": list(recogniser.actions),
+        "channels": list(recogniser.channels),
+        "rate": recogniser.rate,
+        "demonstrations": len(recogniser.trained_on),
+        "settings": settings.to_json(),
+        "remarks": list(trained.remarks),
+    }
+    if arguments.json:
+        print(json_text(summary))
+        return
+    learnt = (
+        f"{arguments.out}: {counted(len(recogniser.actions), 'action')} "
+        f"({', '.join(recogniser.actions)}) learnt from "
+        f"{counted(len(recogniser.trained_on), 'demonstration')} at {recogniser.rate:.6g} Hz."
+    )
+    for sentence in (learnt, *trained.remarks):
+        print(printable(sentence))

@@ -1,0 +1,165 @@
+"""Explain what a run predicted at a time of a demonstration.
+
+Which channels and scales speak for the predicted action and against the coded one, and
+the nearest training segments of both. The recogniser that has not seen the
+demonstration is trained once more, with the labels, settings and seed of the run.
+
+for example:
+  forcelab why lab.forcelab pull-03 --at 1.8
+"""
+
+from __future__ import annotations
+
+import argparse
+
+from forcelab.cli.options import add_project, json_flag
+from forcelab.cli.output import json_text, printable, progress_bar, table
+from forcelab.errors import InputError
+from forcelab.jobs import finish
+from forcelab.project import Project
+from forcelab.review.differences import Interval
+from forcelab.review.explanation import Neighbour, Why, why_at
+from forcelab.review.run_result import KIND, Outcome, load, tasks_of
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """The options of the command."""
+    add_project(parser)
+    parser.add_argument("demonstration", metavar="DEMO", help="its name or id")
+    parser.add_argument(
+        "--at", metavar="SECONDS", type=float, required=True, help="a time within the segment"
+    )
+    parser.add_argument(
+        "--run", metavar="N", type=int, help="the run (the latest one that tested it)"
+    )
+    json_flag(parser)
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """Explain what a run predicted at a time of a demonstration."""
+    with Project.open(arguments.project) as project:
+        demonstration = project.load(arguments.demonstration)
+        outcome = _outcome(project, demonstration.id, demonstration.task, arguments.run)
+        names = {info.id: info.name for info in project.demonstrations()}
+    with progress_bar() as watch:
+        job = why_at(arguments.project, outcome, demonstration.id, arguments.at)
+        why = finish(job, watch)
+    if arguments.json:
+        print(json_text({"run": outcome.number} | why.to_json()))
+        return
+    start, end = why.place.start, why.place.end
+    title = f"{demonstration.name}, {start:.3f} to {end:.3f} s, run {outcome.number}"
+    print("\n\n".join([printable(title), *_paragraphs(why, names)]))
+
+
+def _outcome(project: Project, id_: str, task: str, number: int | None) -> Outcome:
+    """The run that is asked for, or the latest one that has to do with a demonstration."""
+    if number is not None:
+        outcome = load(project, number)
+        if outcome.find(id_) is None:
+            raise InputError(
+                f"Run {number} neither tested nor proposed labels for this demonstration; choose "
+                f"another run, or evaluate again."
+            )
+        return outcome
+    for run in reversed(project.run_summaries(KIND)):
+        tasks, test_task = tasks_of(run.settings)
+        if task in (*tasks, test_task):
+            outcome = load(project, run.id)
+            if outcome.find(id_) is not None:
+                return outcome
+    raise InputError(
+        f"No run of '{project.path}' tested this demonstration; say 'forcelab evaluate' first."
+    )
+
+
+def _paragraphs(why: Why, names: dict[str, str]) -> list[str]:
+    """An explanation for people, paragraph by paragraph."""
+    return [
+        f"{_sentence(why.place)}\n{_probability_text(why)}",
+        _bands(why),
+        _channels(why),
+        _method(why),
+        _nearest(why, names),
+        *why.remarks,
+    ]
+
+
+def _sentence(place: Interval) -> str:
+    """What human and model made of the place."""
+    human, predicted = place.human or "unlabelled", place.predicted or "nothing"
+    return printable(f"{place.duration:.2f} s coded {human}, predicted {predicted}.")
+
+
+def _probability_text(why: Why) -> str:
+    """Mean probabilities over the place."""
+    if why.certainty is None:
+        return "The classifier gives no probabilities."
+    values = why.certainty.mean(why.place.start, why.place.end)
+    pairs = sorted(zip(values.tolist(), why.certainty.actions, strict=True), reverse=True)
+    told = ", ".join(f"{action} {value:.2f}" for value, action in pairs)
+    whose = "as the run kept it" if why.kept else "computed anew, as the run kept none"
+    return printable(f"Mean probability ({whose}): {told}.")
+
+
+def _bands(why: Why) -> str:
+    """The strongest bands."""
+    lines = [f"What tells {why.favoured} from {why.against} most, in log-odds:"]
+    for band in why.strongest():
+        which = "for" if band.weight >= 0 else "against"
+        error = f" ± {band.error:.2f}" if band.error else ""
+        lines.append(
+            f"  {band.channel} at {band.hertz:.3g} Hz speaks {which} {why.favoured} "
+            f"({band.weight:+.2f}{error})"
+        )
+    return "\n".join(printable(line) for line in lines)
+
+
+def _channels(why: Why) -> str:
+    """All bands, a column for each channel, and the channels as a whole."""
+    found = why.influence
+    rows = [["Hz", *why.channels]]
+    for hertz, weights in zip(why.hertz.tolist(), found.bands.T.tolist(), strict=True):
+        rows.append([f"{hertz:.3g}", *(f"{weight:+.2f}" for weight in weights)])
+    rows.append(["in all", *(f"{weight:+.2f}" for weight in found.channels.tolist())])
+    return table(rows, right=range(len(rows[0])))
+
+
+def _method(why: Why) -> str:
+    """How it was found out, how far it can be relied on, and what it cost."""
+    found = why.influence
+    sides = f"{found.log_odds:+.2f} here, {found.reference:+.2f}"
+    if found.method == "gradient":
+        how = (
+            f"Log-odds {sides} at the mean of the training samples. Gradient along the way from "
+            f"there,\nover {found.steps} samples; the bands add up to the difference to within "
+            f"{max(found.gap, 1e-12):.0e}."
+        )
+    else:
+        how = (
+            f"Log-odds {sides} with every band replaced. Permutation: what is lost when a band "
+            f"comes\nfrom random training samples; {found.steps} samples, {found.repeats} "
+            f"repetitions, standard errors up to {found.bands_error.max():.2g}."
+        )
+    spent = sum(why.seconds.values())
+    if why.how == "final":
+        return f"{how}\nThe final recogniser, which was not trained on this demonstration."
+    return (
+        f"{how}\nThe recogniser of the run that has not seen this demonstration, trained once more "
+        f"in {spent:.1f} s;\n{100 * why.same:.1f} % of its samples are labelled as by the run."
+    )
+
+
+def _nearest(why: Why, names: dict[str, str]) -> str:
+    """The nearest training segments of both actions."""
+    rows = [["nearest", "demonstration", "from s", "to s", "distance", "predicted"]]
+    rows += [_row(action, n, names) for action, near in why.neighbours.items() for n in near]
+    return table(rows, right=(2, 3, 4))
+
+
+def _row(action: str, neighbour: Neighbour, names: dict[str, str]) -> list[str]:
+    """One neighbour."""
+    place = neighbour.place
+    times = [f"{place.start:.3f}", f"{place.end:.3f}"]
+    name = names.get(place.demonstration, place.demonstration)
+    return [action, name, *times, f"{neighbour.distance:.2f}", place.predicted or "-"]

@@ -1,0 +1,70 @@
+"""Signals that ask a command to stop: Ctrl+C, the system's, a closed terminal."""
+
+from __future__ import annotations
+
+import signal
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from types import FrameType
+
+#: What else ends a program besides Ctrl+C; Windows has no SIGHUP.
+SIGNALS = ("SIGTERM", "SIGHUP")
+
+
+class Interrupted(KeyboardInterrupt):
+    """A signal asked to stop; what was begun is cleaned up as after Ctrl+C.
+
+    Attributes
+    ----------
+    number : int
+        Of the signal.
+    """
+
+    def __init__(self, number: int) -> None:
+        super().__init__(number)
+        self.number = number
+
+
+@contextmanager
+def interruptible() -> Iterator[None]:
+    """Within the block, signals to end raise `Interrupted` once: cleaning up is not cut."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+
+    def stop(number: int, _: FrameType | None) -> None:
+        signal.signal(number, signal.SIG_IGN)
+        raise Interrupted(number)
+
+    known = [getattr(signal, name) for name in SIGNALS if hasattr(signal, name)]
+    # One that is ignored already stays so: that is how nohup keeps a program alive.
+    heard = [number for number in known if signal.getsignal(number) is signal.SIG_DFL]
+    for number in heard:
+        signal.signal(number, stop)
+    try:
+        yield
+    finally:
+        for number in heard:
+            signal.signal(number, signal.SIG_DFL)
+
+
+@contextmanager
+def uninterrupted() -> Iterator[None]:
+    """Within the block Ctrl+C waits: what would be left half done is done first."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    heard: list[int] = []
+    known = [signal.SIGINT, *(getattr(signal, name) for name in SIGNALS if hasattr(signal, name))]
+    before = {number: signal.getsignal(number) for number in known}
+    waiting = [number for number, handler in before.items() if callable(handler)]
+    for number in waiting:
+        signal.signal(number, lambda number, _: heard.append(number))
+    try:
+        yield
+    finally:
+        for number in waiting:
+            signal.signal(number, before[number])
+    for number in heard[:1]:
+        signal.raise_signal(number)
