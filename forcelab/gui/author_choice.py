@@ -52,7 +52,7 @@ class AuthorChoice(QWidget):
         self._box.setCurrentIndex(names.index(self._document.author))
         self._box.insertSeparator(len(names))
         self._box.addItem("Another coder…")
-        self._box.setToolTip(f"Whose labels are painted: {self._document.author}")
+        self._box.setToolTip(f"You label as {self._document.author}")
 
     def _list_anew(self) -> None:
         """Offer whom something was assigned to, or who began to label, just now."""

@@ -59,7 +59,7 @@ _FILE = _group(
     ("previous_demonstration", "Previous demonstration", "PgUp"),
     ("next_to_label", "Next demonstration to label", "Ctrl+PgDown"),
     ("search", "Search demonstrations", "Ctrl+F"),
-    ("choose_all", "Choose all in the list", "Ctrl+A"),
+    ("choose_all", "Select all demonstrations", "Ctrl+A"),
     ("quit", "Quit", "Ctrl+Q"),
 )
 _VIEW = _group(
@@ -73,10 +73,10 @@ _VIEW = _group(
     ("zoom_out", "Zoom out", "Ctrl+-", "repeats"),
     ("zoom_fit", "Whole demonstration", "Ctrl+0"),
     ("zoom_selection", "Zoom to the selection", "Ctrl+E"),
-    ("reset_layout", "Put all panels back", ""),
+    ("reset_layout", "Reset layout", ""),
     ("theme_light", "Light theme", "", "switch"),
     ("theme_dark", "Dark theme", "", "switch"),
-    ("theme_system", "Theme of the system", "", "switch"),
+    ("theme_system", "Same theme as system", "", "switch"),
 )
 _TIME = _group(
     "Time",
@@ -182,7 +182,7 @@ _CAPTURE = _group(
     "Capture",
     ("record", "Record, or stop and keep", "F9"),
     ("discard_recording", "Discard the recording", "F10"),
-    ("show_recording", "Look at what was kept last", "Ctrl+F9"),
+    ("show_recording", "Open the last recording", "Ctrl+F9"),
 )
 _HELP = _group(
     "Help",

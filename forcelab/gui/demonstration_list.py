@@ -271,7 +271,7 @@ class OrderButton(QToolButton):
         names: dict[ListOrder, str] = {
             "name": "By name",
             "share": "Least labelled by me first",
-            "edit": "Last labelled by me first",
+            "edit": "Recently labelled first",
         }
         menu = QMenu(self)
         self._choices = QActionGroup(menu)
@@ -512,7 +512,7 @@ class DemonstrationMenu(QObject):
             menu.addAction("Mark as not done", lambda: self.set_done([info.id], False))
         else:
             menu.addAction("Mark as done", lambda: self._ask_done([info.id]))
-        menu.addAction("Assign blind…", lambda: self._ask_assign([info.id]))
+        menu.addAction("Assign for blind coding…", lambda: self._ask_assign([info.id]))
         for one in row.assignments:
             taking = f"Withdraw the assignment ({escape_ampersands(one.author)})"
             menu.addAction(taking, self._taking([info.id], one.author))
@@ -628,7 +628,7 @@ class DemonstrationMenu(QObject):
         author = self._document.author
         dialog = QInputDialog(self._window)
         dialog.setWindowTitle(f"Note on {row.info.name}")
-        dialog.setLabelText("What others should know; leave it empty for no note.")
+        dialog.setLabelText("Note for other coders (leave it empty for none):")
         dialog.setTextValue(next((note.text for note in row.notes if note.author == author), ""))
         dialog.resize(NOTE_WIDTH, dialog.sizeHint().height())
 
@@ -657,7 +657,7 @@ class DemonstrationMenu(QObject):
         task, agreed = QInputDialog.getItem(
             self._window,
             title,
-            "Labels stay; the task gets the actions it lacks.\nTask:",
+            "Labels are kept; missing actions are added to the task.\nTask:",
             tasks,
             0,
             True,

@@ -49,19 +49,19 @@ class ExportDialog(QDialog):
         # The name of a demonstration may be longer than the screen is wide.
         self.which = ElidedComboBox()
         if document.demonstration is not None:
-            here = f"The open one, '{document.demonstration.name}'"
+            here = f"This demonstration ({document.demonstration.name})"
             self.which.addItem(here, (document.id,))
         if shown:
-            listed = f"Those shown in the list ({len(shown)})"
+            listed = f"All in the list ({len(shown)})"
             self.which.addItem(listed, tuple(shown))
         if len(shown) < len(document.infos):  # the list is searched or narrowed
             all_ = f"The whole project ({len(document.infos)})"
             self.which.addItem(all_, tuple(info.id for info in document.infos))
         self.form = QComboBox()
         names = {
-            "csv": "CSV: start, end, action, author; a file a demonstration",
+            "csv": "CSV: start, end, action, author; one file per demonstration",
             "table": "One table for statistics: CSV, a line a segment",
-            "elan": "ELAN: a file a demonstration, a tier a coder, with the video",
+            "elan": "ELAN: one file per demonstration, one tier per coder, with the video",
             "boris": "BORIS: one project, an observation per coder and demonstration",
             "audacity": "Audacity: a label track a coder and demonstration",
             "archive": "Archive: the whole project as one file, to be imported again",
@@ -69,15 +69,15 @@ class ExportDialog(QDialog):
         for kind in FORMATS:
             self.form.addItem(names[kind], kind)
         self.form.currentIndexChanged.connect(self._match)
-        self.replacing = QCheckBox("Replace files that are there already")
+        self.replacing = QCheckBox("Overwrite existing files")
         self._bar = ProgressBar("Progress of the export")
         self._told = copyable()
         form = QFormLayout()
         form.addRow("Labels of", self.which)
-        form.addRow("Written as", self.form)
+        form.addRow("Format", self.form)
         form.addRow("", self.replacing)
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
-        self.go = buttons.addButton("Choose a folder…", QDialogButtonBox.ButtonRole.ActionRole)
+        self.go = buttons.addButton("Export to folder…", QDialogButtonBox.ButtonRole.ActionRole)
         self.go.clicked.connect(self._choose)
         buttons.rejected.connect(self.reject)
         column = QVBoxLayout(self)

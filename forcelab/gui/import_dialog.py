@@ -330,13 +330,13 @@ class ImportDialog(QDialog):
         # Labels that are brought were seldom made by who sits here now.
         self._author = QComboBox()
         self._author.setEditable(True)
-        self._author.setAccessibleName("Coder of labels, where a file names none")
+        self._author.setAccessibleName("Coder for unsigned labels")
         coders = (ReadOptions().author, *self._coders(), document.author)
         self._author.addItems(list(dict.fromkeys(coders)))
         self._rate = QDoubleSpinBox()
         self._rate.setRange(0, 1e6)
         self._rate.setSuffix(" Hz")
-        self._rate.setSpecialValueText("as their times say")
+        self._rate.setSpecialValueText("from the time column")
         self._rate.setAccessibleName("Sample rate of files without times")
         self._rate.valueChanged.connect(self.columns.set_rate)
         self.jitter = QDoubleSpinBox()
@@ -359,17 +359,14 @@ class ImportDialog(QDialog):
         self.videos.setChecked(True)
         self._taskless = set_tone(
             "warning",
-            (
-                "Without a task, files that name none go under 'No task'. Name what is done in "
-                "them, such as stylus, and import each task by itself."
-            ),
+            ("Enter the task shown in these files, for example stylus. Import one task at a time."),
         )
         keeping = self._taskless.sizePolicy()  # so that nothing moves while a task is typed
         keeping.setRetainSizeWhenHidden(True)
         self._taskless.setSizePolicy(keeping)
         form = QFormLayout()
         form.addRow("Task", self._task)
-        form.addRow("Coder of labels, where a file names none", self._author)
+        form.addRow("Coder for unsigned labels", self._author)
         form.addRow("Sample rate, where files have no times", self._rate)
         form.addRow("Stamps may jitter by", self.jitter)
         form.addRow("Calibration of raw OptoForce dumps", calibration)
@@ -418,7 +415,7 @@ class ImportDialog(QDialog):
     def _make_removable(self) -> None:
         """Let files be left out again, by Delete or the menu."""
         self._files.setSelectionMode(QListWidget.SelectionMode.ExtendedSelection)
-        remove = QAction("Do not import it", self)
+        remove = QAction("Remove from list", self)
         remove.setShortcut(QKeySequence.StandardKey.Delete)
         remove.setShortcutContext(Qt.ShortcutContext.WidgetShortcut)
         remove.triggered.connect(self._remove)

@@ -588,7 +588,7 @@ def test_every_row_has_a_menu(listing, document):
     assert list(entries(listing, [row(listing, "block")])) == [
         "Open",
         "Mark as done",
-        "Assign blind…",
+        "Assign for blind coding…",
         "Note…",
         "Rename…",
         "Attach video…",

@@ -62,7 +62,7 @@ def test_the_whole_project_is_offered_beside_what_a_search_has_left(document, tm
     offered = [
         [one.which.itemText(i) for i in range(one.which.count())] for one in (searched, vain)
     ]
-    assert offered[0][1:] == ["Those shown in the list (1)", "The whole project (2)"]
+    assert offered[0][1:] == ["All in the list (1)", "The whole project (2)"]
     assert offered[1][1:] == ["The whole project (2)"]
     assert all_.which.count() == 2
     searched.which.setCurrentIndex(2)

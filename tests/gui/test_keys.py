@@ -85,7 +85,7 @@ def test_all_commands_and_actions_are_listed_with_their_keys(dialog):
     assert len(shown) == len(COMMANDS) + 2
     assert shown["grab"] == "1"
     assert shown["Redo"] == "Ctrl+Shift+Z, Ctrl+Y"
-    assert shown["Put all panels back"] == ""
+    assert shown["Reset layout"] == ""
 
 
 def test_the_key_that_is_pressed_counts_at_once(dialog, keys):
@@ -204,7 +204,7 @@ def test_searching_leaves_what_matches_in_name_or_key(dialog):
     search.setText("ctrl+y")
     assert list(rows(dialog)) == ["Redo"]
     search.setText("THEME")
-    assert list(rows(dialog)) == ["Light theme", "Dark theme", "Theme of the system"]
+    assert list(rows(dialog)) == ["Light theme", "Dark theme", "Same theme as system"]
     search.setText("make tea")
     assert rows(dialog) == {}
     assert not dialog.findChild(QGroupBox).isEnabled()  # no keys of a row that is not seen

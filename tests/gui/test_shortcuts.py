@@ -227,7 +227,7 @@ def test_actions_say_their_keys(window):
     play = window.actions_made["play"]
     assert play.text() == "Play or pause"
     assert play.toolTip() == play.statusTip() == "Play or pause (Space)"
-    assert window.actions_made["reset_layout"].toolTip() == "Put all panels back"
+    assert window.actions_made["reset_layout"].toolTip() == "Reset layout"
     assert window.actions_made["snapping"].isCheckable()
 
 

@@ -380,7 +380,7 @@ class LiveView(QWidget):
         """What stands where nothing is connected."""
         if self._session.phase is CaptureState.CONNECTING:
             return "Connecting…"
-        return "Tick the devices at the left and connect them: what they measure is here."
+        return "Select devices on the left and press Connect; their signals appear here."
 
     def _paint_centred(self, painter: QPainter, text: str, colour: str) -> None:
         painter.setPen(QColor(colour))

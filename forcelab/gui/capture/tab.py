@@ -14,7 +14,7 @@ from forcelab.gui.capture.recording_indicator import RECORD_DOT, RecordingIndica
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.layout import page_layout
-from forcelab.text import amount
+from forcelab.text import amount, counted
 
 if TYPE_CHECKING:
     from forcelab.gui.capture.workspace import CaptureWorkspace
@@ -142,7 +142,8 @@ class CaptureTab(QWidget):
 
         if count := len(unfinished(project.path)):
             self.document.say(
-                f"Recordings that a crash ended: {count}; the Capture workspace recovers them.",
+                f"{counted(count, 'recording')} cut off by a crash; open Capture to recover "
+                + ("it." if count == 1 else "them."),
                 True,
             )
 

@@ -467,13 +467,13 @@ class CaptureWorkspace(QWidget):
             self.zero_button, "" if zeroing else "Connect devices before zeroing them."
         )
         words = {
-            CaptureState.COUNTING: "Do not record",
+            CaptureState.COUNTING: "Cancel",
             CaptureState.STARTING: "Starting…",
             CaptureState.RECORDING: "Stop and keep",
             CaptureState.KEEPING: "Keeping…",
             CaptureState.DISCARDING: "Discarding…",
             CaptureState.RECOVERING: "Recovering…",
-            CaptureState.STUCK: "Try to keep it again",
+            CaptureState.STUCK: "Retry saving",
         }
         _connect_announcements(
             self.record_button, words.get(phase, "Record"), keys().shown("record")

@@ -477,7 +477,7 @@ class ActionList(SideList):
         if not name:
             return False
         if name in self.document.vocabulary:
-            self.document.say(f"There is an action '{name}' already.", True)
+            self.document.say(f"The action '{name}' already exists.", True)
             return False
         return self.document.add_actions(name)
 

@@ -426,8 +426,8 @@ class SynchroniseForm(QDialog):
 
     def _taps_box(self) -> QGroupBox:
         """What was marked, with its buttons."""
-        self.frame_button = _labelled_row(QPushButton("Mark this &frame"))
-        self.force_button = _labelled_row(QPushButton("&Mark this force"))
+        self.frame_button = _labelled_row(QPushButton("Set &video tap"))
+        self.force_button = _labelled_row(QPushButton("Set &force tap"))
         self.remove_button = _labelled_row(QPushButton("&Remove"))
         self.fit_rate = _labelled_row(QCheckBox("Fit the rate too, from &two taps on"))
         self.fit_rate.setChecked(True)
@@ -439,7 +439,7 @@ class SynchroniseForm(QDialog):
         header.setDefaultAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
         whole_rows(self.table)
         self.table.setMinimumHeight(round(5.4 * self.fontMetrics().height()))
-        box = QGroupBox("Taps seen in both")
+        box = QGroupBox("Taps")
         grid = QGridLayout(box)
         grid.addWidget(self.frame_button, 0, 0)
         grid.addWidget(self.force_button, 0, 1)
@@ -473,7 +473,7 @@ class SynchroniseForm(QDialog):
 
     def _button_row(self) -> QHBoxLayout:
         """What is done with all of it."""
-        self.propose_button = _labelled_row(QPushButton("&Propose"))
+        self.propose_button = _labelled_row(QPushButton("Find &taps"))
         self.reset_button = _labelled_row(QPushButton("R&eset"))
         self.trouble = QLabel()
         self.trouble.setWordWrap(True)
@@ -711,7 +711,7 @@ class SynchroniseDialog(SynchroniseForm):
     def _show_hint(self) -> None:
         """Tell both ways to a clock in place of the curves, while nothing is proposed."""
         hint = (
-            "Propose compares the motion in the video with the force. Or by hand: find a moment "
+            "Find taps compares the motion in the video with the force. Or by hand: find a moment "
             "that is seen and felt, such as a tap; mark its frame, move the force time to it, and "
             "mark that."
         )

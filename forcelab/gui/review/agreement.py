@@ -241,8 +241,8 @@ class AgreementView(QWidget):
             return "The darker a cell, the better the two agree; a click tells more."
         return (
             f"Fleiss' kappa of all {len(found.authors)} coders: {found.fleiss:.2f}, "
-            f"“{kappa_word(found.fleiss)}” by Landis and Koch. It is as kappa of "
-            "two, for any number of coders. The darker a cell, the better the two agree."
+            f"“{kappa_word(found.fleiss)}” by Landis and Koch. It extends kappa to "
+            "more than two coders. The darker a cell, the better the two agree."
         )
 
     def _show_pair(self, pair: PairAgreement | None) -> None:

@@ -620,18 +620,16 @@ class PairDetails(QWidget):
             text = "Both know one action only; kappa cannot tell that from chance."
         else:
             text = (
-                f"Kappa {kappa:.2f}, “{kappa_word(kappa)}” by Landis and Koch: they say the same "
-                f"{_percent_text(agreed)} of the time, and "
-                "kappa is what of that goes beyond chance (0 is chance, 1 is always)."
+                f"Kappa {kappa:.2f}, “{kappa_word(kappa)}” by Landis and Koch. They agree "
+                f"{_percent_text(agreed)} of the time; "
+                "kappa is agreement beyond chance (0 chance, 1 perfect)."
             )
             if (interval := pair.interval) is not None:
-                text += " " + "Other demonstrations would give {:.2f} to {:.2f} (95 %).".format(
-                    *interval
-                )
+                text += " 95 % interval {:.2f} to {:.2f}.".format(*interval)
         self.frames.setText(text)
         first, second = pair.only
         self.alone.setText(
-            f"{_percent_text(pair.only_share)} of the labelled time only one of them labelled "
+            f"Only one of them labelled {_percent_text(pair.only_share)} of the labelled time "
             f"({pair.a} {first:.1f} s, {pair.b} {second:.1f} s);"
             " it enters neither kappa nor the figures of actions and segments."
         )
@@ -784,7 +782,7 @@ class ConsistencyView(QWidget):
         self._model.show((TableColumn("Action", number=False), *map(TableColumn, numbers)), rows)
         self.durations.fit_columns(stretched=0)
         odd = [IntervalRow(place, "unusual duration") for place in own.odd]
-        rare = [IntervalRow(place, "order found nowhere else") for place in own.rare]
+        rare = [IntervalRow(place, "unusual order") for place in own.rare]
         text = (
             "{0} segments are unusually long or short for their action, and {1} times two actions "
             "follow each other as in no other demonstration of the task. Worth a look; it need not "

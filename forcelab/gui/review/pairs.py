@@ -82,14 +82,12 @@ def missing_pairs_text(
     """
     if outcome is None and training:
         return (
-            "A recogniser is being trained; human and predicted timelines will stand here in pairs."
+            "A recogniser is being trained; human and predicted timelines appear here when it is."
         )
     if outcome is None:
         bound = keys().shown("train")
-        return (
-            "Train a recogniser{key} and human and predicted timelines stand here in pairs.".format(
-                key=f" ({bound})" if bound else ""
-            )
+        return "{train}; human and predicted timelines then appear here in pairs.".format(
+            train=f"Press {bound} to train" if bound else "Train a recogniser"
         )
     if not entries and hidden:
         return "All demonstrations of this run are hidden while you code them blind."

@@ -121,7 +121,7 @@ _PRESET_TEXTS = {
         "As best, but without peaks, trained on every fifth decision, contradicted or not, and not "
         "calibrated."
     ),
-    "best": "The most accurate on the paper's recordings, with probabilities that can be believed.",
+    "best": "The most accurate on the paper's recordings, with calibrated probabilities.",
 }
 
 

@@ -228,7 +228,7 @@ _CLASSIFIER_FIELDS = (
     Field(
         "balanced",
         "flag",
-        "Rare actions count as much",
+        "Balance rare actions",
         "Every action has the same weight in training.",
     ),
     Field(
@@ -240,7 +240,7 @@ _CLASSIFIER_FIELDS = (
     Field(
         "trimmed",
         "flag",
-        "Leave out what is contradicted",
+        "Skip contradicted segments",
         (
             "Train without the segments that the other demonstrations contradict, which are likely "
             "coding errors; at most a third of an action's."
@@ -272,7 +272,7 @@ _DECODER_FIELDS = (
     Field(
         "decoder",
         "choice",
-        "Timeline by",
+        "Decoder",
         (
             "How single decisions become segments: by filters, or as the most probable course of "
             "the whole demonstration."

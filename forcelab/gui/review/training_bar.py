@@ -196,9 +196,9 @@ class TrainingBar(QWidget):
         self.train = QPushButton("Train")
         self.train.clicked.connect(self.learning.train)
         self.author = AuthorLabel(self.document)
-        self.automatic = QCheckBox("by itself")
+        self.automatic = QCheckBox("Train automatically")
         self.automatic.setToolTip("Train five seconds after the last edit")
-        self.automatic.setAccessibleName("Train by itself after edits")
+        self.automatic.setAccessibleName("Train automatically after edits")
         self.automatic.toggled.connect(self.learning.set_automatic)
         self.settings = QPushButton()
         self.settings.setToolTip("How a recogniser is trained")
@@ -367,7 +367,7 @@ class TrainingBar(QWidget):
         """Offer what is not in the row."""
         self._menu.clear()
         if self.automatic.isHidden():
-            action = self._menu.addAction("Train by itself after edits")
+            action = self._menu.addAction("Train automatically after edits")
             action.setCheckable(True)
             action.setChecked(self.learning.automatic)
             action.toggled.connect(self.learning.set_automatic)

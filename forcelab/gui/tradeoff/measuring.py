@@ -65,7 +65,7 @@ ERRORS = (
     ),
 )
 TIMES = (
-    Kind("recognising a minute (CPU s)", lambda row: row.seconds),
+    Kind("CPU seconds per minute of data", lambda row: row.seconds),
     Kind("training on a minute (CPU s)", _training),
 )
 #: A fit that was too short for the clock took no longer, in seconds.

@@ -66,7 +66,7 @@ class TradeoffBar(QWidget):
         self.cancel.clicked.connect(measuring.cancel)
         self.standing = ElidedLabel()
         self.standing.setAccessibleName("How the measurement stands")
-        self.back = QPushButton("Back to the settings before")
+        self.back = QPushButton("Undo")
         self.back.clicked.connect(measuring.go_back)
         self.error, error = self._kinds("&Error", ERRORS)
         self.time, time = self._kinds("&against", TIMES)

@@ -309,7 +309,7 @@ def test_an_unfinished_recording_is_offered_and_recovered(app, study, tongs, unt
     window = Window("Ann", remembering=False)
     window.show()
     window.begin(LaunchOptions(project=study, workspace="label"))
-    assert "Recordings that a crash ended: 2" in window.statusBar().currentMessage()
+    assert "2 recordings cut off by a crash" in window.statusBar().currentMessage()
     window.show_workspace("capture")
     page = window.capture.workspace
     try:

@@ -147,7 +147,7 @@ def test_what_has_no_room_is_in_the_menu(bar, learning, work, until, app):
     bar._fill_menu()
     texts = [action.text() for action in bar._menu.actions()]
     assert texts == [
-        "Train by itself after edits",
+        "Train automatically after edits",
         "Settings…",
         "Review another run",
         "Compare two runs…",

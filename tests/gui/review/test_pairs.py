@@ -455,7 +455,7 @@ def test_without_an_outcome_it_says_what_to_do(shown, study):
     view = shown()
     study.set_outcome(None)
     assert view._pages.note.text() == (
-        "Train a recogniser (F5) and human and predicted timelines stand here in pairs."
+        "Press F5 to train; human and predicted timelines then appear here in pairs."
     )
     assert not view.area.isVisible()
     study.set_outcome(outcome())
