@@ -3,6 +3,7 @@
 import ast
 import json
 import os
+import re
 import subprocess
 import sys
 from functools import cache
@@ -197,3 +198,15 @@ def test_what_a_command_does_not_need_is_not_loaded(unneeded):
     done = subprocess.run(script, capture_output=True, text=True, check=True, cwd=ROOT)
     for (command, never), loaded in zip(unneeded, done.stdout.splitlines(), strict=True):
         assert not never & set(json.loads(loaded)), command
+
+
+def test_the_way_in_for_developers_names_what_there_is():
+    package = ROOT / "forcelab"
+    text = (package / "README.md").read_text("utf-8")
+    named = re.findall(r"`([a-z_/]+(?:\.py|/))`", text)
+    assert len(named) > 60
+    assert [name for name in named if not (package / name).exists()] == []
+    rooms = {path.parent.name for path in package.glob("*/__init__.py")}
+    assert rooms == {room.rstrip("/") for room in re.findall(r"^\| `([a-z]+/)`", text, re.M)}
+    for function, module in re.findall(r"`([a-z_]+)`(?:\)| in) (?:in )?`([a-z_/]+\.py)`", text):
+        assert f"def {function}(" in (package / module).read_text("utf-8"), function

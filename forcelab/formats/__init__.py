@@ -1,4 +1,4 @@
-"""Foreign formats: one package each, told apart by content."""
+"""Foreign formats: a module each, told apart by content; other packages may bring more."""
 
 from __future__ import annotations
 
@@ -7,7 +7,9 @@ import os
 import stat
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cache
 from importlib import import_module
+from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Final, Protocol, cast
 
@@ -15,8 +17,10 @@ from forcelab.errors import InputError
 from forcelab.formats.recording import ReadOptions, Recording
 from forcelab.formats.signatures import BAG_METADATA, announced_kind, is_bag_folder, seems_to_be
 
-__all__ = ["HEAD_BYTES", "Format", "format_names", "identify", "read"]
+__all__ = ["HEAD_BYTES", "Format", "all_formats", "format_names", "identify", "read"]
 
+#: Where other packages say that they read a format: an entry point whose object is a `Format`.
+ENTRY_POINTS: Final = "forcelab.formats"
 #: Bytes of a file that are looked at to tell its format.
 HEAD_BYTES: Final = 64 * 1024
 
@@ -54,9 +58,8 @@ class _Reader(Protocol):
         """Read the whole file."""
 
 
-#: In the order in which they are tried. Tables come late because any text might be one; what is
-#: told by its packets wherever they start comes after them, and is never text.
-_FORMATS: Final = (
+#: In the order in which they are tried; those of other packages come next, then `_LATE`.
+_EARLY: Final = (
     Format(
         name="archive",
         description="archives of forcelab projects",
@@ -75,6 +78,9 @@ _FORMATS: Final = (
         module="forcelab.formats.rosbag",
         starts=(b"#ROSBAG V", b"\x89MCAP", b"SQLite format 3\x00", b"rosbag2_bagfile_information:"),
     ),
+)
+#: Any text might be a table; what is told by its packets wherever they start is never text.
+_LATE: Final = (
     Format(
         name="table",
         description="tables as text (CSV, TSV, columns)",
@@ -88,9 +94,38 @@ _FORMATS: Final = (
 )
 
 
+@cache
+def all_formats() -> tuple[Format, ...]:
+    """All formats that can be read, in the order in which they are tried.
+
+    Raises
+    ------
+    InputError
+        If another package that brings a format cannot be imported, or names one there is already.
+    """
+    found = {known.name: known for known in (*_EARLY, *_LATE)}
+    added: list[Format] = []
+    for entry in entry_points(group=ENTRY_POINTS):
+        try:
+            extra = entry.load()
+        except (ImportError, AttributeError) as error:
+            raise InputError(
+                f"The format '{entry.name}' of another package cannot be loaded ({error}); update "
+                f"or uninstall that package."
+            ) from error
+        if not isinstance(extra, Format) or extra.name in found:
+            raise InputError(
+                f"'{entry.value}' brings no new format under '{ENTRY_POINTS}'; update or uninstall "
+                f"its package."
+            )
+        found[extra.name] = extra
+        added.append(extra)
+    return (*_EARLY, *added, *_LATE)
+
+
 def format_names() -> tuple[str, ...]:
     """The short names of all formats that can be read."""
-    return tuple(known.name for known in _FORMATS)
+    return tuple(known.name for known in all_formats())
 
 
 def identify(path: str | os.PathLike[str]) -> Format:
@@ -111,7 +146,7 @@ def identify(path: str | os.PathLike[str]) -> Format:
     with _naming_file(path):
         head = _head(path)
         announced = announced_kind(head)
-        for known in _FORMATS:
+        for known in all_formats():
             worthwhile = head.startswith(known.starts) if known.starts else not announced
             if worthwhile and _module(known).sniff(path, head):
                 return known
@@ -122,7 +157,7 @@ def identify(path: str | os.PathLike[str]) -> Format:
                 f"recording first, then attach the video to it (forcelab attach; in the window "
                 f"File > Attach video, or a right click in the list)."
             )
-        readable = "; ".join(known.description for known in _FORMATS)
+        readable = "; ".join(known.description for known in all_formats())
         raise InputError(f"'{path}' looks like {kind}; what can be read: {readable}.")
 
 
@@ -159,7 +194,7 @@ def _named_format(path: Path, name: str) -> Format:
     """The format of that name, for a file that can be opened."""
     with _naming_file(path):
         _head(path)
-        for known in _FORMATS:
+        for known in all_formats():
             if known.name == name:
                 return known
         raise InputError(f"There is no format '{name}'; choose one of {', '.join(format_names())}.")

@@ -6,10 +6,11 @@ import sys
 import zipfile
 from importlib import import_module
 
+import numpy as np
 import pytest
 
 from forcelab.errors import InputError
-from forcelab.formats import _FORMATS, identify, read
+from forcelab.formats import all_formats, format_names, identify, read
 from forcelab.formats.recording import ReadOptions
 
 TABLE = b"t,fx,fy\n" + b"".join(b"%.3f,%d.5,%d.25\n" % (i / 100, i, -i) for i in range(50))
@@ -30,9 +31,9 @@ def test_options_reach_the_format(tmp_path):
 
 
 def test_names_are_unique_and_every_module_can_tell_and_read_its_format(tmp_path):
-    names = [known.name for known in _FORMATS]
+    names = [known.name for known in all_formats()]
     assert len(set(names)) == len(names)
-    for known in _FORMATS:
+    for known in all_formats():
         module = import_module(known.module)
         assert module.sniff(tmp_path / "a", b"\x00") is False
         assert callable(module.read)
@@ -54,7 +55,7 @@ def test_reading_a_table_imports_no_other_format(tmp_path):
 
 def test_the_registry_imports_none_of_the_formats():
     modules = imported("import forcelab.formats")
-    assert not modules & {known.module for known in _FORMATS}
+    assert not modules & {known.module for known in all_formats()}
 
 
 UNKNOWN = {
@@ -153,3 +154,59 @@ def test_the_sentence_names_the_file_and_stays_one_line(tmp_path):
         read(path)
     assert r"two\nlines.pdl" in str(refusal.value)
     assert str(refusal.value).isprintable()
+
+
+BEATS = """
+from pathlib import Path
+import numpy as np
+from forcelab.demonstration import Channel, Demonstration
+from forcelab.formats import Format
+from forcelab.formats.recording import Recording
+
+FORMAT = Format("beats", "files of beats", "beats", starts=(b"BEATS",))
+
+def sniff(path, head):
+    return True
+
+def read(path, options):
+    values = np.frombuffer(path.read_bytes()[5:], dtype="<f8").reshape(-1, 1)
+    times = np.arange(len(values)) / 100
+    return [Recording(Demonstration(path.stem, "", times, values, (Channel("fz", "N"),)))]
+"""
+
+
+@pytest.fixture
+def brought(tmp_path, monkeypatch):
+    """Make another package bring a format; call it with what its entry point names."""
+
+    def bring(value):
+        info = tmp_path / "site" / "beats-1.dist-info"
+        info.mkdir(parents=True)
+        (info / "METADATA").write_text("Metadata-Version: 2.1\nName: beats\nVersion: 1\n")
+        (info / "entry_points.txt").write_text(f"[forcelab.formats]\nbeats = {value}\n")
+        (info.parent / "beats.py").write_text(BEATS)
+        monkeypatch.syspath_prepend(info.parent)
+        all_formats.cache_clear()
+
+    yield bring
+    monkeypatch.undo()
+    all_formats.cache_clear()
+    sys.modules.pop("beats", None)
+
+
+def test_another_package_brings_a_format(brought, tmp_path):
+    brought("beats:FORMAT")
+    path = tmp_path / "drum.bts"
+    path.write_bytes(b"BEATS" + np.arange(5.0).tobytes())
+    assert "beats" in format_names()
+    (recording,) = read(path)
+    assert recording.demonstration.signals[:, 0].tolist() == [0, 1, 2, 3, 4]
+
+
+@pytest.mark.parametrize("value", ["beats:MISSING", "nowhere:FORMAT", "beats:sniff"])
+def test_a_package_that_brings_none_is_named(brought, tmp_path, value):
+    brought(value)
+    path = tmp_path / "a.csv"
+    path.write_text("time,fz\n0,1\n0.1,2\n")
+    with pytest.raises(InputError, match="uninstall"):
+        read(path)
