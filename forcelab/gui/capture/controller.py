@@ -141,8 +141,8 @@ SENTENCES = 3
 JOB = "capture"
 
 
-class DeviceController(QObject):
-    """Devices that are connected, and what is computed of them while they are.
+class CaptureController(QObject):
+    """Devices that are connected, and what is recorded from them.
 
     Parameters
     ----------
@@ -152,20 +152,36 @@ class DeviceController(QObject):
 
     Attributes
     ----------
-    phase : Phase
+    phase : CaptureState
     state : RecorderState or None
         As it was asked last; None while nothing is connected.
     sentences : deque of (str, bool)
         What was said last, and whether it is trouble.
-    recognising : Recognising
+    recognising : LiveModelController
         A recogniser on what comes.
     now : float
         When it was last told that there is something new, on the host's monotonic clock.
+    marks : LiveMarks
+        Of the recording that runs or ran last.
+    task, name : str
+        Of the next recording; without a name it gets the task and the next number.
+    countdown : int
+        Seconds before a recording.
+    left : int
+        Seconds that are left of a countdown.
+    left_behind : int
+        Unfinished recordings of the project.
+    last : LastRecording
+        The recording that was kept last, as long as it can be discarded.
     """
 
     changed = Signal()
+
     ticked = Signal()
+
     said = Signal()
+
+    kept = Signal()
 
     def __init__(self, document: Document, jobs: Jobs, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -184,6 +200,17 @@ class DeviceController(QObject):
         self._timer.setInterval(HIDDEN_MS)
         self._timer.timeout.connect(self._tick)
         document.project_changed.connect(self._check_project)
+        self.marks = LiveMarks()
+        self.vocabulary = Vocabulary()
+        self.task, self.name = "", ""
+        self.countdown, self.left = 0, 0
+        self.left_behind = 0
+        self.begun, self._recorded = 0.0, ""
+        self.last = LastRecording(self)
+        self.last.changed.connect(self.changed)
+        self._second = QTimer(self)
+        self._second.setInterval(1000)
+        self._second.timeout.connect(self._count)
 
     @property
     def _recorder(self) -> Recorder | None:
@@ -216,14 +243,6 @@ class DeviceController(QObject):
             self._connected,
             lambda: CaptureState.APART,
         )
-
-    def disconnect_all(self) -> None:
-        """Let go of the devices; a recording that runs is kept."""
-        if self._recorder is None or self.phase in BUSY_STATES:
-            return
-        holds = self.phase in (CaptureState.RECORDING, CaptureState.STUCK)
-        phase = CaptureState.KEEPING if holds else CaptureState.LEAVING
-        self._work(phase, self._connection.leaving(), self._left, lambda: CaptureState.APART)
 
     def zero(self) -> None:
         """Let all devices take their present readings for zero."""
@@ -263,11 +282,6 @@ class DeviceController(QObject):
         self.sentences.clear()
         self.said.emit()
 
-    def let_go(self) -> str:
-        """Let go of everything: the window closes. What is being recorded is kept, or why not."""
-        self._timer.stop()
-        return self._connection.let_go()
-
     # Inside
 
     def _connected(self, _: None) -> None:
@@ -277,12 +291,6 @@ class DeviceController(QObject):
         self.said.emit()
         self._timer.start()
         self._check_project()
-
-    def _left(self, left: UnfinishedRecording) -> None:
-        """The devices are let go of; `left` is what became of a recording that ran."""
-        self._timer.stop()
-        self.state = None
-        self._to(CaptureState.APART)
 
     def _work(
         self,
@@ -302,15 +310,11 @@ class DeviceController(QObject):
         def failed(error: Exception) -> None:
             self._to(otherwise())
             if isinstance(error, ForcelabError):
-                self.say(self._told(error), True)
+                self.say(self._error_text(error), True)
             self._check_project()
 
         self._to(phase)
         self._jobs.run(work, finished, failed, key=JOB)
-
-    def _told(self, error: ForcelabError) -> str:
-        """What is said of a job that failed, in the phase that it left behind."""
-        return str(error)
 
     def _to(self, phase: CaptureState) -> None:
         self.phase = phase
@@ -326,54 +330,6 @@ class DeviceController(QObject):
             for sentence in recorder.remarks():
                 self.say(sentence)
         self.ticked.emit()
-
-    def _check_project(self) -> None:
-        """What is recorded goes into the project in which it began: leave that with it."""
-        project = self.document.project
-        if self._recorder is not None and (project is None or project.path != self._path):
-            self.disconnect_all()
-
-
-class CaptureController(DeviceController):
-    """What is recorded from the devices that are connected.
-
-    Parameters
-    ----------
-    document : Document
-    jobs : Jobs
-    parent : QObject, optional
-
-    Attributes
-    ----------
-    marks : LiveMarks
-        Of the recording that runs or ran last.
-    task, name : str
-        Of the next recording; without a name it gets the task and the next number.
-    countdown : int
-        Seconds before a recording.
-    left : int
-        Seconds that are left of a countdown.
-    left_behind : int
-        Unfinished recordings of the project.
-    last : LastRecording
-        The recording that was kept last, as long as it can be discarded.
-    """
-
-    kept = Signal()
-
-    def __init__(self, document: Document, jobs: Jobs, parent: QObject | None = None) -> None:
-        super().__init__(document, jobs, parent)
-        self.marks = LiveMarks()
-        self.vocabulary = Vocabulary()
-        self.task, self.name = "", ""
-        self.countdown, self.left = 0, 0
-        self.left_behind = 0
-        self.begun, self._recorded = 0.0, ""
-        self.last = LastRecording(self)
-        self.last.changed.connect(self.changed)
-        self._second = QTimer(self)
-        self._second.setInterval(1000)
-        self._second.timeout.connect(self._count)
 
     @property
     def recording(self) -> bool:
@@ -419,7 +375,11 @@ class CaptureController(DeviceController):
     def disconnect_all(self) -> None:
         """Let go of the devices; a recording that runs is kept, a countdown ends."""
         self._second.stop()
-        super().disconnect_all()
+        if self._recorder is None or self.phase in BUSY_STATES:
+            return
+        holds = self.phase in (CaptureState.RECORDING, CaptureState.STUCK)
+        phase = CaptureState.KEEPING if holds else CaptureState.LEAVING
+        self._work(phase, self._connection.leaving(), self._left, lambda: CaptureState.APART)
 
     def record_or_stop(self) -> None:
         """Record, after the countdown; or stop and keep what was recorded."""
@@ -518,7 +478,8 @@ class CaptureController(DeviceController):
     def let_go(self) -> str:
         """Let go of everything: the window closes. What is being recorded is kept, or why not."""
         self._second.stop()
-        return super().let_go()
+        self._timer.stop()
+        return self._connection.let_go()
 
     # When jobs are done
 
@@ -551,7 +512,9 @@ class CaptureController(DeviceController):
         self._reread()
 
     def _left(self, left: UnfinishedRecording) -> None:
-        super()._left(left)
+        self._timer.stop()
+        self.state = None
+        self._to(CaptureState.APART)
         kept, trouble = left
         if trouble:
             self.say(trouble, True)
@@ -589,13 +552,13 @@ class CaptureController(DeviceController):
         """What follows where ending a recording has failed."""
         return CaptureState.STUCK if self._connection.holding else CaptureState.READY
 
-    def _told(self, error: ForcelabError) -> str:
+    def _error_text(self, error: ForcelabError) -> str:
         """What went wrong, and of a recording that could not be kept what is to be done now."""
-        said = super()._told(error)
         if self.phase is not CaptureState.STUCK:
-            return said
-        return "{trouble} '{name}' is not lost: mend that and press {key} once more.".format(
-            trouble=said, name=self._recorded, key=keys().shown("record")
+            return str(error)
+        return (
+            f"{error} '{self._recorded}' is not lost: mend that and press "
+            f"{keys().shown('record')} once more."
         )
 
     def _count(self) -> None:
@@ -612,7 +575,9 @@ class CaptureController(DeviceController):
         project = self.document.project
         if project is None or project.path != self.last.path:
             self.last.forget()
-        super()._check_project()
+        project = self.document.project
+        if self._recorder is not None and (project is None or project.path != self._path):
+            self.disconnect_all()
 
 
 def _saved_text(kept: SavedRecording) -> str:

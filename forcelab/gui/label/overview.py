@@ -48,15 +48,17 @@ PAUSE = 40
 NARROWEST_WINDOW = 3.0
 
 
-class OverviewPanel(QWidget):
-    """The whole demonstration in small, to look at.
+#: How far from an edge of the window it can still be taken hold of, in pixels.
+REACH = 6.0
 
-    Parameters
-    ----------
-    document : Document
-        What is shown.
-    force : ForcePanel
-        Whose channels are drawn, those that are shown there.
+Handle = Literal["start", "end", "body", "new"]
+
+
+class Overview(QWidget):
+    """The whole demonstration in small, and what can be done with it by mouse.
+
+    Dragging the window pans, dragging its edges zooms, dragging elsewhere shows another span; a
+    click centres the window there and moves the cursor.
     """
 
     def __init__(self, document: Document, force: ForcePanel) -> None:
@@ -85,6 +87,11 @@ class OverviewPanel(QWidget):
             painted.connect(self._repainting.start)
         document.span_changed.connect(self._moved_on)
         document.cursor_moved.connect(self._moved_on)
+        self._held: Handle | None = None
+        self._press = QPointF()
+        self._span = (0.0, 1.0)
+        self._moved = False
+        self.setMouseTracking(True)
 
     # Where things are
 
@@ -236,28 +243,6 @@ class OverviewPanel(QWidget):
         """Draw window and cursor where they are now."""
         if self.isVisible():
             self.update()
-
-
-#: How far from an edge of the window it can still be taken hold of, in pixels.
-REACH = 6.0
-
-Handle = Literal["start", "end", "body", "new"]
-
-
-class Overview(OverviewPanel):
-    """The whole demonstration in small, and what can be done with it by mouse.
-
-    Dragging the window pans, dragging its edges zooms, dragging elsewhere shows another span; a
-    click centres the window there and moves the cursor.
-    """
-
-    def __init__(self, document: Document, force: ForcePanel) -> None:
-        super().__init__(document, force)
-        self._held: Handle | None = None
-        self._press = QPointF()
-        self._span = (0.0, 1.0)
-        self._moved = False
-        self.setMouseTracking(True)
 
     def time_at(self, x: float) -> float:
         """The time in seconds of a pixel, within the demonstration."""

@@ -377,10 +377,52 @@ class _FrameView(PictureView):
 ButtonT = TypeVar("ButtonT", QPushButton, QCheckBox)
 
 
-class SynchroniseForm(QDialog):
-    """The video left, marks and clock right, the curves below."""
+def _labelled_row(button: ButtonT) -> ButtonT:
+    """A button that screen readers name as it is labelled; Enter presses only the one in focus."""
+    button.setAccessibleName(button.text().replace("&", ""))
+    if isinstance(button, QPushButton):
+        button.setAutoDefault(False)
+    return button
 
-    def __init__(self, document: Document, parent: QWidget | None = None) -> None:
+
+#: A contact event at most so far from the cursor is what was meant, s.
+SNAP = 0.08
+#: Rates further from 1 are mistakes.
+RARE_UPDATE_MS = 2e-3
+KEY = "synchronise"
+
+
+@dataclass(frozen=True, slots=True)
+class TapRow:
+    """An event as it is marked so far: its times (s) on the video's clock and on the force's."""
+
+    video: float | None = None
+    force: float | None = None
+
+
+class SynchroniseDialog(QDialog):
+    """Offset and rate of the video's clock, from taps marked by hand or from a proposal.
+
+    Nothing is stored before Accept is pressed.
+
+    Parameters
+    ----------
+    document : Document
+        With a demonstration that has a video.
+    jobs : Jobs
+        Runs the search for a proposal.
+
+    Attributes
+    ----------
+    rows : tuple of TapRow
+        What was marked.
+    candidate : ClockMap or None
+        What Accept would store.
+    proposal : Proposal or None
+        What was found by itself.
+    """
+
+    def __init__(self, document: Document, jobs: Jobs, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.document = document
         self.preview = VideoPreview()
@@ -398,6 +440,34 @@ class SynchroniseForm(QDialog):
         column.addLayout(top, 1)
         column.addWidget(self.plot)
         column.addLayout(self._button_row())
+        self.jobs = jobs
+        demonstration = document.demonstration
+        assert demonstration is not None
+        assert demonstration.video is not None
+        self._id = document.id
+        self.stored = demonstration.video.clock
+        self.rows: tuple[TapRow, ...] = ()
+        self.candidate: ClockMap | None = None
+        self.residual: float | None = None
+        self.proposal: Proposal | None = None
+        self.setWindowTitle(f"Synchronise video and force – {demonstration.name}")
+        for button, verb in (
+            (self.frame_button, self.mark_frame),
+            (self.force_button, self.mark_force),
+            (self.remove_button, self.remove),
+            (self.propose_button, self.propose),
+            (self.reset_button, self.reset),
+        ):
+            button.clicked.connect(verb)
+        self.fit_rate.toggled.connect(lambda: self.set_rows(self.rows))
+        self.table.currentCellChanged.connect(self._look_at)
+        self.preview.show_time(float(self.stored.to_device(document.cursor)))
+        self.preview.open(demonstration.video.path, demonstration.name)
+        document.cursor_moved.connect(self._follow)
+        document.demonstration_changed.connect(self._leave_if_other)
+        self._follow()
+        self._show_hint()
+        self._refresh()
 
     def sizeHint(self) -> QSize:
         """Large enough to see a fingertip."""
@@ -491,83 +561,6 @@ class SynchroniseForm(QDialog):
         row.addWidget(self.trouble, 1)
         row.addWidget(buttons)
         return row
-
-
-def _labelled_row(button: ButtonT) -> ButtonT:
-    """A button that screen readers name as it is labelled; Enter presses only the one in focus."""
-    button.setAccessibleName(button.text().replace("&", ""))
-    if isinstance(button, QPushButton):
-        button.setAutoDefault(False)
-    return button
-
-
-#: A contact event at most so far from the cursor is what was meant, s.
-SNAP = 0.08
-#: Rates further from 1 are mistakes.
-RARE_UPDATE_MS = 2e-3
-KEY = "synchronise"
-
-
-@dataclass(frozen=True, slots=True)
-class TapRow:
-    """An event as it is marked so far: its times (s) on the video's clock and on the force's."""
-
-    video: float | None = None
-    force: float | None = None
-
-
-class SynchroniseDialog(SynchroniseForm):
-    """Offset and rate of the video's clock, from taps marked by hand or from a proposal.
-
-    Nothing is stored before Accept is pressed.
-
-    Parameters
-    ----------
-    document : Document
-        With a demonstration that has a video.
-    jobs : Jobs
-        Runs the search for a proposal.
-
-    Attributes
-    ----------
-    rows : tuple of TapRow
-        What was marked.
-    candidate : ClockMap or None
-        What Accept would store.
-    proposal : Proposal or None
-        What was found by itself.
-    """
-
-    def __init__(self, document: Document, jobs: Jobs, parent: QWidget | None = None) -> None:
-        super().__init__(document, parent)
-        self.jobs = jobs
-        demonstration = document.demonstration
-        assert demonstration is not None
-        assert demonstration.video is not None
-        self._id = document.id
-        self.stored = demonstration.video.clock
-        self.rows: tuple[TapRow, ...] = ()
-        self.candidate: ClockMap | None = None
-        self.residual: float | None = None
-        self.proposal: Proposal | None = None
-        self.setWindowTitle(f"Synchronise video and force – {demonstration.name}")
-        for button, verb in (
-            (self.frame_button, self.mark_frame),
-            (self.force_button, self.mark_force),
-            (self.remove_button, self.remove),
-            (self.propose_button, self.propose),
-            (self.reset_button, self.reset),
-        ):
-            button.clicked.connect(verb)
-        self.fit_rate.toggled.connect(lambda: self.set_rows(self.rows))
-        self.table.currentCellChanged.connect(self._look_at)
-        self.preview.show_time(float(self.stored.to_device(document.cursor)))
-        self.preview.open(demonstration.video.path, demonstration.name)
-        document.cursor_moved.connect(self._follow)
-        document.demonstration_changed.connect(self._leave_if_other)
-        self._follow()
-        self._show_hint()
-        self._refresh()
 
     # Verbs
 

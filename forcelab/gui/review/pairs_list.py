@@ -506,8 +506,13 @@ SCREENS_AHEAD = 0.7
 CURSOR_MARGIN = 2
 
 
-class PairsPainter(QAbstractScrollArea):
-    """The rows, scrolled; see :class:`~forcelab.gui.review.pairs_list.PairsList` for its hands.
+#: Keys that the list keeps from the window, where arrows move the cursor.
+PAGING_KEYS = (Qt.Key.Key_PageUp, Qt.Key.Key_PageDown, Qt.Key.Key_Home, Qt.Key.Key_End)
+OWN_KEYS = {*ARROW_STEPS, *PAGING_KEYS, *ENTER_KEYS}
+
+
+class PairsList(QAbstractScrollArea):
+    """The rows of the timeline pairs, scrolled.
 
     Parameters
     ----------
@@ -522,7 +527,14 @@ class PairsPainter(QAbstractScrollArea):
         Which of them has the keyboard's focus; -1 without rows.
     mark : int or None
         Which of its disagreements.
+
+    Signals
+    -------
+    chosen(Entry, Hit)
+        Somebody wants to go to what is there.
     """
+
+    chosen = Signal(object, object)
 
     def __init__(self, document: Document) -> None:
         super().__init__()
@@ -551,6 +563,8 @@ class PairsPainter(QAbstractScrollArea):
         document.cursor_moved.connect(self._cursor_moved)
         document.demonstration_changed.connect(self._open_changed)
         document.examined_changed.connect(self.viewport().update)
+        document.demonstration_changed.connect(self.follow)
+        document.examined_changed.connect(self.follow)
 
     def minimumSizeHint(self) -> QSize:
         """One row: in a small window the timeline needs the room."""
@@ -570,22 +584,6 @@ class PairsPainter(QAbstractScrollArea):
             width = self.viewport().width()
             self._layout = PairsLayout(self.entries, width, self.stretched, self.names)
         return self._layout
-
-    def show_entries(
-        self, entries: list[PairEntry], looks: Mapping[str, LabelStyle], stretched: bool
-    ) -> None:
-        """Show these rows; the focus stays with its demonstration."""
-        focused = self.focused
-        self.entries, self._looks, self.stretched = entries, looks, stretched
-        ids = [entry.id for entry in entries]
-        if focused is None or focused.id not in ids:
-            self.row = ids.index(self.document.id) if self.document.id in ids else 0
-            self.mark = None
-        else:
-            self.row = ids.index(focused.id)
-        self.row = min(self.row, len(ids) - 1)
-        self._check_mark()
-        self.repaint_all()
 
     def replace_entry(self, new: PairEntry) -> None:
         """Show one row anew; the others stay as they are."""
@@ -734,10 +732,6 @@ class PairsPainter(QAbstractScrollArea):
         super().focusOutEvent(event)
         self.viewport().update()
 
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        """Lay out anew."""
-        self.repaint_all()
-
     @property
     def focused(self) -> PairEntry | None:
         """The row with the keyboard's focus."""
@@ -788,28 +782,6 @@ class PairsPainter(QAbstractScrollArea):
         self._opened = self.document.id
         self.viewport().update()
 
-
-#: Keys that the list keeps from the window, where arrows move the cursor.
-PAGING_KEYS = (Qt.Key.Key_PageUp, Qt.Key.Key_PageDown, Qt.Key.Key_Home, Qt.Key.Key_End)
-OWN_KEYS = {*ARROW_STEPS, *PAGING_KEYS, *ENTER_KEYS}
-
-
-class PairsList(PairsPainter):
-    """The rows of the timeline pairs.
-
-    Signals
-    -------
-    chosen(Entry, Hit)
-        Somebody wants to go to what is there.
-    """
-
-    chosen = Signal(object, object)
-
-    def __init__(self, document: Document) -> None:
-        super().__init__(document)
-        document.demonstration_changed.connect(self.follow)
-        document.examined_changed.connect(self.follow)
-
     def follow(self) -> None:
         """Have the open demonstration in view, whoever opened it."""
         row = next((i for i, e in enumerate(self.entries) if e.id == self.document.id), None)
@@ -826,13 +798,23 @@ class PairsList(PairsPainter):
     ) -> None:
         """Show these rows; where they are other ones, with the open demonstration in view."""
         before = [entry.id for entry in self.entries]
-        super().show_entries(entries, looks, stretched)
+        focused = self.focused
+        self.entries, self._looks, self.stretched = entries, looks, stretched
+        ids = [entry.id for entry in entries]
+        if focused is None or focused.id not in ids:
+            self.row = ids.index(self.document.id) if self.document.id in ids else 0
+            self.mark = None
+        else:
+            self.row = ids.index(focused.id)
+        self.row = min(self.row, len(ids) - 1)
+        self._check_mark()
+        self.repaint_all()
         if [entry.id for entry in entries] != before:
             self.follow()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Lay out anew; the row with the focus stays in view."""
-        super().resizeEvent(event)
+        self.repaint_all()
         if self.row >= 0:
             self.reveal(self.row)
 

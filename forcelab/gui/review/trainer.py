@@ -98,294 +98,8 @@ def default_author(document: Document, tasks: set[str | None]) -> str | None:
     return own if count[own] >= min(OWN_MINIMUM, number) else most
 
 
-class TrainingConfig(QObject):
-    """Settings and choice of the task at hand, remembered for each task of each project.
-
-    Attributes
-    ----------
-    task : str
-        Whose settings and choice count. Demonstrations of no task are of the task ``""``, so ask
-        :attr:`ready` whether there is one.
-    trouble : str
-        Why the last training did not come about; empty where it did.
-    """
-
-    changed = Signal()
-
-    def __init__(self, document: Document, parent: QObject | None = None) -> None:
-        super().__init__(parent)
-        self.document = document
-        self._path: Path | None = None
-        self._reset_task()
-
-    def _reset_task(self) -> None:
-        """Begin with no task."""
-        self.task = ""
-        self.trouble = ""
-        self._settings: Settings | None = None
-        self._choice: Choice | None = None
-        self._author: tuple[tuple[object, ...], str | None] | None = None
-
-    @property
-    def ready(self) -> bool:
-        """Whether there is anything of the task."""
-        return self._path is not None and self.task in self.tasks
-
-    @property
-    def tasks(self) -> tuple[str, ...]:
-        """The tasks of the project."""
-        return tuple(dict.fromkeys(info.task for info in self.document.infos))
-
-    @property
-    def settings(self) -> Settings:
-        """How a recogniser is trained."""
-        if self._settings is None:
-            self._settings = training_preferences.recall_settings(self._path or Path(), self.task)
-        return self._settings
-
-    @property
-    def choice(self) -> Choice:
-        """What a recogniser is trained on; without an author, the coder's own labels come first."""
-        if self._choice is None:
-            self._choice = training_preferences.recall_choice(self._path or Path(), self.task)
-        return self._choice
-
-    @property
-    def preset_used(self) -> tuple[str, bool]:
-        """The preset that the settings began with, and whether they were changed."""
-        return training_preferences.recall_preset(self._path or Path(), self.task)
-
-    @property
-    def classifier(self) -> str:
-        """The classifier that is trained."""
-        if self._settings is not None:
-            return self._settings.classifier
-        values = training_preferences.recall_values(self._path or Path(), self.task) or {}
-        return str(values.get("classifier", training_preferences.DEFAULT_CLASSIFIER))
-
-    @property
-    def chosen(self) -> tuple[tuple[str, ...], str | None, bool]:
-        """The tasks trained on, the one tested on, and whether actions stay apart."""
-        tasks, test, _, apart, _ = self._parts
-        return tasks, test, apart
-
-    @property
-    def author(self) -> str | None:
-        """Whose labels are trained on; None where nobody has labelled anything."""
-        tasks, test, author, _, _ = self._parts
-        if author:
-            return author
-        # Asked for several times an edit, over hundreds of demonstrations.
-        document = self.document
-        state = document.infos, document.id, document.segments, document.author, tasks, test
-        if self._author is None or self._author[0] != state:
-            self._author = state, default_author(document, {*tasks, test})
-        return self._author[1]
-
-    @property
-    def reviewed_author(self) -> str:
-        """Whose labels what is reviewed was trained on, if the next training takes another's."""
-        outcome = self.document.outcome
-        if outcome is None or not self.ready or outcome.author == self.author:
-            return ""
-        return outcome.author
-
-    @property
-    def settings_changed(self) -> bool:
-        """Whether the next training takes other settings than what is reviewed was trained with."""
-        outcome = self.document.outcome
-        return outcome is not None and self.ready and outcome.settings != self.settings
-
-    @property
-    def _parts(self) -> tuple[tuple[str, ...], str | None, str | None, bool, int | None]:
-        """The choice as plain values; to build it loads much."""
-        choice = self._choice
-        if choice is None:
-            return training_preferences.recall_choice_values(self._path or Path(), self.task)
-        return choice.tasks, choice.test_task, choice.author, choice.apart, choice.folds
-
-    def set_settings(self, settings: Settings) -> None:
-        """Train like this from now on."""
-        self._settings = settings
-        self._keep(settings)
-
-    def set_choice(self, choice: Choice) -> None:
-        """Train on this from now on."""
-        self._choice = choice
-        self._keep(choice)
-
-    def _keep(self, given: Settings | Choice | bool) -> None:
-        """Remember what was asked for."""
-        if self._path is not None:
-            training_preferences.remember(self._path, self.task, given)
-        self.trouble = ""
-        self.changed.emit()
-
-    def _switch_task(self, task: str) -> None:
-        """Have the settings and the choice of another task count."""
-        self.task = task
-        self._settings = self._choice = None
-        self.trouble = ""
-        self.changed.emit()
-
-    def dismiss(self) -> None:
-        """Take note of the trouble."""
-        if self.trouble:
-            self.trouble = ""
-            self.changed.emit()
-
-    def _refuse(self, sentence: str) -> None:
-        """Say what is missing; also where the bar that shows it is not in front."""
-        self.trouble = sentence
-        self.document.say(sentence, True)
-        self.changed.emit()
-
-    def _given(self) -> SettingsAndChoice:
-        """What gives settings and choice; to build them loads much, so that is left to the job."""
-        assert self._path is not None
-        task, settings = self.task, self._settings
-        values = training_preferences.recall_values(self._path, task)
-        tasks, test, author, apart, folds = self._parts
-        if author is None:
-            author = self.author
-            self._report_author(author)
-        if folds is None and test is None:
-            folds = default_folds(self.document, tasks, author)
-
-        def given() -> tuple[Settings, Choice]:
-            from forcelab.recognition.dataset import Choice
-
-            made = training_preferences.settings_of(values, task) if settings is None else settings
-            return made, Choice(tasks, test, author, apart, folds=folds)
-
-        return given
-
-    def _report_author(self, author: str | None) -> None:
-        """Say that the labels of somebody else are taken."""
-        own = self.document.author
-        if author is not None and author != own:
-            self.document.say(
-                f"{own} has labelled fewer than {OWN_MINIMUM} demonstrations of this; training on "
-                "the labels of "
-                f"{author}."
-            )
-
-
 #: The keys of its jobs.
 LOADING_RUN, LISTING_RUNS = "outcome", "runs"
-
-
-class RunList(TrainingConfig):
-    """Lists, shows and removes what was trained before, for the task at hand.
-
-    Parameters
-    ----------
-    document : Document
-        Gets the outcome, by :meth:`~forcelab.gui.document.Document.set_outcome`.
-    jobs : Jobs
-    work : Work
-        What is done in the background.
-    parent : QObject, optional
-
-    Attributes
-    ----------
-    runs : tuple of Kept
-        What the project keeps that can be reviewed, the latest first.
-    """
-
-    runs_changed = Signal()
-
-    def __init__(
-        self, document: Document, jobs: Jobs, work: Backend, parent: QObject | None = None
-    ) -> None:
-        super().__init__(document, parent)
-        self.jobs = jobs
-        self.runs: tuple[RunInfo, ...] = ()
-        self._work = work
-        document.listing_changed.connect(self._listing_changed)
-
-    def show_run(self, number: int) -> None:
-        """Review what another run of the project found."""
-        if self._path is not None:
-            work = self._work.load(self._path, number)
-            self.jobs.run(work, self._take, self._failed_to_load, key=LOADING_RUN)
-
-    def remove_run(self, number: int) -> None:
-        """Remove a run of the project for good; where it is reviewed, the latest one is then."""
-        if (path := self._path) is not None:
-            # Without a key: the next one that is removed must not keep this one in the project.
-            work = self._work.remove(path, number)
-            self.jobs.run(work, lambda _: self._removed(path, number), self._failed_to_load)
-
-    def _removed(self, path: Path, number: int) -> None:
-        """Take note that a run of a project is gone."""
-        if path != self._path:
-            return
-        shown = self.document.outcome
-        if shown is not None and shown.number == number:
-            self.jobs.cancel(LOADING_RUN)
-            self.document.set_outcome(None)
-        self.document.say(f"Run {number} was removed.")
-        self.list_runs()
-
-    def list_runs(self) -> None:
-        """Read in the background which runs there are."""
-        if self._path is not None:
-            self.jobs.run(
-                self._work.listed(self._path), self._listed, self._failed_to_load, key=LISTING_RUNS
-            )
-
-    def _listed(self, runs: tuple[RunInfo, ...]) -> None:
-        """Offer the runs; where nothing is reviewed yet, the latest one is."""
-        self.runs = runs
-        self.runs_changed.emit()
-        if self.document.outcome is None:
-            self._show_latest()
-
-    def _show_latest(self) -> None:
-        """Review the latest run of the task, or nothing where there is none.
-
-        As with :func:`~forcelab.review.run_result.latest`, one that tested the task's own
-        demonstrations comes before one that learnt from them and tested others.
-        """
-        run = min(
-            (run for run in self.runs if self.task in run.tasks),
-            key=lambda run: (None, self.task, run.tested).index(run.tested),
-            default=None,
-        )
-        shown = self.document.outcome
-        if run is not None and (shown is None or shown.number != run.number):
-            self.show_run(run.number)
-        elif run is None and shown is not None:
-            self.document.set_outcome(None)
-
-    def _take(self, outcome: Outcome) -> None:
-        """Review what was read; what is trained next is of the same task."""
-        self.document.set_outcome(outcome)
-        if outcome.tasks and self.task not in (*outcome.tasks, outcome.test_task):
-            self._switch_task(outcome.tasks[0])
-        self.changed.emit()
-
-    def _failed_to_load(self, error: Exception) -> None:
-        """Say what of the project could not be read."""
-        if isinstance(error, ForcelabError):
-            self._refuse(str(error))
-
-    def _listing_changed(self) -> None:
-        """Read what is reviewed again where it tells of a demonstration that was removed."""
-        outcome = self.document.outcome
-        if outcome is None or self._path is None:
-            return
-        there = {info.id for info in self.document.infos}
-        if all(one.id in there for one in (*outcome.tested, *outcome.proposals)):
-            return
-        work = self._work.load(self._path, outcome.number)
-        self.jobs.run(work, self._take, self._failed_to_reload, key=LOADING_RUN)
-
-    def _failed_to_reload(self, error: Exception) -> None:
-        """Review nothing where nothing that was tested is left."""
-        self.document.set_outcome(None)
-        self._failed_to_load(error)
 
 
 #: So many of them stay for each task: enough to compare the last one with those before.
@@ -540,7 +254,7 @@ QUIET_TIME = 5000
 TRAINING = "training"
 
 
-class Trainer(RunList):
+class Trainer(QObject):
     """Trains on a snapshot of the labels in the background, while the coder goes on.
 
     The outcome that is reviewed stays until a new one is there.
@@ -556,6 +270,13 @@ class Trainer(RunList):
 
     Attributes
     ----------
+    task : str
+        Whose settings and choice count, remembered for each task of each project. Demonstrations
+        of no task are of the task ``""``, so ask :attr:`ready` whether there is one.
+    trouble : str
+        Why the last training did not come about; empty where it did.
+    runs : tuple of RunInfo
+        What the project keeps that can be reviewed, the latest first.
     step : Step or None
         How far it is.
     trail : list of Step
@@ -563,6 +284,10 @@ class Trainer(RunList):
     automatic : bool
         Whether edits are followed by a training.
     """
+
+    changed = Signal()
+
+    runs_changed = Signal()
 
     losses_changed = Signal()
 
@@ -574,7 +299,14 @@ class Trainer(RunList):
         *,
         work: Backend = BACKGROUND,
     ) -> None:
-        super().__init__(document, jobs, work, parent)
+        super().__init__(parent)
+        self.document = document
+        self._path: Path | None = None
+        self._reset_task()
+        self.jobs = jobs
+        self.runs: tuple[RunInfo, ...] = ()
+        self._work = work
+        document.listing_changed.connect(self._listing_changed)
         self._counter = EditCounter(document, work.edits, self)
         self._counter.counted.connect(self.changed)
         self._counter.edited.connect(self._edited)
@@ -585,6 +317,241 @@ class Trainer(RunList):
         document.project_changed.connect(self._project_changed)
         document.demonstration_changed.connect(self._demonstration_changed)
         self._project_changed()
+
+    def _reset_task(self) -> None:
+        """Begin with no task."""
+        self.task = ""
+        self.trouble = ""
+        self._settings: Settings | None = None
+        self._choice: Choice | None = None
+        self._author: tuple[tuple[object, ...], str | None] | None = None
+
+    @property
+    def ready(self) -> bool:
+        """Whether there is anything of the task."""
+        return self._path is not None and self.task in self.tasks
+
+    @property
+    def tasks(self) -> tuple[str, ...]:
+        """The tasks of the project."""
+        return tuple(dict.fromkeys(info.task for info in self.document.infos))
+
+    @property
+    def settings(self) -> Settings:
+        """How a recogniser is trained."""
+        if self._settings is None:
+            self._settings = training_preferences.recall_settings(self._path or Path(), self.task)
+        return self._settings
+
+    @property
+    def choice(self) -> Choice:
+        """What a recogniser is trained on; without an author, the coder's own labels come first."""
+        if self._choice is None:
+            self._choice = training_preferences.recall_choice(self._path or Path(), self.task)
+        return self._choice
+
+    @property
+    def preset_used(self) -> tuple[str, bool]:
+        """The preset that the settings began with, and whether they were changed."""
+        return training_preferences.recall_preset(self._path or Path(), self.task)
+
+    @property
+    def classifier(self) -> str:
+        """The classifier that is trained."""
+        if self._settings is not None:
+            return self._settings.classifier
+        values = training_preferences.recall_values(self._path or Path(), self.task) or {}
+        return str(values.get("classifier", training_preferences.DEFAULT_CLASSIFIER))
+
+    @property
+    def chosen(self) -> tuple[tuple[str, ...], str | None, bool]:
+        """The tasks trained on, the one tested on, and whether actions stay apart."""
+        tasks, test, _, apart, _ = self._parts
+        return tasks, test, apart
+
+    @property
+    def author(self) -> str | None:
+        """Whose labels are trained on; None where nobody has labelled anything."""
+        tasks, test, author, _, _ = self._parts
+        if author:
+            return author
+        # Asked for several times an edit, over hundreds of demonstrations.
+        document = self.document
+        state = document.infos, document.id, document.segments, document.author, tasks, test
+        if self._author is None or self._author[0] != state:
+            self._author = state, default_author(document, {*tasks, test})
+        return self._author[1]
+
+    @property
+    def reviewed_author(self) -> str:
+        """Whose labels what is reviewed was trained on, if the next training takes another's."""
+        outcome = self.document.outcome
+        if outcome is None or not self.ready or outcome.author == self.author:
+            return ""
+        return outcome.author
+
+    @property
+    def settings_changed(self) -> bool:
+        """Whether the next training takes other settings than what is reviewed was trained with."""
+        outcome = self.document.outcome
+        return outcome is not None and self.ready and outcome.settings != self.settings
+
+    @property
+    def _parts(self) -> tuple[tuple[str, ...], str | None, str | None, bool, int | None]:
+        """The choice as plain values; to build it loads much."""
+        choice = self._choice
+        if choice is None:
+            return training_preferences.recall_choice_values(self._path or Path(), self.task)
+        return choice.tasks, choice.test_task, choice.author, choice.apart, choice.folds
+
+    def set_settings(self, settings: Settings) -> None:
+        """Train like this from now on."""
+        self._settings = settings
+        self._keep(settings)
+
+    def set_choice(self, choice: Choice) -> None:
+        """Train on this from now on."""
+        self._choice = choice
+        self._keep(choice)
+
+    def _keep(self, given: Settings | Choice | bool) -> None:
+        """Remember what was asked for."""
+        if self._path is not None:
+            training_preferences.remember(self._path, self.task, given)
+        self.trouble = ""
+        self.changed.emit()
+
+    def _switch_task(self, task: str) -> None:
+        """Have the settings and the choice of another task count."""
+        self.task = task
+        self._settings = self._choice = None
+        self.trouble = ""
+        self.changed.emit()
+
+    def dismiss(self) -> None:
+        """Take note of the trouble."""
+        if self.trouble:
+            self.trouble = ""
+            self.changed.emit()
+
+    def _refuse(self, sentence: str) -> None:
+        """Say what is missing; also where the bar that shows it is not in front."""
+        self.trouble = sentence
+        self.document.say(sentence, True)
+        self.changed.emit()
+
+    def _given(self) -> SettingsAndChoice:
+        """What gives settings and choice; to build them loads much, so that is left to the job."""
+        assert self._path is not None
+        task, settings = self.task, self._settings
+        values = training_preferences.recall_values(self._path, task)
+        tasks, test, author, apart, folds = self._parts
+        if author is None:
+            author = self.author
+            self._report_author(author)
+        if folds is None and test is None:
+            folds = default_folds(self.document, tasks, author)
+
+        def given() -> tuple[Settings, Choice]:
+            from forcelab.recognition.dataset import Choice
+
+            made = training_preferences.settings_of(values, task) if settings is None else settings
+            return made, Choice(tasks, test, author, apart, folds=folds)
+
+        return given
+
+    def _report_author(self, author: str | None) -> None:
+        """Say that the labels of somebody else are taken."""
+        own = self.document.author
+        if author is not None and author != own:
+            self.document.say(
+                f"{own} has labelled fewer than {OWN_MINIMUM} demonstrations of this; training on "
+                "the labels of "
+                f"{author}."
+            )
+
+    def show_run(self, number: int) -> None:
+        """Review what another run of the project found."""
+        if self._path is not None:
+            work = self._work.load(self._path, number)
+            self.jobs.run(work, self._take, self._failed_to_load, key=LOADING_RUN)
+
+    def remove_run(self, number: int) -> None:
+        """Remove a run of the project for good; where it is reviewed, the latest one is then."""
+        if (path := self._path) is not None:
+            # Without a key: the next one that is removed must not keep this one in the project.
+            work = self._work.remove(path, number)
+            self.jobs.run(work, lambda _: self._removed(path, number), self._failed_to_load)
+
+    def _removed(self, path: Path, number: int) -> None:
+        """Take note that a run of a project is gone."""
+        if path != self._path:
+            return
+        shown = self.document.outcome
+        if shown is not None and shown.number == number:
+            self.jobs.cancel(LOADING_RUN)
+            self.document.set_outcome(None)
+        self.document.say(f"Run {number} was removed.")
+        self.list_runs()
+
+    def list_runs(self) -> None:
+        """Read in the background which runs there are."""
+        if self._path is not None:
+            self.jobs.run(
+                self._work.listed(self._path), self._listed, self._failed_to_load, key=LISTING_RUNS
+            )
+
+    def _listed(self, runs: tuple[RunInfo, ...]) -> None:
+        """Offer the runs; where nothing is reviewed yet, the latest one is."""
+        self.runs = runs
+        self.runs_changed.emit()
+        if self.document.outcome is None:
+            self._show_latest()
+
+    def _show_latest(self) -> None:
+        """Review the latest run of the task, or nothing where there is none.
+
+        As with :func:`~forcelab.review.run_result.latest`, one that tested the task's own
+        demonstrations comes before one that learnt from them and tested others.
+        """
+        run = min(
+            (run for run in self.runs if self.task in run.tasks),
+            key=lambda run: (None, self.task, run.tested).index(run.tested),
+            default=None,
+        )
+        shown = self.document.outcome
+        if run is not None and (shown is None or shown.number != run.number):
+            self.show_run(run.number)
+        elif run is None and shown is not None:
+            self.document.set_outcome(None)
+
+    def _take(self, outcome: Outcome) -> None:
+        """Review what was read; what is trained next is of the same task."""
+        self.document.set_outcome(outcome)
+        if outcome.tasks and self.task not in (*outcome.tasks, outcome.test_task):
+            self._switch_task(outcome.tasks[0])
+        self.changed.emit()
+
+    def _failed_to_load(self, error: Exception) -> None:
+        """Say what of the project could not be read."""
+        if isinstance(error, ForcelabError):
+            self._refuse(str(error))
+
+    def _listing_changed(self) -> None:
+        """Read what is reviewed again where it tells of a demonstration that was removed."""
+        outcome = self.document.outcome
+        if outcome is None or self._path is None:
+            return
+        there = {info.id for info in self.document.infos}
+        if all(one.id in there for one in (*outcome.tested, *outcome.proposals)):
+            return
+        work = self._work.load(self._path, outcome.number)
+        self.jobs.run(work, self._take, self._failed_to_reload, key=LOADING_RUN)
+
+    def _failed_to_reload(self, error: Exception) -> None:
+        """Review nothing where nothing that was tested is left."""
+        self.document.set_outcome(None)
+        self._failed_to_load(error)
 
     def _forget(self) -> None:
         """Begin with nothing."""
