@@ -211,6 +211,9 @@ def add_settings(parser: argparse.ArgumentParser) -> None:
 
 def add_changes(parser: argparse.ArgumentParser) -> None:
     """Options that change a preset's features, classifier and filters."""
+    # Of what trains and evaluates; the other commands load none of that.
+    from forcelab.recognition.classifiers import REGISTRY
+
     how = parser.add_argument_group(
         "settings", "Where not given, the preset's; in brackets that of preset paper."
     )
@@ -218,8 +221,7 @@ def add_changes(parser: argparse.ArgumentParser) -> None:
     how.add_argument(
         "--classifier",
         metavar="NAME",
-        help="mlp, naive-bayes, decision-tree, svm, nearest-neighbours, logistic, boosting, "
-        "extra-trees, or ensemble: extra-trees and logistic (mlp)",
+        help=f"{', '.join(REGISTRY)} (mlp)",
     )
     how.add_argument("--features", metavar="NAME", help="wavelets or windows (wavelets)")
     how.add_argument(

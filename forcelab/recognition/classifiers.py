@@ -20,9 +20,8 @@ from numpy.typing import NDArray
 
 from forcelab.errors import InputError
 from forcelab.jobs import finish
-from forcelab.recognition.ensemble import AVERAGED, Care, fitting_averaged
+from forcelab.recognition.ensemble import Care, fitting_averaged
 from forcelab.recognition.forest import must
-from forcelab.recognition.settings import Settings
 from forcelab.signals.cwt_blocks import one_blas_thread
 
 #: No number that a recogniser holds is larger: what it learnt are forces, seconds and counts.
@@ -55,7 +54,9 @@ def check_numbers(content: object) -> None:
             waiting += inner.values()
 
 
-def check_classifier(classifier: Any, settings: Settings, width: int, actions: int) -> None:
+def check_classifier(
+    classifier: Any, name: str, probabilities: bool, width: int, actions: int
+) -> None:
     """Check a fitted classifier and make it ready to predict.
 
     Parameters
@@ -63,8 +64,10 @@ def check_classifier(classifier: Any, settings: Settings, width: int, actions: i
     classifier : object
         As read from a file; a decision tree's nodes are still plain arrays. What is plain arrays
         throughout checks itself, in :mod:`forcelab.recognition.ensemble`.
-    settings : Settings
-        They say which classifier it must be.
+    name : str
+        Which of :data:`REGISTRY` it must be.
+    probabilities : bool
+        Whether it must give probabilities.
     width : int
         How many features it must take.
     actions : int
@@ -80,22 +83,16 @@ def check_classifier(classifier: Any, settings: Settings, width: int, actions: i
     Other errors of NumPy and scikit-learn, over parts that are missing or of a wrong type, pass.
     What plain NumPy would refuse is left to predicting one sample at the end.
     """
-    checks: dict[str, tuple[str, Callable[[Any, int], None]]] = {
-        "mlp": ("MLPClassifier", _check_mlp),
-        "naive-bayes": ("GaussianNB", _check_nothing),
-        "decision-tree": ("DecisionTreeClassifier", _check_tree),
-        "nearest-neighbours": ("KNeighborsClassifier", _check_neighbours),
-        "svm": ("SVC", _check_svm),
-    }
-    kind, check = checks[settings.classifier]
-    if settings.classifier == "svm" and settings.needs_probabilities:
+    registered = REGISTRY[name]
+    kind, check = registered.type_name, registered.check
+    if name == "svm" and probabilities:
         kind, check = "CalibratedClassifierCV", _check_calibrated
     must(type(classifier).__name__ == kind, f"the type {kind}")
     codes = classifier.classes_
     must(codes.ndim == 1 and codes.dtype == np.int64 and len(codes) >= 2, "codes")
     must(codes[0] >= 0 and codes[-1] < actions and np.all(np.diff(codes) > 0), "codes")
     check(classifier, width)
-    _check_prediction(classifier, width, settings.needs_probabilities)
+    _check_prediction(classifier, width, probabilities)
 
 
 def _is_array(values: object, shape: tuple[int, ...], kind: str = "f") -> bool:
@@ -218,7 +215,7 @@ def fitting(
     Parameters
     ----------
     name : str
-        One of :data:`forcelab.recognition.settings.CLASSIFIERS`.
+        One of :data:`REGISTRY`.
     X : ndarray, shape (n, f)
         Features.
     y : ndarray of int, shape (n,)
@@ -251,47 +248,65 @@ def fitting(
     # Two hundred actions of a few samples each are a task; and to put filters back is not safe
     # where there are several threads.
     warnings.filterwarnings("ignore", "The number of unique classes is greater than", UserWarning)
-    if name == "mlp":
-        yield from _fitting_mlp(X, y, seed)
-        return
-    if name in AVERAGED:
-        yield from _fitting_averaged(name, X, y, seed, care or Care())
-        return
-    if name == "nearest-neighbours" and len(y) < NEIGHBOURS:
-        raise InputError(
-            f"There are {len(y)} labelled samples, fewer than the {NEIGHBOURS} neighbours that "
-            f"vote; label more."
-        )
-    classifier = _untrained(name, seed, probabilities, int(counts.min()))
-    classifier.fit(X, y)
-    yield Step(1, 1, None, classifier)
+    yield from REGISTRY[name].fit(X, y, seed, probabilities, care or Care())
 
 
-def _fitting_averaged(
-    name: str, X: NDArray[np.float64], y: NDArray[np.int64], seed: int, care: Care
-) -> Iterator[Step]:
+def _fitting_at_once(make: Callable[[int, bool, int], Any]) -> Fit:
+    """How a classifier is fitted that scikit-learn fits in one step, from how it is made.
+
+    `make` takes the seed, whether probabilities will be asked for, and how many samples the
+    rarest action has.
+    """
+
+    def fit(
+        X: NDArray[np.float64], y: NDArray[np.int64], seed: int, probabilities: bool, _: Care
+    ) -> Iterator[Step]:
+        classifier = make(seed, probabilities, int(np.unique(y, return_counts=True)[1].min()))
+        if len(y) < (least := getattr(classifier, "n_neighbors", 1)):
+            raise InputError(
+                f"There are {len(y)} labelled samples, fewer than the {least} neighbours that "
+                f"vote; label more."
+            )
+        classifier.fit(X, y)
+        yield Step(1, 1, None, classifier)
+
+    return fit
+
+
+def _fitting_averaged(name: str) -> Fit:
     """Fit what :mod:`forcelab.recognition.ensemble` fits; inner fits are steps on the way."""
-    job = fitting_averaged(name, X, y, seed, care)
-    while (fitted := next(job)).done < fitted.total:
-        yield Step(fitted.done, fitted.total, None, None)
-    yield Step(fitted.total, fitted.total, None, finish(job))
+
+    def fit(
+        X: NDArray[np.float64], y: NDArray[np.int64], seed: int, _: bool, care: Care
+    ) -> Iterator[Step]:
+        job = fitting_averaged(name, X, y, seed, care)
+        while (fitted := next(job)).done < fitted.total:
+            yield Step(fitted.done, fitted.total, None, None)
+        yield Step(fitted.total, fitted.total, None, finish(job))
+
+    return fit
 
 
-def _untrained(name: str, seed: int, probabilities: bool, rarest: int) -> Any:
-    """Build a classifier with scikit-learn's defaults."""
-    if name == "naive-bayes":
-        from sklearn.naive_bayes import GaussianNB
+def _naive_bayes(_seed: int, _probabilities: bool, _rarest: int) -> Any:
+    from sklearn.naive_bayes import GaussianNB
 
-        return GaussianNB()
-    if name == "decision-tree":
-        from sklearn.tree import DecisionTreeClassifier
+    return GaussianNB()
 
-        return DecisionTreeClassifier(random_state=seed)
-    if name == "nearest-neighbours":
-        from sklearn.neighbors import KNeighborsClassifier
 
-        # In this many dimensions a tree search visits every point anyway.
-        return KNeighborsClassifier(NEIGHBOURS, algorithm="brute")
+def _decision_tree(seed: int, _probabilities: bool, _rarest: int) -> Any:
+    from sklearn.tree import DecisionTreeClassifier
+
+    return DecisionTreeClassifier(random_state=seed)
+
+
+def _nearest_neighbours(_seed: int, _probabilities: bool, _rarest: int) -> Any:
+    from sklearn.neighbors import KNeighborsClassifier
+
+    # In this many dimensions a tree search visits every point anyway.
+    return KNeighborsClassifier(NEIGHBOURS, algorithm="brute")
+
+
+def _svm(seed: int, probabilities: bool, rarest: int) -> Any:
     from sklearn.svm import SVC
 
     if not probabilities:
@@ -309,7 +324,9 @@ def _untrained(name: str, seed: int, probabilities: bool, rarest: int) -> Any:
     return CalibratedClassifierCV(SVC(random_state=seed), ensemble=False, cv=split)
 
 
-def _fitting_mlp(X: NDArray[np.float64], y: NDArray[np.int64], seed: int) -> Iterator[Step]:
+def _fitting_mlp(
+    X: NDArray[np.float64], y: NDArray[np.int64], seed: int, _probabilities: bool, _care: Care
+) -> Iterator[Step]:
     """Fit scikit-learn's MLP with its defaults, an epoch at a time.
 
     ``partial_fit`` keeps the state of Adam, which ``warm_start`` with ``max_iter=1`` would lose.
@@ -348,3 +365,66 @@ def _hearing_interrupts() -> Iterator[None]:
             yield
         except UserWarning as interrupted:
             raise KeyboardInterrupt from interrupted
+
+
+#: ``fit(X, y, seed, probabilities, care)``, as of :func:`fitting`.
+Fit = Callable[[NDArray[np.float64], NDArray[np.int64], int, bool, Care], Iterator[Step]]
+
+
+@dataclass(frozen=True, slots=True)
+class ClassifierKind:
+    """One classifier that can be chosen.
+
+    Parameters
+    ----------
+    label : str
+        What the window calls it.
+    fit : callable
+        Fits it step by step.
+    type_name : str
+        Of scikit-learn's class, which a file must hold; empty for what
+        :mod:`forcelab.recognition.ensemble` fits and reads.
+    check : callable
+        ``check(classifier, width)`` raises a ValueError where parts of one from a file do not
+        fit together.
+    random : bool
+        Whether something is drawn at random, so that the seed counts.
+    """
+
+    label: str
+    fit: Fit
+    type_name: str = ""
+    check: Callable[[Any, int], None] = _check_nothing
+    random: bool = True
+
+    @property
+    def plain(self) -> bool:
+        """Whether it is kept as plain arrays, by :mod:`forcelab.recognition.ensemble`."""
+        return not self.type_name
+
+
+#: Every classifier by name, in the order of menus: the paper's choice and those it was compared
+#: with, then ours.
+REGISTRY: Mapping[str, ClassifierKind] = {
+    "mlp": ClassifierKind("Multilayer perceptron", _fitting_mlp, "MLPClassifier", _check_mlp),
+    "naive-bayes": ClassifierKind(
+        "Naive Bayes", _fitting_at_once(_naive_bayes), "GaussianNB", random=False
+    ),
+    "decision-tree": ClassifierKind(
+        "Decision tree", _fitting_at_once(_decision_tree), "DecisionTreeClassifier", _check_tree
+    ),
+    "svm": ClassifierKind("Support vector machine", _fitting_at_once(_svm), "SVC", _check_svm),
+    "nearest-neighbours": ClassifierKind(
+        "Nearest neighbours",
+        _fitting_at_once(_nearest_neighbours),
+        "KNeighborsClassifier",
+        _check_neighbours,
+        random=False,
+    ),
+    "logistic": ClassifierKind("Logistic regression", _fitting_averaged("logistic"), random=False),
+    "extra-trees": ClassifierKind("Extra trees", _fitting_averaged("extra-trees")),
+    "boosting": ClassifierKind("Gradient boosting", _fitting_averaged("boosting")),
+    "ensemble": ClassifierKind(
+        "Extra trees and logistic regression", _fitting_averaged("ensemble")
+    ),
+}

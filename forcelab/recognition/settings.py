@@ -16,25 +16,15 @@ from numpy.typing import NDArray
 
 from forcelab.errors import InputError
 from forcelab.label_map import MergeMap
+from forcelab.recognition.classifiers import REGISTRY
 from forcelab.recognition.features import PEAKS, SPANS
 from forcelab.signals.cwt import frequencies, geometric_scales
 from forcelab.signals.wavelets import WAVELETS, Wavelet, wavelet_named
 from forcelab.text import unknown_word
 
-#: Classifiers by name: the paper's choice and those it was compared with.
-CLASSIFIERS = (
-    "mlp",
-    "naive-bayes",
-    "decision-tree",
-    "svm",
-    "nearest-neighbours",
-    "logistic",
-    "extra-trees",
-    "boosting",
-    "ensemble",
-)
-#: Those of them that :mod:`forcelab.recognition.ensemble` fits, kept as plain arrays.
-PLAIN_CLASSIFIERS = CLASSIFIERS[5:]
+#: Classifiers by name, and those that are kept as plain arrays.
+CLASSIFIERS = tuple(REGISTRY)
+PLAIN_CLASSIFIERS = tuple(name for name, kind in REGISTRY.items() if kind.plain)
 #: What a time step is known by.
 FEATURES = ("wavelets", "windows")
 #: The unit of forces in windows: newtons, a demonstration's own amplitude, or both side by side.
@@ -357,15 +347,8 @@ Need = tuple[str, Collection[Any]]
 _WAVELETS: Need = ("features", ("wavelets",))
 _WINDOWS: Need = ("features", ("windows",))
 _PLAIN: Need = ("classifier", PLAIN_CLASSIFIERS)
-#: Of classifiers something is drawn at random, but of these.
-_DRAWN: Need = (
-    "classifier",
-    tuple(
-        name
-        for name in CLASSIFIERS
-        if name not in ("naive-bayes", "nearest-neighbours", "logistic")
-    ),
-)
+#: Those that draw something at random.
+_DRAWN: Need = ("classifier", tuple(name for name, kind in REGISTRY.items() if kind.random))
 _DECODER: Need = ("decoder", ("semi-markov",))
 _FILTERS: Need = ("decoder", ("filters",))
 #: What has to be so for a setting to count; one that is not named always does.

@@ -222,7 +222,7 @@ def _recogniser(content: object, name: str) -> Recogniser:
         raise ValueError("the choreography is of other actions")
     if settings.classifier in PLAIN_CLASSIFIERS:
         return replace(recogniser, classifier=Averaged.from_plain(classifier, width, known))
-    check_classifier(classifier, settings, width, known)
+    check_classifier(classifier, settings.classifier, settings.needs_probabilities, width, known)
     return recogniser
 
 

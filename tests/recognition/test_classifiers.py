@@ -1,6 +1,10 @@
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
 import warnings
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -178,3 +182,50 @@ def test_an_action_of_a_single_sample_is_too_few_for_probabilities():
     X, y = blobs([40, 50, 1])
     with pytest.raises(InputError, match=r"single training sample.*threshold off"):
         list(fitting("svm", X, y, 0, True))
+
+
+#: A classifier that another module registers: trained, kept in a file, read again, and offered.
+REGISTERED = """
+import sys
+
+from forcelab.recognition import classifiers
+
+def make(seed, probabilities, rarest):
+    from sklearn.discriminant_analysis import LinearDiscriminantAnalysis
+    return LinearDiscriminantAnalysis()
+
+kind = classifiers.ClassifierKind(
+    "Discriminant", classifiers._fitting_at_once(make), "LinearDiscriminantAnalysis", random=False
+)
+classifiers.REGISTRY = {**classifiers.REGISTRY, "discriminant": kind}
+
+import numpy as np
+from synthetic import synthetic_set
+from forcelab.recognition.examples import Labelled
+from forcelab.cli import main
+from forcelab.gui.review.settings_fields import FIELDS
+from forcelab.recognition.presets import preset
+from forcelab.recognition.storage import load, save
+from forcelab.recognition.training import train
+
+three = [Labelled(*pair) for pair in synthetic_set(3, rate=100.0)]
+made = train(three[:2], preset("paper").replace(classifier="discriminant", max_scale=64.0))
+save(made, sys.argv[1])
+unseen = three[2].demonstration
+np.testing.assert_array_equal(load(sys.argv[1]).predict(unseen).raw, made.predict(unseen).raw)
+(options,) = [dict(field.options) for field in FIELDS if field.name == "classifier"]
+assert options["discriminant"] == "Discriminant"
+main(["train", "--help"])
+"""
+
+
+def test_a_new_classifier_is_one_entry_of_the_registry(tmp_path):
+    done = subprocess.run(
+        [sys.executable, "-c", REGISTERED, tmp_path / "lda.skops"],
+        env={**os.environ, "PYTHONPATH": str(Path(__file__).parents[1])},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert "discriminant (mlp)" in " ".join(done.stdout.split())

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
+from forcelab.recognition.classifiers import REGISTRY
 from forcelab.recognition.settings import counts
 
 FieldKind = Literal["number", "whole", "choice", "flag", "channels", "merge"]
@@ -213,17 +214,7 @@ _CLASSIFIER_FIELDS = (
         "choice",
         "Classifier",
         "What learns the actions from the features.",
-        options=(
-            ("mlp", "Multilayer perceptron"),
-            ("naive-bayes", "Naive Bayes"),
-            ("decision-tree", "Decision tree"),
-            ("svm", "Support vector machine"),
-            ("nearest-neighbours", "Nearest neighbours"),
-            ("logistic", "Logistic regression"),
-            ("extra-trees", "Extra trees"),
-            ("boosting", "Gradient boosting"),
-            ("ensemble", "Extra trees and logistic regression"),
-        ),
+        options=tuple((name, kind.label) for name, kind in REGISTRY.items()),
     ),
     Field(
         "balanced",
