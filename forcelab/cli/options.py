@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import re
 import sys
+import textwrap
 from collections.abc import Sequence
 from difflib import get_close_matches
 from pathlib import Path
@@ -18,9 +19,7 @@ __all__ = [
     "Formatter",
     "Parser",
     "UsageError",
-    "add_changes",
     "add_project",
-    "add_settings",
     "column_options",
     "json_flag",
     "name_of",
@@ -32,10 +31,6 @@ class UsageError(InputError):
     """An option's value that no file or project could make right; exit status 2."""
 
 
-_PRESETS = (
-    "paper: the published method (default); released: what its authors' code does; fast; best: "
-    "the most accurate"
-)
 PROJECT = "project folder NAME.forcelab"
 
 
@@ -44,6 +39,10 @@ class Formatter(argparse.RawDescriptionHelpFormatter):
 
     def __init__(self, prog: str) -> None:
         super().__init__(prog, max_help_position=30, width=100)
+
+    def _split_lines(self, text: str, width: int) -> list[str]:
+        """Lines of a help text, which break no name at its hyphen."""
+        return textwrap.wrap(" ".join(text.split()), width, break_on_hyphens=False)
 
 
 #: What argparse says, and how it is said here.
@@ -177,119 +176,3 @@ def column_options(parser: argparse.ArgumentParser) -> None:
         help="name or number of a column that is one, though it was left out or taken for times or "
         "a counter; of a ROS bag /topic.field; may be repeated",
     )
-
-
-def add_settings(parser: argparse.ArgumentParser) -> None:
-    """Options that change a preset's settings, for training and evaluating alike."""
-    which = parser.add_argument_group("which demonstrations")
-    which.add_argument(
-        "--task",
-        action="append",
-        type=name_of,
-        metavar="TASK",
-        help="task to use; given several times, the tasks are joined",
-    )
-    which.add_argument(
-        "--author",
-        metavar="NAME",
-        type=name_of,
-        help="whose labels, where there are several coders",
-    )
-    which.add_argument(
-        "--apart",
-        action="store_true",
-        help="joined tasks keep their actions apart: grab becomes grab_TASK",
-    )
-    which.add_argument(
-        "--merge",
-        metavar="MAP.json",
-        type=Path,
-        help='spellings to take as one action, such as {"grap_pen": "grab"}; stored labels stay',
-    )
-    add_changes(parser)
-
-
-def add_changes(parser: argparse.ArgumentParser) -> None:
-    """Options that change a preset's features, classifier and filters."""
-    # Of what trains and evaluates; the other commands load none of that.
-    from forcelab.recognition.classifiers import REGISTRY
-
-    how = parser.add_argument_group(
-        "settings", "Where not given, the preset's; in brackets that of preset paper."
-    )
-    how.add_argument("--preset", metavar="NAME", default="paper", help=_PRESETS)
-    how.add_argument(
-        "--classifier",
-        metavar="NAME",
-        help=f"{', '.join(REGISTRY)} (mlp)",
-    )
-    how.add_argument("--features", metavar="NAME", help="wavelets or windows (wavelets)")
-    how.add_argument(
-        "--windows",
-        metavar="S,S,...",
-        help="standard deviations of the windows, in seconds (0.01,0.04,0.16,0.64)",
-    )
-    how.add_argument(
-        "--amplitude",
-        metavar="UNIT",
-        help="forces in windows: absolute, own: in units of each demonstration's own amplitude, or "
-        "both side by side (absolute)",
-    )
-    how.add_argument(
-        "--peaks",
-        action=argparse.BooleanOptionalAction,
-        help="distances from the highest and lowest level before and after, beside windows",
-    )
-    how.add_argument(
-        "--step", metavar="S", help="seconds between two decisions; or off: every sample (off)"
-    )
-    for name, meaning in (
-        ("circular", "cosine and sine of each phase, not its angle"),
-        ("balanced", "every action counts the same in training"),
-        ("calibrated", "calibrate probabilities on demonstrations that were left out"),
-        ("trimmed", "train without segments that the other demonstrations contradict"),
-        ("changes", "learn where actions change, for the decoder; not live"),
-    ):
-        how.add_argument(f"--{name}", action=argparse.BooleanOptionalAction, help=meaning)
-    how.add_argument("--decoder", metavar="NAME", help="filters or semi-markov (filters)")
-    how.add_argument(
-        "--choreography",
-        metavar="USE",
-        help="what the decoder may use: none, durations or order too (order)",
-    )
-    how.add_argument(
-        "--channels",
-        metavar="A,B,...",
-        help="recognition channels, such as 'tangential 1,normal 1' (all)",
-    )
-    how.add_argument(
-        "--rate", metavar="HZ", type=float, help="rate of the features' grid (the recordings')"
-    )
-    how.add_argument(
-        "--wavelet",
-        metavar="NAME",
-        help="morlet, real-morlet, uncorrected-morlet, torrence-compo, dog or haar (morlet)",
-    )
-    how.add_argument(
-        "--parameter", metavar="P", type=float, help="p of a Morlet (5), order of a dog (2)"
-    )
-    how.add_argument(
-        "--min-scale",
-        metavar="SAMPLES",
-        type=float,
-        help="smallest scale, in samples of the grid (2)",
-    )
-    how.add_argument("--max-scale", metavar="SAMPLES", type=float, help="largest scale (1024)")
-    how.add_argument("--spacing", metavar="OCTAVES", type=float, help="between scales (1)")
-    how.add_argument("--no-phase", action="store_true", help="log magnitudes only")
-    how.add_argument("--stride", metavar="N", type=int, help="train on every N-th sample (1)")
-    how.add_argument(
-        "--threshold", metavar="P", help="less probable than this: unlabelled; or off (0.8)"
-    )
-    how.add_argument("--median", metavar="SAMPLES", help="width of the running median; or off (10)")
-    how.add_argument(
-        "--drop",
-        metavar="SHARE",
-        help="unlabel segments shorter than this share of the shortest trained one; or off (0.125)",
-    )
-    how.add_argument("--seed", metavar="S", type=int, help="of everything random (0)")

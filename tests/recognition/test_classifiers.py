@@ -203,7 +203,7 @@ import numpy as np
 from synthetic import synthetic_set
 from forcelab.recognition.examples import Labelled
 from forcelab.cli import main
-from forcelab.gui.review.settings_fields import FIELDS
+from forcelab.recognition.setting_fields import FIELDS
 from forcelab.recognition.presets import preset
 from forcelab.recognition.storage import load, save
 from forcelab.recognition.training import train

@@ -25,9 +25,9 @@ from typing import Any
 from joblib import cpu_count
 
 from forcelab.cli.files import check_outputs, file_names
-from forcelab.cli.options import UsageError, add_project, add_settings, name_of
+from forcelab.cli.options import UsageError, add_project, name_of
 from forcelab.cli.output import json_path, percent, printable, progress_bar, report, table
-from forcelab.cli.settings import choice_from, settings_from
+from forcelab.cli.settings_options import add_settings, choice_from, settings_from
 from forcelab.errors import InputError
 from forcelab.formats.track_text import quoted_text
 from forcelab.io import write_atomically

@@ -17,9 +17,9 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from forcelab.cli.options import UsageError, add_changes, add_project, json_flag
+from forcelab.cli.options import UsageError, add_project, json_flag
 from forcelab.cli.output import json_text, printable, progress_bar, table
-from forcelab.cli.settings import settings_from
+from forcelab.cli.settings_options import add_changes, settings_from
 from forcelab.demonstration import Demonstration
 from forcelab.jobs import finish
 from forcelab.measure.needs import Cost, measuring_needs, viewed

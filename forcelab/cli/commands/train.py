@@ -12,9 +12,9 @@ from __future__ import annotations
 import argparse
 
 from forcelab.cli.files import check_outputs
-from forcelab.cli.options import add_project, add_settings, json_flag, path_of
+from forcelab.cli.options import add_project, json_flag, path_of
 from forcelab.cli.output import json_text, printable, progress_bar
-from forcelab.cli.settings import choice_from, settings_from
+from forcelab.cli.settings_options import add_settings, choice_from, settings_from
 from forcelab.io import write_atomically
 from forcelab.jobs import finish
 from forcelab.project import Project

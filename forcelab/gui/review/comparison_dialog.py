@@ -24,10 +24,10 @@ from forcelab.gui.layout import muted_label, resize_on_screen
 from forcelab.gui.review.display_options import stage_combo_box
 from forcelab.gui.review.metric_texts import Metric, agreement_metrics, error_metrics
 from forcelab.gui.review.reviewed_run import blind_demonstrations
-from forcelab.gui.review.settings_fields import FIELDS
 from forcelab.gui.review.training_backend import BACKGROUND, Backend, RunInfo, run_text
 from forcelab.gui.theme import colours, themes
 from forcelab.gui.widgets import ElidedComboBox
+from forcelab.recognition.setting_fields import FIELDS
 from forcelab.review.run_comparison import Comparison, comparing
 
 #: What a run is asked for, by the words of the dialogs in which it is chosen.

@@ -47,10 +47,10 @@ from forcelab.gui.layout import (
     separator,
     set_tone,
 )
-from forcelab.gui.review.settings_fields import FIELD_GROUPS, FIELDS, Field
 from forcelab.gui.review.trainer import default_author
 from forcelab.gui.text import escape_ampersands, thousands
 from forcelab.label_map import MergeMap
+from forcelab.recognition.setting_fields import FIELD_GROUPS, FIELDS, SettingField
 
 if TYPE_CHECKING:
     from forcelab.recognition.dataset import Choice
@@ -151,7 +151,7 @@ def settings_summary(settings: Settings, facts: TrainingFacts) -> str:
         else:
             shown = f"{value:g} {field.unit if field.unit else ''}".strip()
         if shown:
-            lines.append(f"{field.shown}: {shown}")
+            lines.append(f"{field.label}: {shown}")
     return "\n".join(lines)
 
 
@@ -160,10 +160,10 @@ class Editor(QWidget):
 
     changed = Signal()
 
-    def __init__(self, field: Field) -> None:
+    def __init__(self, field: SettingField) -> None:
         super().__init__()
         self.field = field
-        self.setToolTip(field.shown_tip)
+        self.setToolTip(field.tip)
 
     @abstractmethod
     def value(self) -> Any:
@@ -177,7 +177,7 @@ class Editor(QWidget):
 class NumberEditor(Editor):
     """A number, behind a switch where it may be off."""
 
-    def __init__(self, field: Field) -> None:
+    def __init__(self, field: SettingField) -> None:
         super().__init__(field)
         self.switch = QCheckBox("on") if field.default is not None else None
         # One that holds whole numbers only ends at 2^31.
@@ -187,12 +187,12 @@ class NumberEditor(Editor):
         self.box.setSingleStep(field.step)
         if field.unit:
             self.box.setSuffix(f" {field.unit}")
-        self.box.setAccessibleName(field.shown)
+        self.box.setAccessibleName(field.label)
         self.box.setMinimumWidth(16 * self.fontMetrics().averageCharWidth())
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
         if self.switch is not None:
-            self.switch.setAccessibleName(f"Use: {field.shown}")
+            self.switch.setAccessibleName(f"Use: {field.label}")
             self.switch.toggled.connect(self._switched)
             row.addWidget(self.switch)
         row.addWidget(self.box)
@@ -239,10 +239,10 @@ class NumberEditor(Editor):
 class ChoiceEditor(Editor):
     """One of several values."""
 
-    def __init__(self, field: Field) -> None:
+    def __init__(self, field: SettingField) -> None:
         super().__init__(field)
         self.box = QComboBox()
-        self.box.setAccessibleName(field.shown)
+        self.box.setAccessibleName(field.label)
         for value, name in field.options:
             self.box.addItem(name, value)
         row = QHBoxLayout(self)
@@ -267,10 +267,10 @@ class ChoiceEditor(Editor):
 class FlagEditor(Editor):
     """Yes or no."""
 
-    def __init__(self, field: Field) -> None:
+    def __init__(self, field: SettingField) -> None:
         super().__init__(field)
         self.box = QCheckBox("on")
-        self.box.setAccessibleName(field.shown)
+        self.box.setAccessibleName(field.label)
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
         row.addWidget(self.box)
@@ -291,7 +291,7 @@ class FlagEditor(Editor):
 class ChannelsEditor(Editor):
     """Which recognition channels are used; all of them is None."""
 
-    def __init__(self, field: Field, facts: TrainingFacts) -> None:
+    def __init__(self, field: SettingField, facts: TrainingFacts) -> None:
         super().__init__(field)
         self.boxes: dict[str, QCheckBox] = {}
         self._grid = QGridLayout(self)
@@ -342,11 +342,11 @@ class ChannelsEditor(Editor):
 class MergeEditor(Editor):
     """Two columns; an empty line at the end waits for more. Delete takes a line away."""
 
-    def __init__(self, field: Field, facts: TrainingFacts) -> None:
+    def __init__(self, field: SettingField, facts: TrainingFacts) -> None:
         super().__init__(field)
         self._spellings = facts.spellings
         self.table = _MergeTable(0, 2)
-        self.table.setAccessibleName(field.shown)
+        self.table.setAccessibleName(field.label)
         self.table.setHorizontalHeaderLabels(["spelling", "taken as"])
         header = self.table.horizontalHeader()
         header.setSectionResizeMode(QHeaderView.ResizeMode.Stretch)
@@ -610,7 +610,7 @@ class SettingsForm(QWidget):
             return field.name
         return next((f.name for f in FIELDS if f.name in self.trouble), FIELDS[-1].name)
 
-    def _add(self, field: Field, form: QFormLayout) -> None:
+    def _add(self, field: SettingField, form: QFormLayout) -> None:
         """Add the row of a field."""
         shown = _editor_for(field, self.facts)
         shown.changed.connect(self._edited)
@@ -618,8 +618,8 @@ class SettingsForm(QWidget):
         trouble.hide()
         cell = QWidget()
         page_layout(cell, shown, trouble, spacing=2)
-        name = QLabel(field.shown)
-        name.setToolTip(field.shown_tip)
+        name = QLabel(field.label)
+        name.setToolTip(field.tip)
         form.addRow(name, cell)
         self.editors[field.name], self.troubles[field.name] = shown, trouble
         self._rows[field.name] = form, cell
@@ -654,7 +654,7 @@ class _RefusedError(Exception):
         self.field, self.error = field, error
 
 
-def _editor_for(field: Field, facts: TrainingFacts) -> Editor:
+def _editor_for(field: SettingField, facts: TrainingFacts) -> Editor:
     """The editor of a field."""
     if field.kind in ("number", "whole"):
         return NumberEditor(field)

@@ -1,4 +1,8 @@
-"""The settings of a recogniser as a table: label, help, range, and when each applies."""
+"""The settings as a table: label, help, range, unit, and when each applies.
+
+Command line and dialog are made from it; what a value may be at all is in
+:class:`~forcelab.recognition.settings.Settings`.
+"""
 
 from __future__ import annotations
 
@@ -9,13 +13,13 @@ from typing import Any, Literal
 from forcelab.recognition.classifiers import REGISTRY
 from forcelab.recognition.settings import counts
 
-FieldKind = Literal["number", "whole", "choice", "flag", "channels", "merge"]
+FieldKind = Literal["number", "whole", "choice", "flag", "channels", "windows", "merge"]
 #: What a form holds, by the names of :class:`~forcelab.recognition.settings.Settings`.
 FormValues = Mapping[str, Any]
 
 
 @dataclass(frozen=True, slots=True)
-class Field:
+class SettingField:
     """One setting in the form.
 
     Parameters
@@ -25,15 +29,15 @@ class Field:
     kind : str
         Which editor it has.
     label, tip : str
-        In English; what it is called, and what it does.
+        What it is called, and what it does.
     lowest, highest, step : float
         Of a number: its range in the form, and what one click adds.
     decimals : int
         Of a number.
     unit : str
-        Of a number, in English.
+        Of a number.
     options : tuple of (str, str)
-        Of a choice: values, and what they are called in English.
+        Of a choice: values, and what they are called.
     default : float, optional
         What a switch that is turned on begins with; a field that has it can be off, which is None.
     """
@@ -54,20 +58,10 @@ class Field:
         """Whether it is used, told from all values of the form."""
         return counts(self.name, values)
 
-    @property
-    def shown(self) -> str:
-        """What it is called in the coder's language."""
-        return self.label
-
-    @property
-    def shown_tip(self) -> str:
-        """What it does, in the coder's language."""
-        return self.tip
-
 
 #: In the order of the form.
 FEATURE_FIELDS = (
-    Field(
+    SettingField(
         "features",
         "choice",
         "Features",
@@ -80,13 +74,13 @@ FEATURE_FIELDS = (
             ("windows", "Level, slope and strength in windows"),
         ),
     ),
-    Field(
+    SettingField(
         "channels",
         "channels",
         "Channels",
         "What the recogniser looks at; leaving some out saves time.",
     ),
-    Field(
+    SettingField(
         "rate",
         "number",
         "Rate",
@@ -98,7 +92,7 @@ FEATURE_FIELDS = (
         unit="Hz",
         default=1000.0,
     ),
-    Field(
+    SettingField(
         "wavelet",
         "choice",
         "Wavelet",
@@ -112,7 +106,7 @@ FEATURE_FIELDS = (
             ("haar", "Haar"),
         ),
     ),
-    Field(
+    SettingField(
         "parameter",
         "number",
         "Parameter p",
@@ -123,7 +117,7 @@ FEATURE_FIELDS = (
         highest=1000.0,
         decimals=2,
     ),
-    Field(
+    SettingField(
         "min_scale",
         "number",
         "Smallest scale",
@@ -133,7 +127,7 @@ FEATURE_FIELDS = (
         decimals=1,
         unit="samples",
     ),
-    Field(
+    SettingField(
         "max_scale",
         "number",
         "Largest scale",
@@ -147,7 +141,7 @@ FEATURE_FIELDS = (
         decimals=1,
         unit="samples",
     ),
-    Field(
+    SettingField(
         "spacing",
         "number",
         "Octaves apart",
@@ -157,19 +151,19 @@ FEATURE_FIELDS = (
         step=0.25,
         decimals=2,
     ),
-    Field(
+    SettingField(
         "phase",
         "flag",
         "Phases",
         "Phases beside the magnitudes: twice the features.",
     ),
-    Field(
+    SettingField(
         "circular",
         "flag",
         "Cosine and sine",
         "Of each phase, in place of the angle, which jumps at half a turn.",
     ),
-    Field(
+    SettingField(
         "amplitude",
         "choice",
         "Unit of forces",
@@ -183,7 +177,7 @@ FEATURE_FIELDS = (
             ("both", "Both side by side"),
         ),
     ),
-    Field(
+    SettingField(
         "peaks",
         "flag",
         "Peaks",
@@ -192,7 +186,7 @@ FEATURE_FIELDS = (
             "whether it has peaked or is about to."
         ),
     ),
-    Field(
+    SettingField(
         "step",
         "number",
         "Time step",
@@ -209,26 +203,26 @@ FEATURE_FIELDS = (
 
 #: What learns the actions, and from how much.
 _CLASSIFIER_FIELDS = (
-    Field(
+    SettingField(
         "classifier",
         "choice",
         "Classifier",
         "What learns the actions from the features.",
         options=tuple((name, kind.label) for name, kind in REGISTRY.items()),
     ),
-    Field(
+    SettingField(
         "balanced",
         "flag",
         "Balance rare actions",
         "Every action has the same weight in training.",
     ),
-    Field(
+    SettingField(
         "calibrated",
         "flag",
         "Calibrate",
         "So that of what is 80 % sure 80 % is right, on demonstrations that were left out.",
     ),
-    Field(
+    SettingField(
         "trimmed",
         "flag",
         "Skip contradicted segments",
@@ -237,7 +231,7 @@ _CLASSIFIER_FIELDS = (
             "coding errors; at most a third of an action's."
         ),
     ),
-    Field(
+    SettingField(
         "stride",
         "whole",
         "Stride",
@@ -249,7 +243,7 @@ _CLASSIFIER_FIELDS = (
         highest=1e6,
         unit="time steps",
     ),
-    Field(
+    SettingField(
         "seed",
         "whole",
         "Seed",
@@ -260,7 +254,7 @@ _CLASSIFIER_FIELDS = (
 
 #: How single decisions become segments.
 _DECODER_FIELDS = (
-    Field(
+    SettingField(
         "decoder",
         "choice",
         "Decoder",
@@ -273,7 +267,7 @@ _DECODER_FIELDS = (
             ("semi-markov", "Semi-Markov decoder"),
         ),
     ),
-    Field(
+    SettingField(
         "choreography",
         "choice",
         "Choreography",
@@ -284,13 +278,13 @@ _DECODER_FIELDS = (
             ("order", "Durations and order"),
         ),
     ),
-    Field(
+    SettingField(
         "changes",
         "flag",
         "Learn where actions change",
         "A contact, a slip or a snap tells the decoder where one action gives way to another.",
     ),
-    Field(
+    SettingField(
         "threshold",
         "number",
         "Probability threshold",
@@ -300,7 +294,7 @@ _DECODER_FIELDS = (
         decimals=2,
         default=0.8,
     ),
-    Field(
+    SettingField(
         "median",
         "whole",
         "Median filter",
@@ -313,7 +307,7 @@ _DECODER_FIELDS = (
         unit="samples",
         default=10,
     ),
-    Field(
+    SettingField(
         "drop",
         "number",
         "Drop segments shorter than",
@@ -326,14 +320,14 @@ _DECODER_FIELDS = (
     ),
 )
 
-_MERGE_FIELD = Field(
+_MERGE_FIELD = SettingField(
     "merge",
     "merge",
     "Merge map",
     "Spellings to take as one action in training and scoring; your labels stay as they are.",
 )
 
-#: The parts of the form, in order, each with what it is called in English.
+#: The parts of the form, in order, each with its title.
 FIELD_GROUPS = {
     "Features": FEATURE_FIELDS,
     "Classifier": _CLASSIFIER_FIELDS,
@@ -341,5 +335,14 @@ FIELD_GROUPS = {
     "Labels": (_MERGE_FIELD,),
 }
 
-#: Every setting but the preset's name, in the order of the form.
+#: Every setting of the form, in its order.
 FIELDS = tuple(field for fields in FIELD_GROUPS.values() for field in fields)
+
+#: The settings of the command line that the form has no room for.
+WINDOWS_FIELD = SettingField(
+    "windows",
+    "windows",
+    "Windows",
+    "Standard deviations of the windows, rising.",
+    unit="s",
+)

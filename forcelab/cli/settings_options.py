@@ -1,0 +1,170 @@
+"""The options that change a preset, made from the table of settings, and the settings they mean."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from forcelab.cli.options import UsageError, name_of
+from forcelab.errors import InputError
+from forcelab.label_map import MergeMap
+from forcelab.recognition.presets import preset
+from forcelab.recognition.setting_fields import FIELDS, WINDOWS_FIELD, SettingField
+from forcelab.recognition.settings import Settings, obstacle
+
+if TYPE_CHECKING:
+    from forcelab.recognition.dataset import Choice
+
+__all__ = ["add_changes", "add_settings", "choice_from", "settings_from"]
+
+_PRESETS = (
+    "paper: the published method (default); released: what its authors' code does; fast; best: "
+    "the most accurate"
+)
+_NUMBERS: dict[str, type[float] | type[int]] = {"number": float, "whole": int}
+#: The settings that have an option of this table; merging has one of its own.
+_FIELDS = (*(field for field in FIELDS if field.kind != "merge"), WINDOWS_FIELD)
+_METAVARS = {"choice": "NAME", "channels": "A,B,...", "windows": "S,S,...", "whole": "N"}
+_UNITS = {"Hz": "HZ", "s": "SECONDS", "samples": "SAMPLES", "of the shortest": "SHARE"}
+
+
+def add_settings(parser: argparse.ArgumentParser) -> None:
+    """Options that change a preset's settings, for training and evaluating alike."""
+    which = parser.add_argument_group("which demonstrations")
+    which.add_argument(
+        "--task",
+        action="append",
+        type=name_of,
+        metavar="TASK",
+        help="task to use; given several times, the tasks are joined",
+    )
+    which.add_argument(
+        "--author",
+        metavar="NAME",
+        type=name_of,
+        help="whose labels, where there are several coders",
+    )
+    which.add_argument(
+        "--apart",
+        action="store_true",
+        help="joined tasks keep their actions apart: grab becomes grab_TASK",
+    )
+    which.add_argument(
+        "--merge",
+        metavar="MAP.json",
+        type=Path,
+        help='spellings to take as one action, such as {"grap_pen": "grab"}; stored labels stay',
+    )
+    add_changes(parser)
+
+
+def add_changes(parser: argparse.ArgumentParser) -> None:
+    """Options that change a preset's features, classifier and filters."""
+    group = parser.add_argument_group(
+        "settings", "Where not given, the preset's; in brackets that of preset paper."
+    )
+    group.add_argument("--preset", metavar="NAME", default="paper", help=_PRESETS)
+    for field in _FIELDS:
+        _add_option(group, field, getattr(Settings(), field.name))
+
+
+def _add_option(group: argparse._ArgumentGroup, field: SettingField, default: object) -> None:
+    """Add the option of one setting."""
+    option = f"--{field.name.replace('_', '-')}"
+    text = f"{field.tip[0].lower()}{field.tip[1:].rstrip('.')}"
+    if not field.label.lower().startswith(field.name):
+        text = f"{field.label[0].lower()}{field.label[1:]}: {text}"
+    if field.options:
+        text += f"; {', '.join(value for value, _ in field.options)}"
+    if field.default is not None and "off:" not in text:
+        text += "; or off"
+    if isinstance(default, tuple):
+        text += f" ({','.join(f'{value:g}' for value in default)})"
+    elif isinstance(default, bool):
+        text += f" ({'on' if default else 'off'})"
+    elif default is not None:
+        text += f" ({default:g})" if isinstance(default, float) else f" ({default})"
+    text = text.replace("%", "%%")
+    if field.kind == "flag":
+        group.add_argument(option, action=argparse.BooleanOptionalAction, help=text)
+    elif field.default is not None or field.kind not in _NUMBERS:
+        group.add_argument(option, metavar=_metavar(field), help=text)
+    else:
+        group.add_argument(option, metavar=_metavar(field), type=_NUMBERS[field.kind], help=text)
+
+
+def _metavar(field: SettingField) -> str:
+    """What stands for a setting's value in the manual."""
+    return _METAVARS.get(field.kind) or _UNITS.get(field.unit, "X")
+
+
+def settings_from(arguments: argparse.Namespace) -> Settings:
+    """A preset's settings with what the command line changes; what counts for nothing is told.
+
+    Raises
+    ------
+    UsageError
+        If a value is out of its range.
+    InputError
+        If the file of spellings cannot be used.
+    """
+    changes: dict[str, Any] = {
+        field.name: _value(field, given)
+        for field in _FIELDS
+        if (given := getattr(arguments, field.name)) is not None
+    }
+    if arguments.merge is not None:
+        changes["merge"] = MergeMap.read(arguments.merge)
+    try:
+        settings = preset(arguments.preset).replace(**changes)
+    except InputError as error:
+        raise UsageError(str(error)) from error
+    for name, value in changes.items():
+        # That something is switched off which is not used anyway misleads nobody.
+        used = value is not None and value is not False
+        if used and (why := obstacle(name, vars(settings))):
+            print(f"forcelab: --{name.replace('_', '-')} has no effect {why}.", file=sys.stderr)
+    return settings
+
+
+def _value(field: SettingField, given: Any) -> Any:
+    """What an option means to the setting."""
+    if field.kind == "windows":
+        return _windows(given)
+    if field.kind == "channels":
+        return tuple(name.strip() for name in given.split(","))
+    if field.default is None:
+        return given
+    if given == "off":
+        return None
+    try:
+        return _NUMBERS[field.kind](given)
+    except ValueError as error:
+        what = "a whole number" if field.kind == "whole" else "a number"
+        raise UsageError(f"--{field.name} takes {what} or 'off', not '{given}'.") from error
+
+
+def _windows(text: str) -> tuple[float, ...]:
+    """Windows in seconds, as they are written with commas between them."""
+    try:
+        return tuple(float(part) for part in text.split(","))
+    except ValueError as error:
+        raise UsageError(f"--windows takes seconds such as 0.01,0.1, not '{text}'.") from error
+
+
+def choice_from(arguments: argparse.Namespace) -> Choice:
+    """Which demonstrations the command line means."""
+    # Loads what trains and evaluates; the settings alone, which plan reads, need none of that.
+    from forcelab.recognition.dataset import Choice
+
+    return Choice(
+        tasks=tuple(arguments.task or ()),
+        author=arguments.author,
+        apart=arguments.apart,
+        test_task=getattr(arguments, "test_task", None),  # these are of evaluate alone
+        test_names=getattr(arguments, "test_names", None),
+        adapt=getattr(arguments, "adapt", False),
+        folds=getattr(arguments, "folds", None),
+    )
