@@ -6,7 +6,6 @@ import os
 import signal
 import threading
 import time
-import warnings
 from collections.abc import Callable, Generator, Iterable, Iterator
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
@@ -14,6 +13,7 @@ from functools import cache, partial
 from typing import TypeVar
 
 from forcelab.errors import ForcelabError
+from forcelab.runtime import quiet_joblib
 
 GivenT = TypeVar("GivenT")
 MadeT = TypeVar("MadeT")
@@ -64,7 +64,7 @@ def shared(
         raise ForcelabError(ENDED.format("A process that shared the work")) from error
     finally:
         if coming is not None:
-            with _quiet_when_stopped():
+            with quiet_joblib():
                 coming.close()
 
 
@@ -113,29 +113,6 @@ def _deaf_to_interrupts() -> Iterator[None]:
         signal.signal(signal.SIGINT, handler)
     for number in heard[:1]:
         signal.raise_signal(number)
-
-
-@contextmanager
-def _quiet_when_stopped() -> Iterator[None]:
-    """Keep quiet: joblib finds it worth a warning that somebody stops early.
-
-    And where work was given out a moment before, its thread for that misses what it just dropped,
-    and ends with a `KeyError` instead of nothing.
-    """
-    said = threading.excepthook
-
-    def say(end: threading.ExceptHookArgs) -> None:
-        late = end.exc_type is KeyError and type(end.thread).__name__ == "_ExecutorManagerThread"
-        if not late:
-            said(end)
-
-    threading.excepthook = say
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", UserWarning)
-            yield
-    finally:
-        threading.excepthook = said
 
 
 def _start_trackers() -> None:

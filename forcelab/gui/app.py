@@ -40,9 +40,9 @@ def run(start: LaunchOptions) -> int:
     from forcelab.gui import settings, theme
     from forcelab.gui.exception_hook import ExceptionHook
     from forcelab.gui.layout import resize_on_screen
-    from forcelab.gui.memory import collect_between_demonstrations
     from forcelab.gui.shutdown import quit_on_signals, shut_down
     from forcelab.gui.window import Window
+    from forcelab.runtime import collect_garbage, collect_garbage_rarely, switch_threads_often
 
     running = QApplication.instance()
     application = running if isinstance(running, QApplication) else QApplication(sys.argv[:1])
@@ -61,7 +61,9 @@ def run(start: LaunchOptions) -> int:
     with quit_on_signals(application) as windows:
         window = Window(start.author)
         windows.append(window)
-        collect_between_demonstrations(window.document)
+        collect_garbage_rarely()
+        window.document.demonstration_changed.connect(collect_garbage)
+        switch_threads_often()
         ExceptionHook(window, lambda sentence: window.document.say(sentence, True))
         resize_on_screen(window, QSize(1280, 800))
         window.restore_layout()

@@ -24,9 +24,6 @@ __all__ = ["Job", "Jobs"]
 
 #: Seconds that the window waits for its jobs when it closes.
 THREAD_TIMEOUT = 1.0
-#: Seconds after which Python takes the interpreter from a thread that another one waits for. With
-#: its default of 5 ms a job at work holds up the GUI's thread several times in each paint.
-SWITCH_INTERVAL = 0.0005
 
 
 class Job:
@@ -127,7 +124,6 @@ class Jobs(QObject):
         self._lock = threading.Lock()
         self._closing = False
         self._count = 0
-        sys.setswitchinterval(SWITCH_INTERVAL)
         self._moved.connect(self._show_progress, Qt.ConnectionType.QueuedConnection)
         self._over.connect(self._deliver, Qt.ConnectionType.QueuedConnection)
 

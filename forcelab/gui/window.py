@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import ctypes
-import sys
 import time
 from collections.abc import Callable
-from contextlib import ExitStack, suppress
+from contextlib import ExitStack
 from functools import partial
 from threading import Thread
 
@@ -40,6 +38,7 @@ from forcelab.gui.tradeoff.measuring import MEASURING
 from forcelab.gui.tradeoff.tab import TradeoffTab
 from forcelab.gui.welcome import SampleProgress, Welcome
 from forcelab.jobs import Progress
+from forcelab.runtime import return_memory
 
 __all__ = ["Window"]
 
@@ -266,7 +265,7 @@ class Window(DockedWindow):
         self._listing.timeout.connect(document.refresh_info)
         self._look.timeout.connect(self._look_elsewhere)
         self._look.start(LOOK_MS)
-        self._tidy.timeout.connect(lambda: Thread(target=_return_memory).start())
+        self._tidy.timeout.connect(lambda: Thread(target=return_memory).start())
         self._tidy.start()
         self._check_snapping()
 
@@ -412,10 +411,3 @@ class Window(DockedWindow):
         """Give the list a fifth of the width, and no more than any workspace leaves it."""
         width = min(max(self.width() * 3 // 16, NARROWEST), WIDEST)
         self.set_widths([self._dock], width)
-
-
-def _return_memory() -> None:
-    """Give back what is free: of large arrays and pictures glibc keeps a hundred MB and more."""
-    if sys.platform == "linux":
-        with suppress(OSError, AttributeError):  # another C library
-            ctypes.CDLL("libc.so.6").malloc_trim(0)

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from forcelab.recognition.forest import softmax
 from forcelab.recognition.recogniser import Recogniser
-from forcelab.signals.cwt_blocks import one_blas_thread
+from forcelab.runtime import one_blas_thread
 
 Real = NDArray[np.float64]
 

@@ -22,7 +22,7 @@ from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.recognition.ensemble import Care, fitting_averaged
 from forcelab.recognition.forest import must
-from forcelab.signals.cwt_blocks import one_blas_thread
+from forcelab.runtime import one_blas_thread
 
 #: No number that a recogniser holds is larger: what it learnt are forces, seconds and counts.
 LARGEST = 1e15

@@ -44,9 +44,9 @@ from forcelab.recognition.live_features import (
 from forcelab.recognition.live_model import hop_of, live_for, needs_whole
 from forcelab.recognition.recogniser import Recogniser
 from forcelab.recognition.task_grammar import Choreography
+from forcelab.runtime import one_blas_thread
 from forcelab.signals.channels import channel_map
 from forcelab.signals.cwt import frequencies
-from forcelab.signals.cwt_blocks import one_blas_thread
 from forcelab.signals.streaming import StreamingCwt, early_error, reaches
 
 Real = NDArray[np.float64]

@@ -21,7 +21,7 @@ from forcelab.recognition.label_noise import Contradicted
 from forcelab.recognition.probability_trace import Certainty
 from forcelab.recognition.settings import Settings
 from forcelab.recognition.task_grammar import Changes, Choreography
-from forcelab.signals.cwt_blocks import one_blas_thread
+from forcelab.runtime import one_blas_thread
 
 if TYPE_CHECKING:
     from forcelab.recognition.live_model import LivePart

@@ -36,6 +36,7 @@ from scipy import fft
 from scipy.special import erfc
 
 from forcelab.errors import InputError
+from forcelab.runtime import one_blas_thread
 from forcelab.signals.cwt_blocks import (
     MEANS_A_ROW,
     PARTS,
@@ -55,7 +56,6 @@ from forcelab.signals.cwt_blocks import (
     interpolation,
     keep_freed_memory,
     mean_weights,
-    one_blas_thread,
     response,
     spectrum,
     windows,

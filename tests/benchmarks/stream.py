@@ -14,8 +14,8 @@ from forcelab.jobs import Progress
 from forcelab.measure.rows import Judgement, Row, Table, timed_row, with_front
 from forcelab.measure.streams import forces
 from forcelab.measure.timing import Way, timed_ways
+from forcelab.runtime import one_blas_thread
 from forcelab.signals.cwt import cwt, geometric_scales
-from forcelab.signals.cwt_blocks import one_blas_thread
 from forcelab.signals.streaming import StreamingCwt
 from forcelab.text import counted
 

@@ -39,7 +39,6 @@ from forcelab.gui.capture.live_model import RecogniserSelection
 from forcelab.gui.capture.workspace import CaptureWorkspace
 from forcelab.gui.label.overview import Overview
 from forcelab.gui.label.scalogram import LOADING_DELAY_MS, ScalogramPanel
-from forcelab.gui.memory import collect_between_demonstrations
 from forcelab.gui.qt_check import require_qt
 from forcelab.gui.screenshot import quiet_qt
 from forcelab.gui.time_panel import TimePanel
@@ -52,6 +51,7 @@ from forcelab.recognition.examples import Labelled
 from forcelab.recognition.presets import preset
 from forcelab.recognition.storage import save
 from forcelab.recognition.training import train
+from forcelab.runtime import collect_garbage, collect_garbage_rarely, switch_threads_often
 from forcelab.video.codecs import opencv
 from tests.benchmarks.latency import Bound, Latencies, Latency, load, refused
 
@@ -114,7 +114,9 @@ def shown(project: Path | None = None, size: tuple[int, int] = SIZE) -> Iterator
         Everything in it is there.
     """
     window = Window(AUTHOR, remembering=False)
-    collect_between_demonstrations(window.document)
+    collect_garbage_rarely()
+    window.document.demonstration_changed.connect(collect_garbage)
+    switch_threads_often()
     window.resize(*size)
     window.show()
     window.activateWindow()

@@ -16,7 +16,7 @@ from forcelab.recognition.examples import Labelled, prepare
 from forcelab.recognition.recogniser import Recogniser
 from forcelab.recognition.settings import CLASSIFIERS, Settings
 from forcelab.recognition.training import train
-from forcelab.signals.cwt_blocks import one_blas_thread
+from forcelab.runtime import one_blas_thread
 
 OFF = Settings(max_scale=64.0, classifier="naive-bayes", threshold=None, median=None, drop=None)
 #: Strong enough to change something on these short, well separated recordings.

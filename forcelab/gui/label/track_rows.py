@@ -250,10 +250,6 @@ APART, ARROW = 8.0, 20.0
 #: Segments narrower than this many pixels are drawn as columns of pixels.
 NARROW = 3.0
 
-_start_of_track_painting = attrgetter("start")
-_end_of_track_painting = attrgetter("end")
-_action_of_track_painting = attrgetter("action")
-
 
 def styles_of(vocabulary: Vocabulary, used: Iterable[str], theme: Theme) -> dict[str, LabelStyle]:
     """How each action is drawn; grey where another author's action is not in the vocabulary."""
@@ -269,8 +265,8 @@ def styles_of(vocabulary: Vocabulary, used: Iterable[str], theme: Theme) -> dict
 
 def visible(segments: Segments, start: float, end: float) -> Segments:
     """The segments that reach into ``[start, end]``, found in O(log n)."""
-    first = bisect_right(segments, start, key=_end_of_track_painting)
-    last = bisect_left(segments, end, key=_start_of_track_painting)
+    first = bisect_right(segments, start, key=_end)
+    last = bisect_left(segments, end, key=_start)
     return segments[first:last]
 
 

@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 from threadpoolctl import threadpool_info, threadpool_limits
 
 from forcelab.errors import InputError
+from forcelab.runtime import one_blas_thread
 from forcelab.signals.conditioning import condition
 from forcelab.signals.cwt import geometric_scales, transform_channels, usual_scales
 from forcelab.signals.cwt_blocks import (
@@ -23,7 +24,6 @@ from forcelab.signals.cwt_blocks import (
     TOLERANCES,
     design,
     from_spectrum,
-    one_blas_thread,
     spectrum,
 )
 from forcelab.signals.cwt_engine import ROUNDING, Plan, plan_for
