@@ -525,7 +525,7 @@ class CameraReader:
             with self._lock:
                 self._silent = True
                 self._count.interrupted()
-                self._say(f"{self.name} gives no picture; look at its cable.")
+                self._report(f"{self.name} gives no picture; look at its cable.")
         again = getattr(self._capture, "reopen", None)
         if again is not None and now - self._tried >= _RETRY:
             again()
@@ -535,10 +535,10 @@ class CameraReader:
         """A picture came, perhaps after long; holding the lock."""
         if self._silent:
             self._silent = False
-            self._say(f"{self.name} is back after {arrived - self._heard:.1f} s.")
+            self._report(f"{self.name} is back after {arrived - self._heard:.1f} s.")
         self._heard = arrived
 
-    def _say(self, sentence: str) -> None:
+    def _report(self, sentence: str) -> None:
         """Say a sentence, and note it in the journal; holding the lock."""
         self._events.say(sentence)
         if self._journal is not None:

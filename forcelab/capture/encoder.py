@@ -232,13 +232,13 @@ class Encoder(LineDevice):
         if self._first is not None:
             block, self._first = self._first, None
             return block
-        return self._told(*self._port.read(timeout))
+        return self._parse_counts(*self._port.read(timeout))
 
     def zero(self) -> None:
         """Take the present opening for zero; see ``Device.zero``."""
         self._zero = self._count
 
-    def _told(self, data: bytes, arrived: float) -> Block | None:
+    def _parse_counts(self, data: bytes, arrived: float) -> Block | None:
         """The counts in what came."""
         counts = self._parser.feed(data)
         for reply in self._parser.take_replies():
@@ -265,7 +265,7 @@ class Encoder(LineDevice):
         self._first = None
         until = time.monotonic() + ANSWERS
         while self._first is None and time.monotonic() < until:
-            self._first = self._told(*self._port.read(0.05))
+            self._first = self._parse_counts(*self._port.read(0.05))
         if self._first is None:
             raise InputError(
                 f"{self.name} does not answer as a QSB does; check its cable and its port."

@@ -222,7 +222,7 @@ class OptoForce(PortDevice):
         if not data:
             self._said.silence(self._called(), self._heard)
             return None
-        return self._told(data, arrived)
+        return self._parse_packets(data, arrived)
 
     def zero(self) -> None:
         """Take the present readings for zero; samples that come meanwhile are dropped.
@@ -322,7 +322,7 @@ class OptoForce(PortDevice):
                 return
         self._said.say(f"{self._called()} did not confirm that it was zeroed; zero it again.")
 
-    def _told(self, data: bytes, arrived: float) -> Block | None:
+    def _parse_packets(self, data: bytes, arrived: float) -> Block | None:
         """What the DAQ told."""
         repeated = self._stream.repeated
         block = self._stream.feed(data, arrived)

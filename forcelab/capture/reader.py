@@ -358,7 +358,7 @@ class DeviceReader:
             if block is not None and len(block):
                 self._take(block)
             for sentence in (*self.device.remarks(), *self._misjudged()):
-                self._say(sentence)
+                self._report(sentence)
 
     def _misjudged(self) -> list[str]:
         """Say once that the device does not give as many samples as it was told to."""
@@ -424,7 +424,7 @@ class DeviceReader:
         with self._lock:
             self._plugged = False
             self._note(UNPLUGGED)
-        self._say(str(error))
+        self._report(str(error))
         while not self._ended.wait(_RETRY):
             try:
                 self._reopen()
@@ -438,7 +438,7 @@ class DeviceReader:
                 self._clock.restart()
                 self._wander.interrupt()
                 self._note(PLUGGED)
-            self._say(f"{self.device.name} is back after {self._heard - gone:.1f} s.")
+            self._report(f"{self.device.name} is back after {self._heard - gone:.1f} s.")
             return
 
     def _reopen(self) -> None:
@@ -455,7 +455,7 @@ class DeviceReader:
         if self._journal is not None:
             self._journal.note(Kind.EVENT, self._number, at=time.monotonic(), what=what)
 
-    def _say(self, sentence: str) -> None:
+    def _report(self, sentence: str) -> None:
         self._events.say(sentence)
         with self._lock:
             if self._journal is not None:

@@ -138,7 +138,7 @@ class Port:
         try:
             data = _taken(port, max(timeout - max(pause, 0.0), 0.0))
         except self._errors as error:
-            raise self._gone() from error
+            raise self._lost_device_sentence() from error
         arrived = time.monotonic()
         self._next = arrived + self._gather
         return data, arrived
@@ -155,7 +155,7 @@ class Port:
         try:
             port.write(data)
         except self._errors as error:
-            raise self._gone() from error
+            raise self._lost_device_sentence() from error
 
     def close(self) -> None:
         """Let go of it; closing twice is fine."""
@@ -170,7 +170,7 @@ class Port:
             raise UnpluggedError(f"The port {self.path} is not open.")
         return self._port
 
-    def _gone(self) -> UnpluggedError:
+    def _lost_device_sentence(self) -> UnpluggedError:
         """What is said when the device does not answer any more."""
         # What the system says of it (an input/output error, mostly) helps nobody to plug it in.
         return UnpluggedError(f"The device at {self.path} is gone; plug it in again.")

@@ -284,7 +284,7 @@ class OrderButton(QToolButton):
             self._choices.addAction(choice)
         self.setMenu(menu)
         self._choices.triggered.connect(self._chosen)
-        self._tell()
+        self._show_order()
 
     @property
     def order(self) -> ListOrder:
@@ -295,10 +295,10 @@ class OrderButton(QToolButton):
     def _chosen(self, choice: QAction) -> None:
         """Sort by something else from now on."""
         settings.store(ORDER_TEXTS, str(choice.data()))
-        self._tell()
+        self._show_order()
         self.changed.emit()
 
-    def _tell(self) -> None:
+    def _show_order(self) -> None:
         """Say what the list is sorted by."""
         self.setAccessibleName("Order of the demonstrations")
         chosen = self._choices.checkedAction().text()

@@ -114,7 +114,7 @@ class Document(Reviewing):
         """Open a demonstration of the project; gives whether that could be done."""
         if self.project is None:
             return False
-        with self._telling() as told:
+        with self._reporting_errors() as errors:
             demonstration = self.project.load(id_)
             if demonstration.id == self.id:
                 return True
@@ -123,7 +123,7 @@ class Document(Reviewing):
             if self.id:  # what was painted there a moment ago is told only now
                 with suppress(InputError):  # removed elsewhere meanwhile
                     self._take_in_info(self.project)
-        if told:
+        if errors:
             return False
         self.set_playing(False)
         self._look_anew(demonstration)
@@ -145,10 +145,10 @@ class Document(Reviewing):
             self.say(f"'{name}' is a model's name; use a person's.", True)
             return
         if self.project is not None and self.demonstration is not None:
-            with self._telling() as told:
+            with self._reporting_errors() as errors:
                 labelling = Labelling(self.project, self.id, name)
                 seen = self._seen_by(name, self.demonstration)
-            if told:  # whose labels are not there must not seem to be the one who paints
+            if errors:  # whose labels are not there must not seem to be the one who paints
                 return
             self._take_up(self.id, labelling)
             self._take_in(seen)
@@ -165,7 +165,7 @@ class Document(Reviewing):
         """Take over what other windows or processes have changed; tried again where that fails."""
         if self.project is None:
             return
-        with self._telling():
+        with self._reporting_errors():
             self._behind = self.project.changed_elsewhere() or self._behind
         if self._behind:
             old = self.demonstration
@@ -177,15 +177,15 @@ class Document(Reviewing):
         """Read the list of demonstrations again; gives whether that could be done."""
         if self.project is None:
             return False
-        with self._telling() as told:
+        with self._reporting_errors() as errors:
             self.infos = self.project.demonstrations()
         self.listing_changed.emit()
-        return not told
+        return not errors
 
     def refresh_info(self) -> None:
         """Read again what the list tells of the open demonstration, and of no other one."""
         if self.project is not None and self.id:
-            with self._telling():
+            with self._reporting_errors():
                 self._take_in_info(self.project)
             self.listing_changed.emit()
 
@@ -206,12 +206,12 @@ class Document(Reviewing):
             self._put_down()
             return listed
         old = self.demonstration
-        with self._telling() as told:
+        with self._reporting_errors() as errors:
             new = self.project.load(self.id)
             seen = self._seen_by(self.author, new)
             if self._labelling.refresh():
                 self.select(None)
-        if told:
+        if errors:
             return False
         self._take_in(seen)
         self._look_away()
@@ -228,11 +228,11 @@ class Document(Reviewing):
         """Rename an action in all of the coder's tracks, or merge it into another one."""
         if self.project is None:
             return False
-        with self._telling() as told:
+        with self._reporting_errors() as errors:
             before = self.project.vocabularies()
             done = self.project.rename_action(self.author, old, new, tasks, merge=merge)
             after = self.project.vocabularies()
-        if told:
+        if errors:
             return False
         for task in done.tasks:
             one, other = before.get(task, Vocabulary()), after[task]
@@ -252,25 +252,25 @@ class Document(Reviewing):
         """Map the video's clock onto the force clock anew."""
         if self.project is None or self.demonstration is None:
             return False
-        with self._telling() as told:
+        with self._reporting_errors() as errors:
             self.project.set_video_clock(self.id, clock)
             self.demonstration = self.project.load(self.id)
-        if not told:
+        if not errors:
             self.demonstration_changed.emit()
-        return not told
+        return not errors
 
     def set_done(self) -> bool:
         """Mark the open demonstration as done by the coder; blind coding ends then."""
         if self.project is None or not self.id:
             return False
         blind = self.coding_blind
-        with self._telling() as told:
+        with self._reporting_errors() as errors:
             self.project.set_done(self.id, self.author)
         self.reread()
-        if not told:
+        if not errors:
             shown = "Marked as done; the labels of others are shown."
             self.say(shown if blind else "Marked as done.")
-        return not told
+        return not errors
 
     def other_authors(self) -> tuple[str, ...]:
         """Whose tracks there are besides the coder's; nobody's while coding blind."""
@@ -327,7 +327,7 @@ class Document(Reviewing):
 
     def _look_again(self, demonstration: Demonstration) -> None:
         """Show what may be seen by now."""
-        with self._telling():
+        with self._reporting_errors():
             self._take_in(self._seen_by(self.author, demonstration))
         self.tracks_changed.emit()
 

@@ -318,10 +318,10 @@ class Editing(TaskActions):
         if self._labelling is None:
             return False
         done, chosen = None, None if self.selected is None else self.segments[self.selected]
-        with self._telling() as told:
+        with self._reporting_errors() as errors:
             done = verb(self._labelling)
         if done is None:
-            if nothing and not told:
+            if nothing and not errors:
                 self.say_here(nothing)
             return False
         edit = self._made = done.edits[0] if isinstance(done, UndoResult) else done
@@ -366,11 +366,11 @@ class Editing(TaskActions):
         return self.index_of(new[gone.index(chosen)])
 
     @contextmanager
-    def _telling(self) -> Iterator[list[str]]:
+    def _reporting_errors(self) -> Iterator[list[str]]:
         """Say what stands in the way; a track that others changed is read anew first."""
-        with super()._telling() as told:
+        with super()._reporting_errors() as errors:
             try:
-                yield told
+                yield errors
             except StaleTrackError:
                 if self._labelling is not None:
                     self._labelling.refresh()

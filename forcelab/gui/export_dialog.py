@@ -125,13 +125,13 @@ class ExportDialog(QDialog):
     def _written(self, files: tuple[Path, ...]) -> None:
         """Say what was written."""
         more = f" and {len(files) - 1} more" if len(files) > 1 else ""
-        self._tell(f"Written: {files[0]}{more}")
+        self._report(f"Written: {files[0]}{more}")
 
     def _failed(self, error: Exception) -> None:
         """Say what stands in the way."""
-        self._tell(str(error))
+        self._report(str(error))
 
-    def _tell(self, text: str) -> None:
+    def _report(self, text: str) -> None:
         """Say what became of it."""
         self._bar.setVisible(False)
         self.go.setEnabled(True)

@@ -138,7 +138,7 @@ class ImportColumns(QWidget):
         """Take in the samples a second that are given for files without times; 0 for none."""
         if rate != self._rate:
             self._rate = rate
-            self._say()
+            self._show_status()
 
     def _fill(self) -> None:
         """Show the columns as they are read now."""
@@ -157,11 +157,11 @@ class ImportColumns(QWidget):
                 self.table.setItem(row, place, item)
             self.table.setCellWidget(row, 2, _pad_columns(self._choice(one)))
         self._trouble = trouble
-        self._say()
+        self._show_status()
 
-    def _say(self) -> None:
+    def _show_status(self) -> None:
         """Say what is shown, and what is still lacking."""
-        self.heading.setText(self._trouble or self._said())
+        self.heading.setText(self._trouble or self._file_sentence())
         wrong = self._trouble or not self._timed
         self.heading.setStyleSheet(f"color: {colours().warning}" if wrong else "")
 
@@ -186,7 +186,7 @@ class ImportColumns(QWidget):
         except (InputError, OSError) as error:
             return (), str(error)
 
-    def _said(self) -> str:
+    def _file_sentence(self) -> str:
         """One sentence on which file this is and how its times are known."""
         name = self._path.name if self._path else ""
         kinds = [one.use for one in self.uses]
@@ -455,7 +455,7 @@ class ImportDialog(QDialog):
         """Other files are to be imported than before."""
         files = self._chosen()
         self._go.setEnabled(bool(files) and self._bar.isHidden())
-        self._tell("")  # it was of files that were in the list before
+        self._show_report("")  # it was of files that were in the list before
         self.columns.show_first([Path(name) for name in files])
 
     def _import(self) -> None:
@@ -476,7 +476,7 @@ class ImportDialog(QDialog):
         options, files = self.columns.options(options), self._chosen()
         self._go.setEnabled(False)
         self._bar.setVisible(True)
-        self._tell("")
+        self._show_report("")
         self._jobs.run(
             importing(project.path, files, options),
             partial(self._imported, files),
@@ -505,7 +505,7 @@ class ImportDialog(QDialog):
             lines.append("Left out because they could not be read:")
             lines += report.unread.values()
             lines.append("Press Delete to remove the selected files from the list.")
-        self._tell("\n".join((*lines, *report.told())), trouble=bool(unread))
+        self._show_report("\n".join((*lines, *report.told())), trouble=bool(unread))
         self._document.reread()  # the open one may have new labels, its task other actions
         if not self._document.id and self._document.infos:
             self._document.open_demonstration(self._document.infos[0].id)
@@ -522,7 +522,7 @@ class ImportDialog(QDialog):
         lines = [str(error)]
         unread = set(map(str, error.files)) if isinstance(error, InputError) else set()
         self._select(unread)
-        self._tell("\n".join(lines), trouble=True)
+        self._show_report("\n".join(lines), trouble=True)
 
     def _select(self, names: Collection[str]) -> None:
         """Select files in the list, so that Delete removes them."""
@@ -535,7 +535,7 @@ class ImportDialog(QDialog):
             self._files.scrollToItem(wrong[0])
             self._files.setFocus()
 
-    def _tell(self, text: str, trouble: bool = False) -> None:
+    def _show_report(self, text: str, trouble: bool = False) -> None:
         """Show what became of the import, all of it: what was repaired is to be known."""
         # What is read from a shell with an option is chosen above here.
         text = text.replace("(--signal)", "(Read as: signal)")

@@ -224,15 +224,15 @@ class Jobs(QObject):
         job: Job | None = first
         while job is not None:
             current = job
-            current.work(partial(self._tell, self._moved, current))
+            current.work(partial(self._send, self._moved, current))
             with self._lock:
                 job, lane.waiting = lane.waiting, None
                 lane.current = job
                 if job is None:
                     del self._lanes[current.key]
-            self._tell(self._over, current)
+            self._send(self._over, current)
 
-    def _tell(self, signal: SignalInstance, job: Job) -> None:
+    def _send(self, signal: SignalInstance, job: Job) -> None:
         """Send a job to the GUI's thread, unless the window has gone meanwhile."""
         with suppress(RuntimeError):  # what PySide raises when the C++ object was deleted
             signal.emit(job)

@@ -54,7 +54,7 @@ class TaskActions(ViewState):
         if self.project is None or self.demonstration is None:
             return False
         task, done = self.demonstration.task, False
-        with self._telling():
+        with self._reporting_errors():
             done = self.project.set_vocabulary(task, vocabulary, before=self._listed)
             if done:
                 self._list_actions(vocabulary)
@@ -71,11 +71,11 @@ class TaskActions(ViewState):
             return True
         if self.project is None or self.demonstration is None:
             return False
-        with self._telling() as told:
+        with self._reporting_errors() as errors:
             wider = self.vocabulary.with_actions(*names)
             self._list_actions(self.project.add_actions(self.demonstration.task, wider.names))
             self.vocabulary_changed.emit()
-        return not told
+        return not errors
 
     # Inside
 
@@ -97,7 +97,7 @@ class TaskActions(ViewState):
         if project is None:
             return
         here = None if self.demonstration is None else self.demonstration.task
-        with self._telling():
+        with self._reporting_errors():
             for task, (gone, back) in reverted.actions.items():
                 listed = project.vocabulary(task)  # which others may have changed just now
                 now = self._before_renaming(task, listed, gone, back, reverted)
@@ -131,15 +131,15 @@ class TaskActions(ViewState):
         return None
 
     @contextmanager
-    def _telling(self) -> Iterator[list[str]]:
+    def _reporting_errors(self) -> Iterator[list[str]]:
         """Say in the status line what stands in the way; gives a list that holds it then."""
-        told: list[str] = []
+        errors: list[str] = []
         self.refused = False
         try:
-            yield told
+            yield errors
         except ForcelabError as error:
             self.refused = True
-            told.append(str(error))
+            errors.append(str(error))
             self.say(str(error), True)
             if error.__cause__ is not None:  # the disk or the store refused, not what was asked for
                 self.store_failed.emit(str(error))

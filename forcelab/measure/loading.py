@@ -131,7 +131,7 @@ def _loaded(stage: str) -> Loaded:
     return Loaded(spent, max(0, process.memory_info().rss - before))
 
 
-def _tell(stages: Sequence[str]) -> None:
+def _run_as_program(stages: Sequence[str]) -> None:
     """What this module does as a program."""
     # Paid for by no stage: Python, this measurement, and numpy, which everything loads.
     import numpy  # noqa: F401
@@ -142,4 +142,4 @@ def _tell(stages: Sequence[str]) -> None:
 
 
 if __name__ == "__main__":
-    _tell(sys.argv[1:])
+    _run_as_program(sys.argv[1:])

@@ -81,7 +81,7 @@ def measuring(
     spent: dict[int, Spent] = {id(variant): Spent() for variant in variants}
     for alike in seen_alike(variants):
         try:
-            seen = yield from _seen(used, alike[0], watch)
+            seen = yield from _compute_features(used, alike[0], watch)
         except InputError as error:
             _refuse(alike, spent, error)
             continue
@@ -112,18 +112,18 @@ def _refuse(variants: Sequence[Variant], spent: dict[int, Spent], error: InputEr
         spent[id(variant)].refusal = str(error)
 
 
-def _told(variant: Variant) -> str:
+def _variant_text(variant: Variant) -> str:
     """A variant in the words of the progress."""
     return f"{variant.name} {variant.setting}"
 
 
-def _seen(
+def _compute_features(
     labelled: Sequence[Labelled], variant: Variant, watch: _Watch
 ) -> Generator[Progress, None, Seen]:
     """Compute the features of all demonstrations, each on the clock."""
     settings = variant.settings
     rate = common_rate([item.demonstration for item in labelled], settings)
-    yield watch.at(f"{_told(variant)}: features")
+    yield watch.at(f"{_variant_text(variant)}: features")
     # Untimed, as counting memory takes time; it also loads and plans what the others then find.
     _, peak = remembered(lambda: prepare(labelled[0], settings, rate))
     examples, seconds = [], []
@@ -131,7 +131,7 @@ def _seen(
         made, taken = timed(lambda item=item: prepare(item, settings, rate))  # type: ignore[misc]
         examples.append(made)
         seconds.append(taken)
-        yield watch.at(f"{_told(variant)}: features")
+        yield watch.at(f"{_variant_text(variant)}: features")
     watch.done += 1
     return Seen(labelled, examples, seconds, peak)
 
@@ -150,7 +150,7 @@ def _folds(
     ended = watch.done + len(parts)
     try:
         for number, part in enumerate(parts, 1):
-            text = f"{_told(group[0])}: {number} of {len(parts)}"
+            text = f"{_variant_text(group[0])}: {number} of {len(parts)}"
             train = [e for i, e in enumerate(seen.examples) if i not in part]
             recogniser, fitted = yield from _fitted(train, first, watch, text)
             for variant in group:

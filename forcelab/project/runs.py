@@ -237,7 +237,7 @@ def recogniser_of(row: sqlite3.Row) -> StoredRecogniser:
     """A recogniser as stored."""
     cure = f"remove it with 'forcelab remove --recogniser {row['id'][:8]}'"
     with told_of_content(f"The recogniser '{row['name']}'", cure):
-        return StoredRecogniser(id=row["id"], name=row["name"], **_made(row))
+        return StoredRecogniser(id=row["id"], name=row["name"], **_stored_provenance(row))
 
 
 def run_of(row: sqlite3.Row) -> StoredRun:
@@ -245,7 +245,7 @@ def run_of(row: sqlite3.Row) -> StoredRun:
     with told_of_content(f"What run {row['id']} found", "repeat it"):
         result = json.loads(row["result"])
     with _told_of_run(row):
-        return StoredRun(id=row["id"], kind=row["kind"], result=result, **_made(row))
+        return StoredRun(id=row["id"], kind=row["kind"], result=result, **_stored_provenance(row))
 
 
 def row_of_run(database: Database, number: int, columns: str = RUN) -> sqlite3.Row:
@@ -275,7 +275,9 @@ def _summary(row: sqlite3.Row) -> RunSummary:
     """A run without its result."""
     front = row["front"].decode(errors="replace")
     with _told_of_run(row):
-        return RunSummary(id=row["id"], kind=row["kind"], digest=_digest(front), **_made(row))
+        return RunSummary(
+            id=row["id"], kind=row["kind"], digest=_digest(front), **_stored_provenance(row)
+        )
 
 
 def _told_of_run(row: sqlite3.Row) -> contextlib.AbstractContextManager[None]:
@@ -317,7 +319,7 @@ def _digest(front: str) -> dict[str, Any]:
     return found if isinstance(found, dict) else {}
 
 
-def _made(row: sqlite3.Row) -> dict[str, Any]:
+def _stored_provenance(row: sqlite3.Row) -> dict[str, Any]:
     """How a thing was made, as stored."""
     settings, labels, versions = (
         json.loads(row[name], parse_float=_finite, parse_constant=_finite)

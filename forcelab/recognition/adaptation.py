@@ -251,8 +251,8 @@ def _sensors(channels: Sequence[str]) -> dict[str, tuple[int, int]]:
 def _likelihood(known: Sequence[_Look], new: Sequence[_Look], order: NDArray[np.int64]) -> float:
     """Logarithm of how likely an assignment is, per demonstration, but for a constant."""
     same = np.arange(len(order))
-    seen = np.stack([_told(look, same) for look in known])
-    asked = np.stack([_told(look, order) for look in new])
+    seen = np.stack([_sensor_signature(look, same) for look in known])
+    asked = np.stack([_sensor_signature(look, order) for look in new])
     q = len(order)
     slack = np.repeat([CALIBRATION, CIRCUMSTANCES], [q, q * (q - 1) // 2])
     width = np.sqrt(seen.var(axis=0) + slack**2)
@@ -261,7 +261,7 @@ def _likelihood(known: Sequence[_Look], new: Sequence[_Look], order: NDArray[np.
     return float(logs.sum(axis=1).mean())
 
 
-def _told(look: _Look, order: NDArray[np.int64]) -> Real:
+def _sensor_signature(look: _Look, order: NDArray[np.int64]) -> Real:
     """What tells sensors apart: sizes of channels beside each other, and what moves together."""
     sizes = np.log(look.size[order])
     related = look.related[np.ix_(order, order)]

@@ -108,10 +108,10 @@ class Forest:
             known = features.astype(self.threshold.dtype, copy=False)
         for first in range(0, len(features), BLOCK):
             rows = known[first : first + BLOCK]
-            total[first : first + BLOCK] = self.value[self._said(rows)].sum(axis=1) + self.base
+            total[first : first + BLOCK] = self.value[self._leaf_rows(rows)].sum(axis=1) + self.base
         return softmax(total) if self.boosted else total / total.sum(axis=1, keepdims=True)
 
-    def _said(self, rows: NDArray[np.floating[Any]]) -> Integers:
+    def _leaf_rows(self, rows: NDArray[np.floating[Any]]) -> Integers:
         """Which row of values each tree says of each row of features, shape (m, t)."""
         roots, threshold, right, said = self._paths
         nodes = np.broadcast_to(roots, (len(rows), len(roots)))

@@ -140,7 +140,7 @@ def fitting_live(
     """
     stepping = settings.replace(step=settings.step or STEP)
     seen = [prepare(item, stepping, rate, kept=False) for item in labelled]
-    usual = usual_size((_heard(item, settings, rate) for item in labelled), rate)
+    usual = usual_size((_gridded_channels(item, settings, rate) for item in labelled), rate)
     y, groups, steps = learnt_steps([one.codes(actions) for one in seen])
     if len(np.unique(y)) < 2:  # all but one fell between two steps: no stream can be followed
         return ()
@@ -154,7 +154,9 @@ def fitting_live(
         X, done = np.empty((len(y), windows.width)), 0
         for item, one, own_steps in zip(labelled, seen, steps, strict=True):
             # Rates that differ a little are kept, and may make hops of a sample more or less.
-            found = windows.of(_heard(item, settings, rate), rate, hop_of(settings, one.rate))
+            found = windows.of(
+                _gridded_channels(item, settings, rate), rate, hop_of(settings, one.rate)
+            )
             X[done : done + len(own_steps)] = found[own_steps]
             done += len(own_steps)
         made = finish(fitting_averaged(CLASSIFIER, X, y, settings.seed, care))
@@ -165,7 +167,7 @@ def fitting_live(
     return tuple(parts[look] for look in LOOKS)
 
 
-def _heard(item: Labelled, settings: Settings, rate: float) -> Real:
+def _gridded_channels(item: Labelled, settings: Settings, rate: float) -> Real:
     """The channels of a demonstration on its grid, (q, n): made anew, and not kept."""
     channels = channel_map(item.demonstration.channels, settings.channels)
     return channels.apply(on_grid(item.demonstration, rate, channels.recorded).signals)

@@ -149,7 +149,7 @@ class Settings:
         for name, (fine, need) in self._ranges().items():
             if not fine:
                 raise InputError(
-                    f"The setting {name} must {need}, not {_said(getattr(self, name))}."
+                    f"The setting {name} must {need}, not {_value_text(getattr(self, name))}."
                 )
         if self.max_scale < self.min_scale:
             raise InputError(
@@ -324,7 +324,7 @@ _CHOICES: Mapping[str, tuple[str, ...]] = {
 _SWITCHES = ("phase", "circular", "peaks", "balanced", "calibrated", "trimmed", "changes")
 
 
-def _said(value: object) -> str:
+def _value_text(value: object) -> str:
     """A value in a sentence."""
     if isinstance(value, tuple):
         return ", ".join(str(one) for one in value) or "none"

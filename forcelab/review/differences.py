@@ -232,7 +232,12 @@ def _pieces(human: Sequence[Segment], predicted: Sequence[Segment]) -> Iterator[
     """Cut time where either track changes; a change from an action to itself is none."""
     times = sorted({t for s in (*human, *predicted) for t in (s.start, s.end)})
     pending: _Piece | None = None
-    stretches = zip(pairwise(times), _seen(human, times), _seen(predicted, times), strict=True)
+    stretches = zip(
+        pairwise(times),
+        _actions_between(human, times),
+        _actions_between(predicted, times),
+        strict=True,
+    )
     for (start, end), one, other in stretches:
         if pending is not None and (pending.human, pending.predicted) == (one, other):
             pending = pending._replace(end=end)
@@ -244,7 +249,7 @@ def _pieces(human: Sequence[Segment], predicted: Sequence[Segment]) -> Iterator[
         yield pending
 
 
-def _seen(segments: Sequence[Segment], times: Sequence[float]) -> Iterator[str | None]:
+def _actions_between(segments: Sequence[Segment], times: Sequence[float]) -> Iterator[str | None]:
     """What a track has between each two neighbouring times, which hold all of its edges."""
     following = iter(segments)
     current = next(following, None)

@@ -785,7 +785,7 @@ def explaining(
     neighbours = {}
     for action in (favoured, against):
         near = nearest(wanted, withheld.training, action, without={place.demonstration, *hidden})
-        neighbours[action] = tuple(_told(outcome, one) for one in near)
+        neighbours[action] = tuple(_neighbour_with_prediction(outcome, one) for one in near)
     return Why(
         place=place,
         favoured=favoured,
@@ -857,7 +857,7 @@ def _sides(judge: Judge, rows: Real, place: Interval) -> tuple[str, str]:
     return favoured, next(action for action in order if action != favoured)
 
 
-def _told(outcome: Outcome, found: Neighbour) -> Neighbour:
+def _neighbour_with_prediction(outcome: Outcome, found: Neighbour) -> Neighbour:
     """A neighbour with what was predicted there."""
     place, reviewed = found.place, outcome.find(found.place.demonstration)
     if reviewed is None:

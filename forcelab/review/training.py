@@ -120,11 +120,11 @@ class TrainingProgress:
                 except StopIteration as end:
                     self._end_fit()
                     return cast(MadeT, end.value)
-                yield self._seen(progress, phase)
+                yield self._step_of(progress, phase)
         finally:
             job.close()
 
-    def _seen(self, progress: Progress, phase: Phase) -> Step:
+    def _step_of(self, progress: Progress, phase: Phase) -> Step:
         """The step that a progress is."""
         if not isinstance(progress, Epoch):
             if progress.text != "features":

@@ -482,10 +482,10 @@ class Frames:
             for start in range(0, size, together):
                 chosen = slice(start, min(start + together, size))
                 rows = slice(part.rows.start + chosen.start, part.rows.start + chosen.stop)
-                tasks.append(partial(self._told, part, chosen, rows, spectra, slopes, take))
+                tasks.append(partial(self._emit_rows, part, chosen, rows, spectra, slopes, take))
         return tasks
 
-    def _told(
+    def _emit_rows(
         self,
         part: _Rows,
         chosen: slice,

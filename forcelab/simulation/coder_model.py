@@ -228,7 +228,7 @@ def code(performance: Performance, coder: Coder, rng: np.random.Generator) -> Co
         return Coding(Track(coder.name), ())
     names = _names(actions, coder, rng.random((len(actions), 2)))
     edges = np.unique([[action.start, action.end] for action in actions])
-    seen = _seen(performance, edges, coder, rng)
+    seen = _perceived_edges(performance, edges, coder, rng)
     bare = rng.gamma(2.0, coder.gap / 4, len(edges))
     bare[[0, -1]] = rng.gamma(2.0, coder.margin / 2, 2)
     sight = dict(zip(edges.tolist(), zip(seen.tolist(), bare.tolist(), strict=True), strict=True))
@@ -274,7 +274,9 @@ def _habits(
     ]
 
 
-def _seen(performance: Performance, edges: Array, coder: Coder, rng: np.random.Generator) -> Array:
+def _perceived_edges(
+    performance: Performance, edges: Array, coder: Coder, rng: np.random.Generator
+) -> Array:
     """Where the coder sees the edges (m,): in the same order, the first and the last unmoved."""
     starting = {action.start: action.action for action in performance.actions}
     late = [coder.lag + coder.starts.get(starting.get(edge, ""), 0.0) for edge in edges.tolist()]

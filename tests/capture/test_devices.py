@@ -327,7 +327,7 @@ def test_a_counter_that_stands_still_is_not_taken_for_a_loose_cable():
     packets = build_packets(counters, np.zeros(3300, int), np.zeros((3300, 3), int))
     device._heard = time.monotonic() - 10
     for first in range(0, 3300, 100):
-        device._told(packets[first : first + 100].tobytes(), time.monotonic())
+        device._parse_packets(packets[first : first + 100].tobytes(), time.monotonic())
     (said,) = device.remarks()
     assert "counter stands still" in said
 

@@ -402,7 +402,10 @@ class CaptureController(QObject):
         elif self.phase in (CaptureState.RECORDING, CaptureState.STUCK):
             self.marks.end(time.monotonic())
             self._work(
-                CaptureState.KEEPING, self._connection.stopping(), self._kept, self._not_ended
+                CaptureState.KEEPING,
+                self._connection.stopping(),
+                self._recording_saved,
+                self._not_ended,
             )
         elif self.phase is CaptureState.APART:
             self.say("Connect the devices before recording.", True)
@@ -491,7 +494,7 @@ class CaptureController(QObject):
         self.say(f"Recording '{name}'.")
         self._check_project()
 
-    def _kept(self, kept: SavedRecording) -> None:
+    def _recording_saved(self, kept: SavedRecording) -> None:
         self.name = ""
         self.last.take(kept, self._path)
         self._to(CaptureState.READY)

@@ -194,7 +194,7 @@ class DeviceList(QWidget):
             "A file that makes newtons of the counts of the chosen OptoForce DAQ"
         )
         self.calibration_button.clicked.connect(self._ask_calibration)
-        self.rows.currentItemChanged.connect(self._tell)
+        self.rows.currentItemChanged.connect(self._show_empty_note)
         self.rows.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
         self.rows.customContextMenuRequested.connect(self._offer)
         self.rows.delete_pressed.connect(self._remove)
@@ -218,7 +218,7 @@ class DeviceList(QWidget):
         column.addWidget(self.entry)
         for name in settings.strings(BY_HAND):
             self.rows.put(name)
-        self._tell()
+        self._show_empty_note()
 
     @property
     def devices(self) -> tuple[str, ...]:
@@ -238,7 +238,7 @@ class DeviceList(QWidget):
         self.refresh_button.setVisible(choosing)
         self.entry.setVisible(choosing)
         self._choosing = choosing
-        self._tell()
+        self._show_empty_note()
         height = 2 * (self.rows.frameWidth() + self.rows.spacing())
         for i in range(self.rows.count()):
             ticked = self.rows.item(i).checkState() == Qt.CheckState.Checked
@@ -258,7 +258,7 @@ class DeviceList(QWidget):
         item.setCheckState(Qt.CheckState.Checked)
         known = settings.strings(BY_HAND)
         settings.store(BY_HAND, tuple(dict.fromkeys((*known, name)))[-8:])
-        self._tell()
+        self._show_empty_note()
 
     def remember(self) -> None:
         """Keep what is ticked for the next time; of what was added by hand, that too."""
@@ -320,7 +320,7 @@ class DeviceList(QWidget):
             self.add(name)
         fresh.setCheckState(Qt.CheckState.Checked)
         self.rows.setCurrentItem(fresh)
-        self._tell()
+        self._show_empty_note()
 
     def _offer(self, at: QPoint) -> None:
         """Offer what can be done with a device."""
@@ -362,7 +362,7 @@ class DeviceList(QWidget):
         self.rows.takeItem(self.rows.row(item))
         for key in (BY_HAND, TICKED):
             settings.store(key, [one for one in settings.strings(key) if one != name])
-        self._tell()
+        self._show_empty_note()
 
     def _failed(self, error: Exception) -> None:
         self._session.say(str(error), True)
@@ -404,7 +404,7 @@ class DeviceList(QWidget):
                 self.rows.setCurrentItem(item)
         self.set_open(self._choosing)  # they may have been connected while it was looked
 
-    def _tell(self) -> None:
+    def _show_empty_note(self) -> None:
         """Say where there is nothing."""
         self.nothing.setVisible(not self.rows.count())
         self.rows.setVisible(self.rows.count() > 0)

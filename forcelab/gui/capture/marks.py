@@ -34,16 +34,16 @@ class MarkLegend(QLabel):
         self._session = session
         self.setTextFormat(Qt.TextFormat.PlainText)
         self.setWordWrap(True)
-        session.changed.connect(self._tell)
-        keys().changed.connect(self._tell)
-        self._tell()
+        session.changed.connect(self._show_keys)
+        keys().changed.connect(self._show_keys)
+        self._show_keys()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Long names have other room."""
         super().resizeEvent(event)
-        self._tell()
+        self._show_keys()
 
-    def _tell(self) -> None:
+    def _show_keys(self) -> None:
         """Write the keys of the actions that there are now."""
         # A key stays with its action where the line is broken.
         space, room = "\N{NO-BREAK SPACE}", self.contentsRect().width()

@@ -78,7 +78,7 @@ class CurrentAction(QWidget):
         with QPainter(self) as painter:
             glimpse = self._session.recognising.glimpse
             action = "" if glimpse is None or not self._session.connected else glimpse.action
-            self._tell(action)
+            self._set_accessible_text(action)
             loaded = self._session.recognising.loaded
             known = glimpse.probabilities if glimpse is not None else ()
             self._paint_action(painter, action, self.explained(action, known))
@@ -104,7 +104,7 @@ class CurrentAction(QWidget):
             return "as the decoder decides"
         return "as the filters decide"
 
-    def _tell(self, action: str) -> None:
+    def _set_accessible_text(self, action: str) -> None:
         """For those who do not see it."""
         if action != self._said or not self.accessibleName():
             self._said = action

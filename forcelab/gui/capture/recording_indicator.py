@@ -126,7 +126,7 @@ class ElapsedTime(QLabel):
         emphasise(self, 1.5)
         self.setAlignment(Qt.AlignmentFlag.AlignCenter)
         session.changed.connect(self._changed)
-        session.ticked.connect(self._tell)
+        session.ticked.connect(self._update_text)
         themes().changed.connect(self._changed)
         self._changed()
 
@@ -134,9 +134,9 @@ class ElapsedTime(QLabel):
         """It runs, or does not any more."""
         colour = colours().trouble if self._session.recording else colours().text
         self.setStyleSheet(f"QLabel {{ color: {colour}; }}")
-        self._tell()
+        self._update_text()
 
-    def _tell(self) -> None:
+    def _update_text(self) -> None:
         state, phase = self._session.state, self._session.phase
         text = ""
         if phase is CaptureState.RECORDING and state is not None:

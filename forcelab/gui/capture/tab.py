@@ -73,8 +73,8 @@ class CaptureTab(QWidget):
 
             self._built = CaptureWorkspace(self.document, self._jobs)
             self._column.addWidget(self._built)
-            self._built.session.changed.connect(self._tell)
-            self._built.session.ticked.connect(self._tell)
+            self._built.session.changed.connect(self._update_indicator)
+            self._built.session.ticked.connect(self._update_indicator)
         return self._built
 
     def come_to_front(self, front: bool) -> None:
@@ -121,7 +121,7 @@ class CaptureTab(QWidget):
         """Take back what was begun last, if the workspace is in front; gives whether it was."""
         return self._built is not None and self._built.isVisible() and self._built.cancel()
 
-    def _tell(self) -> None:
+    def _update_indicator(self) -> None:
         """Say elsewhere what is recorded."""
         assert self._built is not None
         session = self._built.session

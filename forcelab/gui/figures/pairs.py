@@ -329,7 +329,7 @@ class TimelinePairs(Figure):
                 boxes,
                 self.axis_of(row),
                 pair,
-                looks=self._looks,
+                looks=self._action_styles,
                 theme=self.theme,
                 mark=QColor(MARK),
             )
@@ -370,14 +370,14 @@ class TimelinePairs(Figure):
         return MARGIN + 40 + (len(self._key) - 1) * KEY_LINE
 
     @cached_property
-    def _looks(self) -> dict[str, LabelStyle]:
+    def _action_styles(self) -> dict[str, LabelStyle]:
         """Each action's number, colour and texture."""
         return styles_in_order(self.actions, self.vocabulary)
 
     @cached_property
     def _legend(self) -> Legend:
         """The legend below the title."""
-        return Legend(self._looks, self.width - 2 * MARGIN)
+        return Legend(self._action_styles, self.width - 2 * MARGIN)
 
     @cached_property
     def _caption_room(self) -> float:

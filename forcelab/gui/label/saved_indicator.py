@@ -43,13 +43,13 @@ class SavedIndicator(QWidget):
         """Say that the last edit was not stored, and why."""
         self.trouble = sentence
         self._looking.stop()
-        self._say("Not stored", sentence)
+        self._show_text("Not stored", sentence)
 
     def look(self) -> None:
         """Look up when the last edit was made."""
         document = self.document
         if document.project is None or not document.id:
-            self._say("", "")
+            self._show_text("", "")
             return
         try:
             last = document.project.history(document.id, document.author, latest=1)
@@ -62,9 +62,9 @@ class SavedIndicator(QWidget):
         self.trouble, self._newest = "", newest
         about = "Every edit is stored before it is shown; there is nothing to save."
         if last:
-            self._say(f"Stored {clock(last[0].time)}", about)
+            self._show_text(f"Stored {clock(last[0].time)}", about)
         else:
-            self._say("All stored", about)
+            self._show_text("All stored", about)
 
     def sizeHint(self) -> QSize:
         """Sign and words."""
@@ -97,7 +97,7 @@ class SavedIndicator(QWidget):
                 painter.setPen(ink)
                 painter.drawText(room, Qt.AlignmentFlag.AlignVCenter, self.text)
 
-    def _say(self, text: str, about: str) -> None:
+    def _show_text(self, text: str, about: str) -> None:
         """Show a text and more about it."""
         before = self.sizeHint()
         self.text = text

@@ -272,7 +272,7 @@ class ScalogramLoader(QObject):
 
         def done(picture: Scalogram) -> None:
             self.wanted = self._timer.isActive()  # the span may have changed again
-            self._tell(picture)
+            self._emit_picture(picture)
 
         def failed(error: Exception) -> None:
             self.wanted = self._timer.isActive()
@@ -284,13 +284,13 @@ class ScalogramLoader(QObject):
             if picture is not None and picture is not self._shown:
                 if not picture.coarse:  # what the job goes on with is not seen
                     self.wanted = self._timer.isActive()
-                self._tell(picture)
+                self._emit_picture(picture)
 
         self._job = self._jobs.run(
             compute(wish, self.view), done, failed, moved, key=f"scalogram {id(self)}"
         )
 
-    def _tell(self, picture: Scalogram) -> None:
+    def _emit_picture(self, picture: Scalogram) -> None:
         """Give a newer picture away."""
         if picture is not self._shown:
             self._shown, self.view = picture, picture.view

@@ -421,10 +421,10 @@ class ScalogramLayers:
         """
         for kind in ORDER:
             if kind in self._kept:
-                for seen in self._seen(kind, start, end):
+                for seen in self._visible_region(kind, start, end):
                     _paint(painter, plot, (start, end), seen, smooth, *self._kept[kind])
 
-    def _seen(self, kind: str, start: float, end: float) -> list[tuple[float, float]]:
+    def _visible_region(self, kind: str, start: float, end: float) -> list[tuple[float, float]]:
         """Where a picture is not covered: a fine one hides what lies below it."""
         if kind != "whole" or "fine" not in self._kept:
             return [(start, end)]

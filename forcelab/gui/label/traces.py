@@ -484,7 +484,7 @@ class ForcePanel(TimePanel):
     def event(self, event: QEvent) -> bool:
         """Tell the whole name and the unit of a channel whose name is pointed at."""
         if isinstance(event, QHelpEvent) and event.type() == QEvent.Type.ToolTip:
-            told = self._told(event.pos().x(), event.pos().y())
+            told = self._gutter_tip(event.pos().x(), event.pos().y())
             QToolTip.showText(event.globalPos(), told, self)
             return True
         return super().event(event)
@@ -637,7 +637,7 @@ class ForcePanel(TimePanel):
         self._noted_left = self._notes_left
         paint_notes(painter, plot, notes, now, at_left=self._noted_left)
 
-    def _told(self, x: float, y: float) -> str:
+    def _gutter_tip(self, x: float, y: float) -> str:
         """What is said of a place in the gutter."""
         for lane, _ in self._axes:
             if x < self.GUTTER and lane.top <= y <= lane.bottom:

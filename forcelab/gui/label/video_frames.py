@@ -79,7 +79,7 @@ class FrameThread:
             self._ended = True
             self._changed.notify()
 
-    def _tell(self, what: str, *values: object) -> None:
+    def _send(self, what: str, *values: object) -> None:
         """Send to the GUI's thread."""
         try:
             self._told.emit(self, what, values)
@@ -94,7 +94,7 @@ class FrameThread:
                 with reader:
                     self._read(reader)
         except (InputError, ImportError, OSError) as error:
-            self._tell("failed", _sentence(error, self.path))
+            self._send("failed", _sentence(error, self.path))
         finally:
             if self._sketching is not None:
                 self._sketching.close()
@@ -110,9 +110,9 @@ class FrameThread:
             self._sketching = self._sketches.sketching()
         width, height = reader.size  # asked for once, as it takes a look at the first frame
         self._pixels = width * height
-        self._tell("opened", reader.times)
+        self._send("opened", reader.times)
         if reader.remark:
-            self._tell("remarked", reader.remark)
+            self._send("remarked", reader.remark)
         while not self._ended:
             if self._wanted is not None:
                 self._serve(reader)
@@ -138,8 +138,8 @@ class FrameThread:
                 read, picture = capture.read()
                 capture.release()
                 if read:
-                    self._tell("frame_ready", 0, _image(as_rgb(picture)))
-            self._tell("indexed", progress.done, progress.total)
+                    self._send("frame_ready", 0, _image(as_rgb(picture)))
+            self._send("indexed", progress.done, progress.total)
         return None
 
     def _serve(self, reader: VideoReader) -> None:
@@ -155,16 +155,16 @@ class FrameThread:
         if reader.kept(number) is None and not number - NEAR_FRAMES <= reader.position < number:
             sketch = self._sketches.get(number) if self._sketches is not None else None
             if sketch is not None:
-                self._tell("sketch_ready", number, _image(sketch))
+                self._send("sketch_ready", number, _image(sketch))
         try:
             frame = self._reach(reader, number, None, patient=True)
         except InputError as error:
-            self._tell("missed", number, str(error))
+            self._send("missed", number, str(error))
             return
         if frame is not None:
             image = _image(frame)
             self._keep(number, image, self._around(reader)[0])
-            self._tell("frame_ready", number, image)
+            self._send("frame_ready", number, image)
 
     @property
     def prepared(self) -> bool:

@@ -271,8 +271,8 @@ class VideoPreview(QWidget):
             control.setEnabled(False)
         self.frames.opened.connect(self._opened)
         self.frames.frame_ready.connect(self._shown)
-        self.frames.failed.connect(self._say)
-        self.frames.missed.connect(lambda _, sentence: self._say(sentence))
+        self.frames.failed.connect(self._show_problem)
+        self.frames.missed.connect(lambda _, sentence: self._show_problem(sentence))
         self.slider.valueChanged.connect(self.show_frame)
         self.spin.valueChanged.connect(self.show_time)
 
@@ -302,7 +302,7 @@ class VideoPreview(QWidget):
         image = self.frames.want(number, direction)
         if image is not None:
             self._shown(number, image)
-        self._tell()
+        self._show_position()
 
     def close_video(self) -> None:
         """Let go of the file; no thread is left."""
@@ -330,11 +330,11 @@ class VideoPreview(QWidget):
             told = f"frame {number + 1} of {max(self.times.size, 1)}"
             self.picture.show_image(image, told)
 
-    def _say(self, sentence: str) -> None:
+    def _show_problem(self, sentence: str) -> None:
         """Tell what stands in the way of a frame."""
         self.picture.say(said_of_film(sentence, self._film, self._name))
 
-    def _tell(self) -> None:
+    def _show_position(self) -> None:
         """Put slider and number where the frame is."""
         with QSignalBlocker(self.slider), QSignalBlocker(self.spin):
             self.slider.setValue(self.number)

@@ -432,7 +432,7 @@ class CoderMatrix(QWidget):
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
         """Tell what lies under the pointer, as names may be cut."""
         spot = self._cell_at_point(event.position())
-        self.setToolTip("" if spot is None else self._told(*spot))
+        self.setToolTip("" if spot is None else self._cell_text(*spot))
         if spot is None:
             QToolTip.hideText()
 
@@ -522,7 +522,7 @@ class CoderMatrix(QWidget):
         counts = {} if self._found is None else self._found.counts
         return sum(counts.get(author, {}).values())
 
-    def _told(self, row: int, column: int) -> str:
+    def _cell_text(self, row: int, column: int) -> str:
         """A cell in words."""
         a, b = self.authors[row], self.authors[column]
         if row == column:
@@ -539,7 +539,7 @@ class CoderMatrix(QWidget):
     def _tell(self) -> None:
         """Draw it, and hand on what is chosen."""
         if self.authors:
-            self.setAccessibleDescription(self._told(*self.at) if self.pair else "")
+            self.setAccessibleDescription(self._cell_text(*self.at) if self.pair else "")
         self.update()
         self.chosen.emit(self.pair)
 

@@ -315,13 +315,13 @@ class ComparisonDialog(QDialog):
             return
         metric = self.metrics[index.row()]
         rows, self._ids = demonstration_rows(
-            comparison, str(self.stage.currentData()), metric, self._seen()
+            comparison, str(self.stage.currentData()), metric, self._visible_demonstrations()
         )
         columns = comparison_columns(comparison, metric.title, sure=False)
         self.each_model.show(columns, rows)
         self.each.fit_columns(stretched=0)
 
-    def _seen(self) -> frozenset[str]:
+    def _visible_demonstrations(self) -> frozenset[str]:
         """The demonstrations that the coder may see predictions of."""
         shared = () if self.comparison is None else self.comparison.shared
         return frozenset(shared) - blind_demonstrations(self.document)

@@ -464,7 +464,7 @@ class ConfusionView(QWidget):
         self.switches.changed.connect(self._changed)
         self.switches.copy.clicked.connect(self.copy)
         self.switches.save.clicked.connect(self.ask_save)
-        self.canvas.pointed.connect(self._say)
+        self.canvas.pointed.connect(self._describe_cell)
         self.canvas.picked.connect(self._pick)
         document.outcome_changed.connect(self._refresh)
         document.author_changed.connect(self._refresh)
@@ -611,9 +611,9 @@ class ConfusionView(QWidget):
             return
         figure = fit_figure(self._figure(headed=False), self._area.maximumViewportSize())
         self.canvas.show_figure(figure)
-        self._say(self.canvas.chosen or self.canvas.focus)
+        self._describe_cell(self.canvas.chosen or self.canvas.focus)
 
-    def _say(self, cell: tuple[int, int] | None) -> None:
+    def _describe_cell(self, cell: tuple[int, int] | None) -> None:
         """Say in a sentence what a cell holds."""
         if self.cells is None or cell is None:
             self.sentence.setText("")

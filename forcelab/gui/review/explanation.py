@@ -443,8 +443,8 @@ class ExplanationView(QWidget):
             self._begin()
 
         job = train_without(path, outcome, id_)
-        self.jobs.run(job, done, self._failed, self._tell, HELD_OUT_JOB)
-        self._tell(Progress(0, 1, "features"))
+        self.jobs.run(job, done, self._failed, self._show_progress, HELD_OUT_JOB)
+        self._show_progress(Progress(0, 1, "features"))
 
     def _explain(self, withheld: Withheld) -> None:
         """Explain the place."""
@@ -485,7 +485,7 @@ class ExplanationView(QWidget):
         for key in keys or JOB_KEYS:
             self.jobs.cancel(key)
 
-    def _tell(self, progress: object) -> None:
+    def _show_progress(self, progress: object) -> None:
         """Say how far the training is."""
         if isinstance(progress, Progress) and self.place and self._outcome:
             name = self._name_of(self.place.demonstration)

@@ -239,14 +239,14 @@ class LegendStrip(QWidget):
 
     def __init__(self) -> None:
         super().__init__()
-        self._looks: Mapping[str, LabelStyle] = {}
+        self._styles: Mapping[str, LabelStyle] = {}
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         self.setAccessibleName("Legend of the actions")
         themes().changed.connect(self.update)
 
     def show_looks(self, looks: Mapping[str, LabelStyle]) -> None:
         """Show these actions in this order."""
-        self._looks = looks
+        self._styles = looks
         self.setAccessibleDescription(
             ", ".join(f"{look.sign.upper()} {name}".lstrip() for name, look in looks.items())
         )
@@ -267,7 +267,7 @@ class LegendStrip(QWidget):
     @property
     def _legend(self) -> Legend:
         """The legend in the width there is."""
-        return Legend(self._looks, max(self.width() - 2 * MARGIN, 1.0))
+        return Legend(self._styles, max(self.width() - 2 * MARGIN, 1.0))
 
     def _fit(self) -> None:
         """Take the height of the lines."""
@@ -369,7 +369,7 @@ class PairsView(QWidget):
         self._current = CurrentTracks(document, jobs, self)
         self._hidden: frozenset[str] = frozenset()
         self._vocabulary = Vocabulary()
-        self._looks: Mapping[str, LabelStyle] = {}
+        self._styles: Mapping[str, LabelStyle] = {}
         # The actions of an outcome: to list them takes a while, and edits add but few.
         self._listed: tuple[Outcome | None, tuple[str, ...]] = (None, ())
         self.setAccessibleName("Timeline pairs")
@@ -394,7 +394,7 @@ class PairsView(QWidget):
             outcome.title,
             tuple(replace(entry.pair, note=_figure_note(entry)) for entry in self.area.entries),
             self._vocabulary,
-            tuple(self._looks),
+            tuple(self._styles),
             note_key="At the right: accuracy after the filters.",
             stretched=self.tools.stretched.isChecked(),
         )
@@ -486,8 +486,8 @@ class PairsView(QWidget):
     def _show(self) -> None:
         """Show the rows in order."""
         actions = sorted(self._actions(), key=self._key_of)
-        self._looks = ActionStyles(styles_in_order(actions, self._vocabulary))
-        looks, tools = self._looks, self.tools
+        self._styles = ActionStyles(styles_in_order(actions, self._vocabulary))
+        looks, tools = self._styles, self.tools
         rows = filter_and_sort(self._entries, tools.chosen_order, tools.search.text())
         self.legend.show_looks(looks)
         self._show_missing(len(rows))

@@ -303,7 +303,7 @@ class Measuring(QObject):
         self._asked_by = self.document.author
         self._jobs.run(
             self._work.measure(project.path, self.task, self.author, self.learning.settings),
-            self._made,
+            self._show_measured,
             self._failed,
             self._moved,
             key=MEASURING,
@@ -395,7 +395,7 @@ class Measuring(QObject):
             self.progress = progress
             self.progressed.emit()
 
-    def _made(self, measured: Measured) -> None:
+    def _show_measured(self, measured: Measured) -> None:
         """Show what was measured, unless the coder has turned to another task meanwhile."""
         self._ended()
         if measured.task != self.task:

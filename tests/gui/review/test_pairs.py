@@ -206,7 +206,7 @@ def test_the_legend_tells_the_keys_that_paint(shown, study):
     view = shown()
     study.set_vocabulary(study.vocabulary.rebound("release", "8").rebound("hold", ""))
     assert view.legend.accessibleDescription() == "1 grab, 8 release, hold"
-    assert {name: look.sign for name, look in view.figure()._looks.items()} == {
+    assert {name: look.sign for name, look in view.figure()._action_styles.items()} == {
         "grab": "1", "hold": "", "release": "8"
     }  # fmt: skip
 
@@ -499,7 +499,7 @@ def test_colours_that_changed_while_it_was_hidden_are_the_new_ones(shown, study)
     other = replace(actions[0], colour="#123456")
     assert study.set_vocabulary(Vocabulary((other, *actions[1:])))
     view.show()
-    assert view._looks["grab"].colour.name() == "#123456"
+    assert view._styles["grab"].colour.name() == "#123456"
 
 
 def test_nothing_is_made_for_a_hidden_view(shown, study):

@@ -264,7 +264,8 @@ end = time.monotonic() + 30
 while not (window.settled and window.document.outcome) and time.monotonic() < end:
     app.processEvents()
     time.sleep(0.001)
-assert window.document.outcome is not None
+runs = len(window.document.project.runs())
+assert window.document.outcome is not None, (runs, window.statusBar().currentMessage())
 threads = [thread.name for thread in threading.enumerate()]
 shown = window.label.video.isVisible()
 window.close()
@@ -272,8 +273,9 @@ print(json.dumps([list(sys.modules), threads, shown]))
 """
     environment = {**os.environ, "QT_QPA_PLATFORM": "offscreen"}
     done = subprocess.run(
-        [sys.executable, "-c", script], env=environment, capture_output=True, text=True, check=True
+        [sys.executable, "-c", script], env=environment, capture_output=True, text=True, check=False
     )
+    assert done.returncode == 0, done.stderr
     loaded, threads, shown = json.loads(done.stdout)
     never = {"cv2", "sklearn", "serial", "pyqtgraph", "joblib", "scipy.signal", "scipy.optimize"}
     unseen = {"forcelab.gui.review.workspace", "forcelab.review.explanation"}
