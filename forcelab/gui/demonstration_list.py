@@ -26,7 +26,6 @@ from PySide6.QtGui import (
     QFontMetricsF,
     QKeyEvent,
     QPainter,
-    QPen,
 )
 from PySide6.QtWidgets import (
     QAbstractItemView,
@@ -70,14 +69,12 @@ from forcelab.gui.icons import icon, paint_icon
 from forcelab.gui.item_views import (
     ABOVE,
     GAP,
-    HOVERED,
-    SELECTED,
     SIDE,
     SMALL,
-    STRIPE,
     Index,
     draw_line,
     paint_chevron,
+    paint_row_background,
     smaller,
 )
 from forcelab.gui.label.track_rows import track_spans
@@ -111,29 +108,12 @@ class RowPainter(QStyledItemDelegate):
         painter.save()
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         is_open = isinstance(item, DemonstrationRow) and item.info.id == self._model.opened
-        _paint_ground(painter, option, is_open)
+        paint_row_background(painter, option, is_open)
         if isinstance(item, TaskGroup):
             _paint_group(painter, option, item)
         elif item is not None:
             _paint_row(painter, option, item, is_open)
         painter.restore()
-
-
-def _paint_ground(painter: QPainter, option: QStyleOptionViewItem, is_open: bool) -> None:
-    """A row's ground: under the pointer, selected, open."""
-    box, state = QRectF(option.rect), option.state
-    accent = QColor(colours().accent)
-    selected = bool(state & QStyle.StateFlag.State_Selected)
-    share = SELECTED * selected + HOVERED * bool(state & QStyle.StateFlag.State_MouseOver)
-    if share:
-        tint = translucent(accent, share)
-        painter.fillRect(box, tint)
-    if is_open:
-        painter.fillRect(QRectF(box.left(), box.top(), STRIPE, box.height()), accent)
-    if selected and state & QStyle.StateFlag.State_HasFocus:
-        painter.setPen(QPen(accent, 1))
-        painter.setBrush(Qt.BrushStyle.NoBrush)
-        painter.drawRect(box.adjusted(0.5, 0.5, -0.5, -0.5))
 
 
 def _paint_group(painter: QPainter, option: QStyleOptionViewItem, group: TaskGroup) -> None:

@@ -35,12 +35,15 @@ from PySide6.QtWidgets import (
     QAbstractItemView,
     QHeaderView,
     QListView,
+    QStyle,
+    QStyleOptionViewItem,
     QTableView,
     QVBoxLayout,
     QWidget,
 )
 
 from forcelab.gui.document import Document
+from forcelab.gui.figures.colormap import translucent
 from forcelab.gui.figures.text import elided, elided_name
 from forcelab.gui.layout import whole_rows
 from forcelab.gui.theme import colours, themes
@@ -59,6 +62,18 @@ SMALL = 0.88
 SELECTED, HOVERED = 0.20, 0.07
 #: Width of the stripe that marks the row of what is open or looked at, in pixels.
 STRIPE = 3.0
+
+
+def paint_row_background(painter: QPainter, option: QStyleOptionViewItem, marked: bool) -> None:
+    """A row's background: under the pointer or selected, with a stripe if it is marked."""
+    box, state = QRectF(option.rect), option.state
+    accent = QColor(colours().accent)
+    selected = bool(state & QStyle.StateFlag.State_Selected)
+    share = SELECTED * selected + HOVERED * bool(state & QStyle.StateFlag.State_MouseOver)
+    if share:
+        painter.fillRect(box, translucent(accent, share))
+    if marked:
+        painter.fillRect(QRectF(box.left(), box.top(), STRIPE, box.height()), accent)
 
 
 def paint_chevron(painter: QPainter, centre: QPointF, height: float, expanded: bool) -> None:

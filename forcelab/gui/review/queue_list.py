@@ -39,21 +39,18 @@ from PySide6.QtWidgets import (
     QTableView,
 )
 
-from forcelab.gui.figures.colormap import translucent
 from forcelab.gui.figures.text import NAMES
 from forcelab.gui.figures.tracks import LabelStyle
 from forcelab.gui.item_views import (
     ABOVE,
     GAP,
-    HOVERED,
     NOWHERE,
-    SELECTED,
     SIDE,
     SMALL,
-    STRIPE,
     Index,
     draw_line,
     paint_chevron,
+    paint_row_background,
     smaller,
 )
 from forcelab.gui.label.swatches import paint_swatch, style_of
@@ -360,7 +357,8 @@ class QueuePainter(QStyledItemDelegate):
         item = self._model.at(index)
         painter.save()
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        _paint_ground(painter, option, isinstance(item, QueueItem))
+        selected = bool(option.state & QStyle.StateFlag.State_Selected)
+        paint_row_background(painter, option, selected and isinstance(item, QueueItem))
         if isinstance(item, QueueSection):
             _paint_section(painter, option, item, item.kind not in self._model.folded)
         elif item is not None:
@@ -379,23 +377,6 @@ class QueuePainter(QStyledItemDelegate):
 def row_height(font: QFont) -> int:
     """Pixels of a row: two lines, and what is left free around them."""
     return round(QFontMetricsF(font).height() * (1 + SMALL + 3 * ABOVE))
-
-
-def _paint_ground(painter: QPainter, option: QStyleOptionViewItem, is_item: bool) -> None:
-    """A row's ground: under the pointer, selected and so the one that is judged."""
-    box, state = QRectF(option.rect), option.state
-    accent = QColor(colours().accent)
-    selected = bool(state & QStyle.StateFlag.State_Selected)
-    share = SELECTED * selected + HOVERED * bool(state & QStyle.StateFlag.State_MouseOver)
-    if share:
-        tint = translucent(accent, share)
-        painter.fillRect(box, tint)
-    if selected and is_item:
-        painter.fillRect(QRectF(box.left(), box.top(), STRIPE, box.height()), accent)
-    if selected and state & QStyle.StateFlag.State_HasFocus:
-        painter.setPen(QPen(accent, 1))
-        painter.setBrush(Qt.BrushStyle.NoBrush)
-        painter.drawRect(box.adjusted(0.5, 0.5, -0.5, -0.5))
 
 
 def _paint_section(
