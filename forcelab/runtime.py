@@ -1,6 +1,7 @@
 """Settings of the whole process, each with what it was measured to bring.
 
-Nothing else in forcelab changes how Python, its threads or its libraries work.
+Elsewhere only: hooks for errors (:mod:`forcelab.gui.exception_hook`), signals, and limits on the
+threads of single fits (``threadpool_limits``).
 """
 
 from __future__ import annotations

@@ -124,7 +124,7 @@ class ArrivalClock:
     """
 
     def __init__(self, rate: float) -> None:
-        self._told = self._promised = 1.0 / rate if rate > 0 else 1e-3
+        self._stated_period = self._promised = 1.0 / rate if rate > 0 else 1e-3
         self._learnt = False
         self._decay = math.log(2.0) / HALF_LIFE
         self.stretches = 0
@@ -235,7 +235,7 @@ class ArrivalClock:
         self._last = int(ticks[-1])
         x = (ticks - self._zero[0]).astype(np.float64)
         y = arrived - self._zero[1]
-        at = x * self._told  # windows are cut by ticks: arrivals come in bursts
+        at = x * self._stated_period  # windows are cut by ticks: arrivals come in bursts
         if math.isnan(self._begun):
             self._begun = at[0]
         cuts = np.flatnonzero(np.diff(np.floor((at - self._begun) / WINDOW))) + 1
@@ -288,7 +288,7 @@ class ArrivalClock:
             return
         # Nothing arrives before it was taken: one early window shows that all before was late.
         self._late.append((x, y))
-        self._anew(*(([(x, y)], self._told) if off < 0 else self._believed()))
+        self._anew(*(([(x, y)], self._stated_period) if off < 0 else self._believed()))
 
     def _anew(self, points: list[tuple[float, float]], promised: float) -> None:
         """Begin the line anew with some windows, if there are any."""
@@ -302,13 +302,13 @@ class ArrivalClock:
         """Late windows that show that the line is wrong, if any do, and the rate to go on with."""
         x, y = np.array(self._late).T
         late = self._off(x, y)
-        for rate in (self.rate, self._told):
+        for rate in (self.rate, self._stated_period):
             if (first := steady_since(x, y, late, rate)) is not None:
                 return self._late[first:], rate
         first = int(np.searchsorted(y, y[-1] - _PATIENCE, side="right")) - 1
         if first < 0 or late[-1] < late[first] - LATE:
-            return [], self._told
-        return self._late[first:], pace_of_late(x[first:], y[first:], self._told)
+            return [], self._stated_period
+        return self._late[first:], pace_of_late(x[first:], y[first:], self._stated_period)
 
     def _start(self, point: tuple[float, float]) -> None:
         """Fit the first windows anew without those that are late, such as a backlog's."""

@@ -362,7 +362,7 @@ class TextLine(LineDevice):
                 f"A board that prints lines cannot print {rate:g} of them a second; leave its rate "
                 f"away, and it is measured."
             )
-        self.rate = self._told = rate
+        self.rate = self._stated_rate = rate
         self.measured = False
         self._parser = TextParser()
         self._counting: SampleCounter | None = None
@@ -378,7 +378,7 @@ class TextLine(LineDevice):
     def open(self) -> None:
         """Connect and learn what it sends; see ``Device.open``."""
         self._parser, self._counting, self._offset = TextParser(), None, None
-        self.rate, self.measured = self._told, False
+        self.rate, self.measured = self._stated_rate, False
         super().open()
 
     def read(self, timeout: float) -> Block | None:
@@ -417,7 +417,7 @@ class TextLine(LineDevice):
             return
         first = _First()
         until = time.monotonic() + FIRST_LINES
-        while not first.enough(bool(self._told)) and time.monotonic() < until:
+        while not first.enough(bool(self._stated_rate)) and time.monotonic() < until:
             data, arrived = self._port.read(0.1)
             first.take(self._parser.feed(data), arrived)
         if not self._parser.channels:
@@ -427,7 +427,7 @@ class TextLine(LineDevice):
             )
         self.channels = self._parser.channels
         self._counting = first.counting()
-        if not self._told:
+        if not self._stated_rate:
             self.measured = self._counting is None
             self.rate = first.rate() if self._counting is None else 1.0 / self._counting.period
 

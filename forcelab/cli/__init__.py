@@ -194,8 +194,8 @@ def _qt_sentence(error: ImportError) -> str | None:
         return None
     try:
         import_module("forcelab.gui.qt_check").require_qt()
-    except ForcelabError as told:
-        return str(told)
+    except ForcelabError as missing:
+        return str(missing)
     return None
 
 

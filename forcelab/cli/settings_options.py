@@ -66,8 +66,9 @@ def add_changes(parser: argparse.ArgumentParser) -> None:
         "settings", "Where not given, the preset's; in brackets that of preset paper."
     )
     group.add_argument("--preset", metavar="NAME", default="paper", help=_PRESETS)
+    paper = Settings()
     for field in _FIELDS:
-        _add_option(group, field, getattr(Settings(), field.name))
+        _add_option(group, field, getattr(paper, field.name))
 
 
 def _add_option(group: argparse._ArgumentGroup, field: SettingField, default: object) -> None:

@@ -18,7 +18,7 @@ configured   170 0 80 1  7     code u8 (0 is well), checksum
 serial       170 0 18 8  14    eight characters, checksum
 ============ =========== ===== ==========================================================
 
-How packets are told from what lies between them is in :mod:`forcelab.formats.optoforce_packets`.
+The status word:
 
 ====== ==================================================================
 bits   meaning
@@ -319,7 +319,7 @@ class Packets:
     counts : ndarray of uint16, shape (n,)
         The device's counter.
     status : ndarray of uint16, shape (n,)
-        See :mod:`forcelab.formats.optoforce_packets`.
+        As the table at the head of this module says.
     values : ndarray of int16, shape (n, c)
         Readings in counts, one column a reading.
     offsets : ndarray of int64, shape (n,)

@@ -1,8 +1,8 @@
 """ROS bags of ROS 1 and ROS 2, read as one demonstration.
 
 What the messages hold is told by the definitions in the bag, so that custom messages are read as
-the common ones are. Which of their numbers are forces: :mod:`~forcelab.formats.rosbag_topics`. How
-several topics come onto one clock: :mod:`~forcelab.formats.rosbag_topics`.
+the common ones are. Which of their numbers are forces, and how several topics come onto one clock,
+is in :mod:`~forcelab.formats.rosbag_topics`.
 """
 
 from __future__ import annotations

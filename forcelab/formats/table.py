@@ -1,9 +1,8 @@
 """Text tables as found in the wild: CSV, TSV, semicolons or blanks, one sample a row.
 
 Nothing is repaired in silence: what is left out, renamed, guessed or dropped is said in one
-remark each. The rules for stamps are in :mod:`~forcelab.formats.timestamps`, those for units of
-time in :mod:`~forcelab.formats.timestamps`, those for headers in
-:mod:`~forcelab.formats.table_sniff`.
+remark each. The rules for time stamps and their units are in :mod:`~forcelab.formats.timestamps`,
+those for headers in :mod:`~forcelab.formats.table_sniff`.
 """
 
 from __future__ import annotations

@@ -2,8 +2,8 @@
 
 A counter goes on by the same step from row to row. Where it goes on by several steps samples were
 lost. Where it falls it has begun again at zero: near its largest number by a turn, elsewhere as the
-device was restarted, and nobody knows for how long it was off. So may a motor go on that turns at
-an even speed: a column that is named after what it measures is never taken for a counter.
+device was restarted, and nobody knows for how long it was off. So may the angle of a motor that
+turns at an even speed: a column that is named after what it measures is never taken for a counter.
 """
 
 from __future__ import annotations

@@ -71,7 +71,7 @@ class ExportDialog(QDialog):
         self.form.currentIndexChanged.connect(self._match)
         self.replacing = QCheckBox("Overwrite existing files")
         self._bar = ProgressBar("Progress of the export")
-        self._told = copyable()
+        self._report_label = copyable()
         form = QFormLayout()
         form.addRow("Labels of", self.which)
         form.addRow("Format", self.form)
@@ -83,7 +83,7 @@ class ExportDialog(QDialog):
         column = QVBoxLayout(self)
         column.addLayout(form)
         column.addWidget(self._bar)
-        column.addWidget(self._told)
+        column.addWidget(self._report_label)
         column.addStretch(1)
         column.addWidget(buttons)
         # Only now: a button that is in no dialog yet cannot be its default.
@@ -96,7 +96,7 @@ class ExportDialog(QDialog):
             return
         self.go.setEnabled(False)
         self._bar.setVisible(True)
-        self._told.clear()
+        self._report_label.clear()
         job = exporting(
             project.path,
             folder,
@@ -135,4 +135,4 @@ class ExportDialog(QDialog):
         """Say what became of it."""
         self._bar.setVisible(False)
         self.go.setEnabled(True)
-        self._told.setText(text)
+        self._report_label.setText(text)

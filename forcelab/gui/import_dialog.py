@@ -375,12 +375,12 @@ class ImportDialog(QDialog):
 
     def _result(self) -> QScrollArea:
         """What became of the import."""
-        self._told = copyable()
-        self._told.setAlignment(Qt.AlignmentFlag.AlignTop)
-        self._told.setMargin(4)
+        self._report_label = copyable()
+        self._report_label.setAlignment(Qt.AlignmentFlag.AlignTop)
+        self._report_label.setMargin(4)
         self._report = QScrollArea()
         self._report.setWidgetResizable(True)
-        self._report.setWidget(self._told)
+        self._report.setWidget(self._report_label)
         self._report.setVisible(False)
         return self._report
 
@@ -539,8 +539,8 @@ class ImportDialog(QDialog):
         """Show what became of the import, all of it: what was repaired is to be known."""
         # What is read from a shell with an option is chosen above here.
         text = text.replace("(--signal)", "(Read as: signal)")
-        self._told.setText(text.replace(" (--jitter)", " (Stamps may jitter by)"))
-        self._told.setStyleSheet(f"color: {colours().trouble}" if trouble else "")
+        self._report_label.setText(text.replace(" (--jitter)", " (Stamps may jitter by)"))
+        self._report_label.setStyleSheet(f"color: {colours().trouble}" if trouble else "")
         self._report.setVisible(bool(text))
 
     def dragEnterEvent(self, event: QDragEnterEvent) -> None:

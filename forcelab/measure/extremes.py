@@ -160,7 +160,7 @@ def tabulate_extremes(cases: Sequence[Case] = CASES) -> Generator[Progress, None
     rows = []
     for i, case in enumerate(cases):
         yield Progress(i, len(cases), case.name)
-        wanted = _wanted(case)
+        wanted = _expected(case)
         words = [_verdict(way, case, wanted, edges) for way, edges in ways.values()]
         rows.append((case.name, tuple(words)))
     return Verdicts(tuple(ways), tuple(rows), tuple(left_out))
@@ -237,7 +237,7 @@ def _calibrated(coefficients: Callable[[Real, Real], Complex]) -> Transformer:
     return way
 
 
-def _wanted(case: Case) -> Complex:
+def _expected(case: Case) -> Complex:
     """The direct sum over the held and bridged signal, from its definition."""
     ready = condition(case.x)
     x, n = ready.values[0], ready.values.shape[1]

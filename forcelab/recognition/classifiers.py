@@ -240,8 +240,7 @@ def fitting(
         If there are fewer than two actions, all samples are the same, or there are too few to
         calibrate an SVM or to have neighbours.
     """
-    counts = np.unique(y, return_counts=True)[1]
-    if len(counts) < 2:
+    if len(np.unique(y)) < 2:
         raise InputError("Recognition needs labels of at least two actions; label one more.")
     if np.all(X[0] == X):
         raise InputError("The channels never change where they are labelled; choose others.")
@@ -251,22 +250,19 @@ def fitting(
     yield from REGISTRY[name].fit(X, y, seed, probabilities, care or Care())
 
 
-def _fitting_at_once(make: Callable[[int, bool, int], Any]) -> Fit:
-    """How a classifier is fitted that scikit-learn fits in one step, from how it is made.
+def fitting_at_once(make: Callable[[NDArray[np.int64], int, bool], Any]) -> Fit:
+    """How a classifier is fitted that scikit-learn fits in one step.
 
-    `make` takes the seed, whether probabilities will be asked for, and how many samples the
-    rarest action has.
+    Parameters
+    ----------
+    make : callable
+        ``make(y, seed, probabilities)`` gives the untrained classifier.
     """
 
     def fit(
         X: NDArray[np.float64], y: NDArray[np.int64], seed: int, probabilities: bool, _: Care
     ) -> Iterator[Step]:
-        classifier = make(seed, probabilities, int(np.unique(y, return_counts=True)[1].min()))
-        if len(y) < (least := getattr(classifier, "n_neighbors", 1)):
-            raise InputError(
-                f"There are {len(y)} labelled samples, fewer than the {least} neighbours that "
-                f"vote; label more."
-            )
+        classifier = make(y, seed, probabilities)
         classifier.fit(X, y)
         yield Step(1, 1, None, classifier)
 
@@ -287,26 +283,31 @@ def _fitting_averaged(name: str) -> Fit:
     return fit
 
 
-def _naive_bayes(_seed: int, _probabilities: bool, _rarest: int) -> Any:
+def _naive_bayes(_y: NDArray[np.int64], _seed: int, _probabilities: bool) -> Any:
     from sklearn.naive_bayes import GaussianNB
 
     return GaussianNB()
 
 
-def _decision_tree(seed: int, _probabilities: bool, _rarest: int) -> Any:
+def _decision_tree(_y: NDArray[np.int64], seed: int, _probabilities: bool) -> Any:
     from sklearn.tree import DecisionTreeClassifier
 
     return DecisionTreeClassifier(random_state=seed)
 
 
-def _nearest_neighbours(_seed: int, _probabilities: bool, _rarest: int) -> Any:
+def _nearest_neighbours(y: NDArray[np.int64], _seed: int, _probabilities: bool) -> Any:
+    if len(y) < NEIGHBOURS:
+        raise InputError(
+            f"There are {len(y)} labelled samples, fewer than the {NEIGHBOURS} neighbours that "
+            f"vote; label more."
+        )
     from sklearn.neighbors import KNeighborsClassifier
 
     # In this many dimensions a tree search visits every point anyway.
     return KNeighborsClassifier(NEIGHBOURS, algorithm="brute")
 
 
-def _svm(seed: int, probabilities: bool, rarest: int) -> Any:
+def _svm(y: NDArray[np.int64], seed: int, probabilities: bool) -> Any:
     from sklearn.svm import SVC
 
     if not probabilities:
@@ -314,7 +315,7 @@ def _svm(seed: int, probabilities: bool, rarest: int) -> Any:
     from sklearn.calibration import CalibratedClassifierCV
     from sklearn.model_selection import StratifiedKFold
 
-    folds = min(CALIBRATION_FOLDS, rarest)
+    folds = min(CALIBRATION_FOLDS, int(np.unique(y, return_counts=True)[1].min()))
     if folds < 2:
         raise InputError(
             "An action has a single training sample, too few for the probabilities of an SVM; "
@@ -408,15 +409,15 @@ class ClassifierKind:
 REGISTRY: Mapping[str, ClassifierKind] = {
     "mlp": ClassifierKind("Multilayer perceptron", _fitting_mlp, "MLPClassifier", _check_mlp),
     "naive-bayes": ClassifierKind(
-        "Naive Bayes", _fitting_at_once(_naive_bayes), "GaussianNB", random=False
+        "Naive Bayes", fitting_at_once(_naive_bayes), "GaussianNB", random=False
     ),
     "decision-tree": ClassifierKind(
-        "Decision tree", _fitting_at_once(_decision_tree), "DecisionTreeClassifier", _check_tree
+        "Decision tree", fitting_at_once(_decision_tree), "DecisionTreeClassifier", _check_tree
     ),
-    "svm": ClassifierKind("Support vector machine", _fitting_at_once(_svm), "SVC", _check_svm),
+    "svm": ClassifierKind("Support vector machine", fitting_at_once(_svm), "SVC", _check_svm),
     "nearest-neighbours": ClassifierKind(
         "Nearest neighbours",
-        _fitting_at_once(_nearest_neighbours),
+        fitting_at_once(_nearest_neighbours),
         "KNeighborsClassifier",
         _check_neighbours,
         random=False,

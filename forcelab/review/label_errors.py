@@ -270,7 +270,7 @@ class _Order:
         for one in everything:
             for pair in pairwise(_line(one, codes)):
                 self._met[pair] += 1.0
-        self._told = told(self._met)
+        self._mutual_information = told(self._met)
 
     def evidence(self, part: _Part) -> float:
         """Log ratio of the order with a part."""
@@ -282,7 +282,7 @@ class _Order:
             sum(math.log(chances[pair]) for pair in pairwise(path))
             for path in (part.instead, part.coded)
         )
-        return self._told * (instead - coded)
+        return self._mutual_information * (instead - coded)
 
 
 #: An edge is far off at so many times the usual displacement, which is so many seconds at least;

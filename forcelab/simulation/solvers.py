@@ -67,7 +67,7 @@ class Watch:
     def __init__(self, system: System) -> None:
         meanings = [meaning.split("|") for meaning in system.events]
         self._meanings = [(falling, rising) for rising, falling in meanings]
-        self._wanted = np.array(
+        self._requested_times = np.array(
             [[bool(falling), bool(rising)] for falling, rising in self._meanings]
         ).reshape(-1, 2)
 
@@ -114,7 +114,9 @@ class Watch:
                 raise FloatingPointError("an event function is not finite")
             trace = _sides(sides, values)
             crossed = trace[:, 1:] * trace[:, :-1] < 0
-            crossed &= self._wanted[np.arange(len(trace))[:, None], (trace[:, 1:] > 0).astype(int)]
+            crossed &= self._requested_times[
+                np.arange(len(trace))[:, None], (trace[:, 1:] > 0).astype(int)
+            ]
             crossed &= decided[:, None]
             columns = np.flatnonzero(crossed.any(axis=0))
             if not len(columns):

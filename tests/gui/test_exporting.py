@@ -84,7 +84,7 @@ def test_a_blind_coder_exports_only_what_is_not_hidden(dialog, document, tmp_pat
     dialog.form.setCurrentIndex(dialog.form.findData("archive"))
     dialog.export(tmp_path / "archive")
     until(dialog.go.isEnabled)
-    assert "hidden from" in dialog._told.text()
+    assert "hidden from" in dialog._report_label.text()
     assert not (tmp_path / "archive").exists()
 
 
@@ -93,7 +93,7 @@ def test_files_that_are_there_are_replaced_only_on_demand(dialog, tmp_path, unti
         dialog.replacing.setChecked(replacing)
         dialog.export(tmp_path / "out")
         until(dialog.go.isEnabled)
-        assert told in dialog._told.text()
+        assert told in dialog._report_label.text()
 
 
 def test_recent_projects_are_opened_from_the_menu(app, tmp_path):

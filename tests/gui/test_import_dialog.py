@@ -61,7 +61,7 @@ def test_delete_leaves_a_file_out_and_the_first_import_is_opened(document, dialo
     QTest.mouseClick(dialog._go, Qt.MouseButton.LeftButton)
     until(lambda: document.id)
     assert document.demonstration.name == "foam-01"
-    assert "1 new" in dialog._told.text()
+    assert "1 new" in dialog._report_label.text()
 
 
 def test_counts_become_newtons_with_a_calibration_that_is_chosen(
@@ -97,7 +97,7 @@ def test_what_is_added_during_an_import_is_imported_after_it(document, open_on, 
     dialog._go.click()
     dialog.add_files([later])
     assert not dialog._go.isEnabled()  # one at a time
-    until(lambda: "1 new" in dialog._told.text())
+    until(lambda: "1 new" in dialog._report_label.text())
     assert dialog._chosen() == [str(later)]
     QTest.keyClick(dialog.focusWidget(), Qt.Key.Key_Return)
     until(lambda: dialog._chosen() == [])
@@ -112,7 +112,7 @@ def test_without_files_enter_asks_for_them_and_then_imports_them(
     dialog = open_on()
     for _ in range(2):
         QTest.keyClick(dialog.focusWidget(), Qt.Key.Key_Return)
-    until(lambda: "1 new" in dialog._told.text())
+    until(lambda: "1 new" in dialog._report_label.text())
     assert len(asked) == 1
     dialog.add_files([tmp_path / "next.csv"])
     assert dialog._report.isHidden()  # it told of what is imported already
@@ -124,8 +124,8 @@ def test_glitches_are_told(dialog, tmp_path, until):
     (tmp_path / "torn.csv").write_text("\n".join(["time,fx", *rows]))
     dialog.add_files([tmp_path / "torn.csv"])
     dialog._go.click()
-    until(lambda: "1 new" in dialog._told.text())
-    assert "torn.csv: 1 sample is a glitch" in dialog._told.text()
+    until(lambda: "1 new" in dialog._report_label.text())
+    assert "torn.csv: 1 sample is a glitch" in dialog._report_label.text()
 
 
 def test_files_that_cannot_be_read_are_left_out_and_selected(document, dialog, tmp_path, until):
@@ -138,7 +138,7 @@ def test_files_that_cannot_be_read_are_left_out_and_selected(document, dialog, t
     assert document.demonstration.name == "foam-01"
     assert dialog._chosen() == wrong
     assert [item.text() for item in dialog._files.selectedItems()] == wrong
-    lines = dialog._told.text()
+    lines = dialog._report_label.text()
     assert "1 new" in lines
     assert all(name in lines for name in wrong)
     guard_typing()  # as in the program
@@ -239,7 +239,7 @@ def test_a_task_that_differs_by_case_alone_is_asked_about(
     dialog._remove()
     dialog._task.setCurrentText(" Foam ")
     dialog._go.click()
-    until(lambda: "1 new" in dialog._told.text())
+    until(lambda: "1 new" in dialog._report_label.text())
     assert asked == [("There is 'foam' already.", ["Use 'foam'", "Add 'Foam'"])]
     assert sorted(document.project.tasks()) == list(tasks)
 
@@ -345,18 +345,18 @@ def test_every_remark_is_shown_once_for_all_files(open_on, tmp_path, until):
         files[-1].write_text(GERMAN.replace("0,1;", f"0,{number};"))
     dialog = open_on(*files)
     dialog._go.click()
-    until(lambda: "8 new" in dialog._told.text())
+    until(lambda: "8 new" in dialog._report_label.text())
     named = "trial 0.csv, trial 1.csv, trial 2.csv and 5 more: "
-    assert f"{named}Column Paket was left out: counting samples.\n" in dialog._told.text()
-    assert dialog._told.text().count("Paket") == 1
+    assert f"{named}Column Paket was left out: counting samples.\n" in dialog._report_label.text()
+    assert dialog._report_label.text().count("Paket") == 1
 
 
 def test_a_remark_names_no_option_of_the_command_line(german, until):
     path = Path(german._chosen()[0])
     path.write_text(path.read_text().replace("Paket", "Wert"))
     german._go.click()
-    until(lambda: "1 new" in german._told.text())
-    assert "if it is a signal, import it as one (Read as: signal)" in german._told.text()
+    until(lambda: "1 new" in german._report_label.text())
+    assert "if it is a signal, import it as one (Read as: signal)" in german._report_label.text()
 
 
 def test_the_columns_of_a_file_that_is_clicked_are_shown(german, tmp_path):
@@ -418,13 +418,13 @@ def test_stamps_that_run_backwards_are_taken_where_they_may_jitter(
     file.write_text("time [s],fz [N]\n" + rows)
     dialog = open_on(file)
     dialog._go.click()
-    until(lambda: "time runs backwards" in dialog._told.text())
-    assert "(Stamps may jitter by)" in dialog._told.text()
+    until(lambda: "time runs backwards" in dialog._report_label.text())
+    assert "(Stamps may jitter by)" in dialog._report_label.text()
     dialog.jitter.setValue(20)
     dialog._go.click()
     until(lambda: document.id)
     assert len(document.demonstration.times) == 200
-    assert "spread evenly between their neighbours" in dialog._told.text()
+    assert "spread evenly between their neighbours" in dialog._report_label.text()
 
 
 def test_a_repaired_import_takes_its_actions_out_of_the_open_task(
@@ -440,7 +440,7 @@ def test_a_repaired_import_takes_its_actions_out_of_the_open_task(
         dialog = open_on(file)
         dialog._task.setCurrentText(task)
         dialog._go.click()
-        until(dialog._told.text)
+        until(dialog._report_label.text)
 
     import_into("foam", labelled("block", "squeeze", 0))
     assert document.vocabulary.names == ("squeeze",)

@@ -190,12 +190,12 @@ import sys
 
 from forcelab.recognition import classifiers
 
-def make(seed, probabilities, rarest):
+def make(y, seed, probabilities):
     from sklearn.discriminant_analysis import LinearDiscriminantAnalysis
     return LinearDiscriminantAnalysis()
 
 kind = classifiers.ClassifierKind(
-    "Discriminant", classifiers._fitting_at_once(make), "LinearDiscriminantAnalysis", random=False
+    "Discriminant", classifiers.fitting_at_once(make), "LinearDiscriminantAnalysis", random=False
 )
 classifiers.REGISTRY = {**classifiers.REGISTRY, "discriminant": kind}
 

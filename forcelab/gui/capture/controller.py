@@ -233,7 +233,7 @@ class CaptureController(QObject):
         if self.phase is not CaptureState.APART or project is None:
             return
         if not devices:
-            self.say("Tick a device, or write one such as optoforce:/dev/ttyACM0.", True)
+            self.say("Select a device, or write one such as optoforce:/dev/ttyACM0.", True)
             return
         self.unsay()
         self._path = project.path

@@ -177,7 +177,7 @@ class DeviceList(QWidget):
         self._choosing = True
         self.rows = DeviceRows()
         self.rows.setAccessibleName("Devices and cameras")
-        self.refresh_button = QPushButton("Look again")
+        self.refresh_button = QPushButton("Refresh")
         self.refresh_button.setAccessibleName("Look again what is plugged in")
         self.refresh_button.clicked.connect(self.look)
         self.entry = QLineEdit()

@@ -287,7 +287,7 @@ class RecognitionPanel(QWidget):
     def __init__(self, session: CaptureController) -> None:
         super().__init__()
         self._session = session
-        self._told = -math.inf
+        self._measured_shown_at = -math.inf
         self.setAccessibleName("Live recognition")
         self.present = CurrentAction(session)
         self.promise, self.figures = CalmLabel(), CalmLabel()
@@ -322,11 +322,11 @@ class RecognitionPanel(QWidget):
         """Most frames move bars only; the text would flicker."""
         if self.isVisible():
             self.present.update()
-            if self._session.now - self._told >= OFTEN:
+            if self._session.now - self._measured_shown_at >= OFTEN:
                 self._measure()
 
     def _measure(self) -> None:
-        self._told = self._session.now
+        self._measured_shown_at = self._session.now
         connected = self._session.connected
         line = measured_text(self._session.recognising, self._session.now) if connected else ""
         _show(self.figures, line, colours().text)

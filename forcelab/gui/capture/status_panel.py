@@ -38,7 +38,7 @@ class StatusPanel(QWidget):
         column.setSpacing(4)
         for line in (self.alarms, self.facts, self.sentences):
             column.addWidget(line)
-        self._told: RecorderState | None = None
+        self._shown_state: RecorderState | None = None
         session.ticked.connect(self._ticked)
         session.changed.connect(self.refresh)
         session.said.connect(self.refresh)
@@ -49,7 +49,7 @@ class StatusPanel(QWidget):
 
     def refresh(self) -> None:
         """Say how it is now, where that can be seen."""
-        state = self._told = self._session.state
+        state = self._shown_state = self._session.state
         remarks = [f"\N{WARNING SIGN} {one}" for one in self._session.recognising.remarks]
         alarms = [] if state is None else [*device_alarms(state), *remarks]
         show_text(self.alarms, "\n".join(alarms))
@@ -59,7 +59,7 @@ class StatusPanel(QWidget):
 
     def _ticked(self) -> None:
         """Most frames bring samples and no news."""
-        if self._session.state is not self._told:
+        if self._session.state is not self._shown_state:
             self.refresh()
 
     def _colour(self) -> None:
@@ -78,11 +78,11 @@ class _Sentences(CalmLabel):
 
     def __init__(self) -> None:
         super().__init__()
-        self._told: list[str] = []
+        self._sentences: list[str] = []
 
     def tell(self, told: list[str]) -> None:
         """Show sentences, the oldest first."""
-        self._told = told
+        self._sentences = told
         self._fit()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
@@ -92,11 +92,11 @@ class _Sentences(CalmLabel):
 
     def _fit(self) -> None:
         """Cut the older ones; all are found under the pointer."""
-        whole = "\n".join(self._told)
+        whole = "\n".join(self._sentences)
         width = max(self.contentsRect().width(), 0)
         metrics, cut = self.fontMetrics(), Qt.TextElideMode.ElideRight
-        older = [metrics.elidedText(told, cut, width) for told in self._told[:-1]]
-        shown = "\n".join([*older, *self._told[-1:]])
+        older = [metrics.elidedText(told, cut, width) for told in self._sentences[:-1]]
+        shown = "\n".join([*older, *self._sentences[-1:]])
         show_text(self, shown)
         self.setToolTip(whole if shown != whole else "")
         self.setAccessibleName(whole)

@@ -1,8 +1,8 @@
 """The list of the track's segments.
 
 What has changed is told to the view as one run of rows, found by
-:func:`forcelab.segment_edits.splice`:
-a stroke on a track of 10,000 segments costs one comparison of two tuples.
+:func:`forcelab.segment_edits.splice`: a stroke on a track of 10,000 segments costs one comparison
+of two tuples.
 """
 
 from __future__ import annotations
@@ -438,7 +438,7 @@ class _Delegate(QStyledItemDelegate):
         box.adjust(3, 0, -3, 0)
         if column == ACTION:
             swatch = QRectF(box.left() + 1, round(box.center().y()) - 6, 12, 12)
-            paint_swatch(painter, swatch, self._look(text))
+            paint_swatch(painter, swatch, self._style(text))
             box.adjust(18, 0, 0, 0)
             if (origin := self._model.origins.get(segment)) is not None:
                 faint = theme.muted if ink == theme.text else ink
@@ -451,7 +451,7 @@ class _Delegate(QStyledItemDelegate):
         painter.setPen(QColor(ink))
         painter.drawText(box, side, text)
 
-    def _look(self, name: str) -> LabelStyle:
+    def _style(self, name: str) -> LabelStyle:
         """How an action is drawn, looked up once."""
         vocabulary = self._model.document.vocabulary
         if vocabulary is not self._vocabulary or colours() is not self._theme:

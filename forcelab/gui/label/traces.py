@@ -1,6 +1,6 @@
 """The force panel: every channel of the demonstration over time.
 
-The force panel draws from it, and so does the overview. A hidden channel costs nothing: it is
+The overview draws from the same :class:`ForceChannels`. A hidden channel costs nothing: it is
 neither read nor searched.
 """
 

@@ -1,7 +1,7 @@
 """Mouse gestures on tracks: hit tests, snapping, and the drags that paint, move and split.
 
 A time jumps to what a coder can see near the pointer: a contact event, an edge of a segment, a
-video frame, a sample. No Qt here.
+video frame, a sample.
 
 A drag previews its result with the very functions that the store's verbs use, so that what is seen
 while dragging is what is there after the release.

@@ -189,7 +189,7 @@ class VideoPanel(PictureView):
         """Nothing is known of a video."""
         self._times: Array | None = None
         self._period = 0.0
-        self._shown = self._wanted = -1
+        self._shown = self._requested = -1
         self._sharp = True
         self._trouble = self._progress = ""
         self._missing = (-1, "")
@@ -214,8 +214,8 @@ class VideoPanel(PictureView):
         if self._open is None or self._trouble or not self.isVisible():
             return True
         known = self._times is not None
-        right = self._shown == self._wanted and self._sharp
-        return known and (right or self._missing[0] == self._wanted)
+        right = self._shown == self._requested and self._sharp
+        return known and (right or self._missing[0] == self._requested)
 
     @property
     def prepared(self) -> bool:
@@ -245,7 +245,7 @@ class VideoPanel(PictureView):
             return self._trouble
         if self.troubled:
             return self._missing[1]
-        if self._times is not None and reference is not None and self._wanted < 0:
+        if self._times is not None and reference is not None and self._requested < 0:
             start = float(reference.clock.to_force(self._times[0]))
             return "The video begins at {} s".format(f"{start:.3f}")
         return ""
@@ -258,7 +258,7 @@ class VideoPanel(PictureView):
     @property
     def troubled(self) -> bool:
         """Whether the video, or the frame at the cursor, cannot be shown."""
-        return bool(self._trouble) or 0 <= self._wanted == self._missing[0]
+        return bool(self._trouble) or 0 <= self._requested == self._missing[0]
 
     def close_video(self, patience: float = STOP_TIMEOUT) -> bool:
         """Let go of the video; gives whether no thread is left after so many seconds."""
@@ -343,7 +343,7 @@ class VideoPanel(PictureView):
         if self._times is None:
             return
         number = last_at(self._times, self._here)
-        step, self._wanted = number - self._wanted, number
+        step, self._requested = number - self._requested, number
         if number < 0:
             self._show(None, -1)
         elif self.isVisible() and (step or again) and not (number == self._shown and self._sharp):
@@ -360,7 +360,7 @@ class VideoPanel(PictureView):
     def _opened(self, times: Array) -> None:
         self._times = times
         self._period = float(np.median(np.diff(times))) if len(times) > 1 else 0.0
-        self._shown = self._wanted = -1
+        self._shown = self._requested = -1
         self._tell_times()
         self._to_first_frame()
         self._follow(again=True)
@@ -389,21 +389,21 @@ class VideoPanel(PictureView):
 
     def _missed(self, number: int, sentence: str) -> None:
         self._missing = (number, self._named(sentence))
-        if number == self._wanted:
+        if number == self._requested:
             self._show(None, -1)
 
     def _ready(self, number: int, image: QImage) -> None:
         """Show a frame if it is the one at the cursor, or nearer to it than the one shown."""
         if self._times is None:  # the first frame, while the index is read
             self._show(image, -1)
-        elif number == self._wanted or (
-            self.document.playing and self._shown < number < self._wanted
+        elif number == self._requested or (
+            self.document.playing and self._shown < number < self._requested
         ):
             self._show(image, number)
 
     def _sketched(self, number: int, image: QImage) -> None:
         """Show a coarse picture of the frame at the cursor until it is decoded."""
-        if number == self._wanted != self._shown:
+        if number == self._requested != self._shown:
             self._show(image, number, sharp=False)
 
     def _show(self, image: QImage | None, number: int, *, sharp: bool = True) -> None:

@@ -46,7 +46,7 @@ class FrameThread:
         self._told = told
         self._changed = threading.Condition()
         self._ended = False
-        self._wanted: tuple[int, int] | None = None
+        self._request: tuple[int, int] | None = None
         self.size = QSize()
         self._pixels = 1  # of a frame
         self._given = -1  # the frame that was given at once
@@ -63,7 +63,7 @@ class FrameThread:
         with self._changed:
             image = self._images.get(number)
             self._given = -1 if image is None else number
-            self._wanted = (number, direction)
+            self._request = (number, direction)
             self._changed.notify()
         return image
 
@@ -114,11 +114,11 @@ class FrameThread:
         if reader.remark:
             self._send("remarked", reader.remark)
         while not self._ended:
-            if self._wanted is not None:
+            if self._request is not None:
                 self._serve(reader)
             elif not self._look_around(reader) and not self._sketch():
                 with self._changed:
-                    if self._wanted is None and not self._ended:
+                    if self._request is None and not self._ended:
                         self._changed.wait(IDLE_SECONDS if self._sketching else None)
 
     def _open(self) -> VideoReader | None:
@@ -145,8 +145,8 @@ class FrameThread:
     def _serve(self, reader: VideoReader) -> None:
         """Decode the frame that is asked for, unless another one is asked for meanwhile."""
         with self._changed:
-            assert self._wanted is not None
-            (number, direction), self._wanted = self._wanted, None
+            assert self._request is not None
+            (number, direction), self._request = self._request, None
             given = number == self._given
         number = min(max(number, 0), len(reader) - 1)
         self._served, self._served_at = (number, direction), time.monotonic()
@@ -228,7 +228,7 @@ class FrameThread:
         """Decode up to a frame; None if it is not wanted any more."""
         reaching = reader.reaching(number, passed)
         while not self._ended:
-            wanted = self._wanted
+            wanted = self._request
             near = number - NEAR_FRAMES <= reader.position < number
             if wanted is not None and not (patient and near and wanted[0] >= number):
                 return None

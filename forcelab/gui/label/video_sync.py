@@ -231,7 +231,7 @@ class VideoPreview(QWidget):
         super().__init__()
         self.times: NDArray[np.float64] = np.empty(0)
         self.number = 0
-        self._wanted = 0.0
+        self._requested_time = 0.0
         self._film, self._name = Path(), ""
         self.frames = VideoFrames(self)
         self.picture = _FrameView("Opening the video…")
@@ -288,7 +288,7 @@ class VideoPreview(QWidget):
 
     def show_time(self, time: float) -> None:
         """Choose the last frame at or before a time (s) on the video's clock."""
-        self._wanted = time
+        self._requested_time = time
         # The number on screen has three decimals: half a millisecond is the same frame.
         self.show_frame(int(np.searchsorted(self.times, time + 5e-4 + SAME, side="right")) - 1)
 
@@ -322,7 +322,7 @@ class VideoPreview(QWidget):
             self.slider.setPageStep(max(times.size // 20, 1))
             self.spin.setRange(float(times[0]), float(np.ceil(1000 * times[-1]) / 1000))
             self.spin.setSingleStep(float(np.median(np.diff(times))) if times.size > 1 else 1.0)
-        self.show_time(self._wanted)
+        self.show_time(self._requested_time)
 
     def _shown(self, number: int, image: QImage) -> None:
         """A frame is there."""

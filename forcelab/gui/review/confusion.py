@@ -446,7 +446,7 @@ class ConfusionView(QWidget):
         self.cells: Cells | None = None
         # What is counted or being counted: of this outcome these demonstrations, at this stage.
         self._outcome: Outcome | None = None
-        self._wanted: tuple[tuple[str, ...], str] = ((), "")
+        self._requested_cell: tuple[tuple[str, ...], str] = ((), "")
         self.switches = DisplayOptions()
         self.canvas = MatrixCanvas()
         self.sentence = QLabel(wordWrap=True, textFormat=Qt.TextFormat.PlainText)
@@ -548,10 +548,12 @@ class ConfusionView(QWidget):
             self._show_empty(missing_matrix_text(outcome, opened=self.document.project is not None))
             return
         wanted = (tuple(one.id for one in outcome.tested), self.switches.stage)
-        if self._outcome is not self.document.outcome or self._wanted != wanted:
-            if self._wanted[0] != wanted[0]:  # perhaps because some may not be seen any more
+        if self._outcome is not self.document.outcome or self._requested_cell != wanted:
+            if (
+                self._requested_cell[0] != wanted[0]
+            ):  # perhaps because some may not be seen any more
                 self.canvas.show_figure(None)
-            self._outcome, self._wanted = self.document.outcome, wanted
+            self._outcome, self._requested_cell = self.document.outcome, wanted
             self.cells = None
             self.list.clear()
             self._jobs.run(crossing(outcome, self.switches.stage), self._take, key=CONFUSION_JOB)

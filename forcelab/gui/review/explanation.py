@@ -382,7 +382,7 @@ class ExplanationView(QWidget):
         ):
             self._ask()
 
-    def _wanted(self) -> Interval | None:
+    def _selected_interval(self) -> Interval | None:
         """What is to be explained now."""
         if self._away is not None and self.document.examined == self._away:
             here = self.document.id == self._away.demonstration and not self._selecting
@@ -396,7 +396,7 @@ class ExplanationView(QWidget):
     def refresh(self) -> None:
         """Explain what is to be explained, unless it is on the screen already."""
         document = self.document
-        place = self._wanted()
+        place = self._selected_interval()
         self.page.back.setVisible(self._away is not None)
         self.page.neighbours.mark(self._away)
         if place is None or document.outcome is None:

@@ -690,7 +690,7 @@ class ColumnHeading(QWidget):
     def __init__(self, document: Document, action: str, role: str) -> None:
         super().__init__()
         self.action, self.role = action, role
-        self._look = style_of(reviewed_vocabulary(document), action)
+        self._style = style_of(reviewed_vocabulary(document), action)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         self.setAccessibleName(f"{action}, {role}")
         themes().changed.connect(self.update)
@@ -704,7 +704,7 @@ class ColumnHeading(QWidget):
         theme = colours()
         with QPainter(self) as painter:
             painter.setOpacity(1.0 if self.isEnabled() else 0.35)
-            paint_swatch(painter, QRectF(1, 4, 12, 12), self._look)
+            paint_swatch(painter, QRectF(1, 4, 12, 12), self._style)
             face, small = text.font(CARD_NAME_FONT, bold=True), text.font(CARD_FONT)
             name = text.elided_name(self.action, face, max(self.width() - 18, 20))
             text.draw_text(painter, 18, 10, name, face=face, ink=QColor(theme.text))

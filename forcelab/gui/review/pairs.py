@@ -124,7 +124,7 @@ class PairsTools(QWidget):
 
     def __init__(self) -> None:
         super().__init__()
-        self._wanted = set(settings.strings(ROWS_SETTING))
+        self._extra_rows = set(settings.strings(ROWS_SETTING))
         self.coders: tuple[str, ...] = ()
         name = "Filter timeline pairs by name or task"
         self.search = search_field("Filter by name or task", name)
@@ -164,8 +164,8 @@ class PairsTools(QWidget):
     @property
     def wanted(self) -> ExtraRows:
         """The further rows that are chosen."""
-        stages = tuple(stage for stage in self._stages() if stage[0] in self._wanted)
-        coders = tuple(name for name in self.coders if CODER_PREFIX + name in self._wanted)
+        stages = tuple(stage for stage in self._stages() if stage[0] in self._extra_rows)
+        coders = tuple(name for name in self.coders if CODER_PREFIX + name in self._extra_rows)
         return ExtraRows(stages, coders)
 
     def offer(self, coders: Collection[str]) -> None:
@@ -192,14 +192,14 @@ class PairsTools(QWidget):
         """Add a row to the menu."""
         action = QAction(escape_ampersands(title), self.menu)
         action.setCheckable(True)
-        action.setChecked(key in self._wanted)
+        action.setChecked(key in self._extra_rows)
         action.toggled.connect(lambda on: self._choose(key, on))
         self.menu.addAction(action)
 
     def _choose(self, key: str, on: bool) -> None:
         """Show a row, or not any more."""
-        (self._wanted.add if on else self._wanted.discard)(key)
-        settings.store(ROWS_SETTING, sorted(self._wanted))
+        (self._extra_rows.add if on else self._extra_rows.discard)(key)
+        settings.store(ROWS_SETTING, sorted(self._extra_rows))
         self.changed.emit()
 
     def _lay_out(self) -> None:

@@ -118,18 +118,20 @@ class AcceptButtons(QWidget):
 
     def accept_here(self) -> bool:
         """Take over what is predicted at the cursor."""
-        return self._told(self.document.accept_here)
+        return self._accept_and_report(self.document.accept_here)
 
     def accept_in_view(self) -> bool:
         """Take over everything predicted that is in view, where the coder labelled nothing."""
-        return self._told(self.document.accept_in_view)
+        return self._accept_and_report(self.document.accept_in_view)
 
     def accept_above(self) -> bool:
         """Take over what is that probable anywhere, where the coder labelled nothing."""
         document, at_least = self.document, self.at_least.value()
-        return self._told(lambda: document.accept(*document.bounds, at_least, replace=False))
+        return self._accept_and_report(
+            lambda: document.accept(*document.bounds, at_least, replace=False)
+        )
 
-    def _told(self, accept: Callable[[], bool]) -> bool:
+    def _accept_and_report(self, accept: Callable[[], bool]) -> bool:
         """Take over, and say how many and how to take it back."""
         before = set(self.document.segments)
         done = accept()
@@ -249,7 +251,7 @@ class ProposalsView(QWidget):
             return
         if self._sorted_proposals() != self.rows:
             self._list()
-        elif (told := self._told()) != self.model.rows:
+        elif (told := self._table_rows()) != self.model.rows:
             self.model.replace_texts(told)
             self._say_order()
 
@@ -312,7 +314,7 @@ class ProposalsView(QWidget):
             ]
             if self._uses_density():
                 columns.insert(UNCERTAINTY_COLUMN + 1, TableColumn("like others"))
-            self.model.show(columns, self._told())
+            self.model.show(columns, self._table_rows())
             self.table.fit_columns(stretched=0)
             self.table.horizontalHeader().resizeSection(UNCERTAINTY_COLUMN, BAR_WIDTH)
         self._say_order()
@@ -328,7 +330,7 @@ class ProposalsView(QWidget):
         """The demonstrations that the coder has labelled, if not to the last moment."""
         return frozenset(id_ for id_, share in self._labelled().items() if share >= LABELLED_SHARE)
 
-    def _told(self) -> tuple[TableRow, ...]:
+    def _table_rows(self) -> tuple[TableRow, ...]:
         """What is listed, as texts."""
         labelled, weighed = self._labelled(), self._uses_density()
         return tuple(

@@ -363,11 +363,11 @@ class QueuePainter(QStyledItemDelegate):
             _paint_section(painter, option, item, item.kind not in self._model.folded)
         elif item is not None:
             place = item.place
-            looks = self._look(place.human), self._look(place.predicted)
+            looks = self._style(place.human), self._style(place.predicted)
             _paint_item(painter, option, item, looks)
         painter.restore()
 
-    def _look(self, action: str | None) -> LabelStyle:
+    def _style(self, action: str | None) -> LabelStyle:
         """How an action is drawn; unlabelled time as it is in tracks."""
         if action is None:
             return LabelStyle("", QColor(colours().unlabelled))

@@ -56,14 +56,14 @@ class TaskChoiceForm(QWidget):
         self.document = document
         self.trouble = ""
         self.tasks = tuple(dict.fromkeys(info.task for info in document.infos))
-        self._refusal, self._told = set_tone("trouble"), QLabel(wordWrap=True)
+        self._refusal, self._explanation = set_tone("trouble"), QLabel(wordWrap=True)
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
         column.addWidget(self._training_box(choice))
         column.addWidget(self._testing_box(choice))
         column.addWidget(self._actions_box(choice))
         column.addWidget(self._coder_row(choice))
-        column.addWidget(self._told)
+        column.addWidget(self._explanation)
         column.addWidget(self._refusal)
         column.addStretch(1)
         self._follow()
@@ -208,8 +208,8 @@ class TaskChoiceForm(QWidget):
         self.trouble = self._error_sentence(tasks)
         self._refusal.setText(self.trouble)
         self._refusal.setVisible(bool(self.trouble))
-        self._told.setText("" if self.trouble else self._note(tasks))
-        self._told.setVisible(not self.trouble)
+        self._explanation.setText("" if self.trouble else self._note(tasks))
+        self._explanation.setVisible(not self.trouble)
         self.changed.emit()
 
     def _error_sentence(self, tasks: tuple[str, ...]) -> str:

@@ -252,7 +252,7 @@ class TradeoffPlot(QWidget):
     def _paint_point(self, painter: QPainter, layout: PlotLayout, i: int) -> None:
         """A mark: filled on the front, hollow elsewhere."""
         theme, point, spot = colours(), self.points[i], layout.spots[i]
-        ink, corners = self._look(point.kind)
+        ink, corners = self._mark_style(point.kind)
         if point.place == self.looked_at:
             halo = translucent(ink, 0.3)
             painter.setPen(Qt.PenStyle.NoPen)
@@ -290,7 +290,7 @@ class TradeoffPlot(QWidget):
         painter.fillRect(QRectF(x - 3, spot.y() - high / 2, wide + 6, high), ground)
         self._paint_name(painter, i, QRectF(x, spot.y() - high / 2, wide, high))
 
-    def _look(self, kind: str) -> tuple[QColor, tuple[tuple[float, float], ...]]:
+    def _mark_style(self, kind: str) -> tuple[QColor, tuple[tuple[float, float], ...]]:
         """Colour and shape of a kind, in the order in which kinds come."""
         kinds = list(dict.fromkeys(point.kind for point in self.points))
         curves, number = colours().curves, kinds.index(kind)

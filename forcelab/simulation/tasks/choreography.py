@@ -65,13 +65,13 @@ class Choreography:
         self.hold = 0.0
         self.phases: list[Phase] = []
         self.start = dict.fromkeys(self.layout.coordinates, 0.0)
-        self._wanted = dict.fromkeys(self.layout.commands, 0.0)
+        self._targets = dict.fromkeys(self.layout.commands, 0.0)
         self._moves: list[tuple[str, float, float, float]] = []
         self._wiggles: list[tuple[str, float, float, float, float]] = []
         self.taps: tuple[float, ...] = ()
         self.t = 0.0
         for jaw in ("left jaw", "right jaw"):
-            self._wanted[jaw] = self.start[jaw] = scene.body.half_width + hand["opening"]
+            self._targets[jaw] = self.start[jaw] = scene.body.half_width + hand["opening"]
         self._tapping = taps
         if taps:
             self.taps = (TAP_TIME / 2.0,)
@@ -98,8 +98,8 @@ class Choreography:
 
     def move(self, name: str, to: float, start: float, duration: float) -> None:
         """Reach with one coordinate."""
-        self._moves.append((name, to - self._wanted[name], start, max(duration, 4 * KNOT_STEP)))
-        self._wanted[name] = to
+        self._moves.append((name, to - self._targets[name], start, max(duration, 4 * KNOT_STEP)))
+        self._targets[name] = to
 
     def pull(self, name: str, pace: float, start: float, duration: float) -> None:
         """Go on with one coordinate at a steady pace, m/s or rad/s, with a soft start and end."""
@@ -107,7 +107,7 @@ class Choreography:
         # Reaches that overlap by half add up to a steady pace.
         count = max(1, round(duration / soft) - 1)
         for step in range(count):
-            to = self._wanted[name] + pace * duration / count
+            to = self._targets[name] + pace * duration / count
             self.move(name, to, start + step * soft, 2.0 * soft)
 
     def wiggle(self, name: str, start: float, end: float, size: float, frequency: float) -> None:

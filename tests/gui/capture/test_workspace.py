@@ -290,7 +290,7 @@ def test_what_cannot_be_opened_is_one_sentence_and_can_be_tried_again(window, un
     window.commands["record"].trigger()
     assert "Connect the devices" in page.standing.sentences.text()
     page.connect_button.click()
-    assert "Tick a device" in page.standing.sentences.text()
+    assert "Select a device" in page.standing.sentences.text()
     page.sources.add(f"optoforce:{tmp_path / 'none'}")
     page.connect_button.click()
     until(lambda: page.session.phase is CaptureState.APART)

@@ -88,10 +88,10 @@ def test_no_task_is_no_choice(form):
 def test_with_one_labelled_demonstration_it_says_what_can_be_done_anyway(up):
     with study(labelled=("01",)) as document:
         dialog = up(TaskChoiceDialog(document, Choice(("foam",))))
-        assert "nothing can be tested" in dialog.form._told.text()
+        assert "nothing can be tested" in dialog.form._explanation.text()
         assert dialog.ok.isEnabled()
         dialog.form.across.setChecked(True)
-        assert "nothing can be tested" not in dialog.form._told.text()
+        assert "nothing can be tested" not in dialog.form._explanation.text()
 
 
 def test_what_nobody_labelled_cannot_be_trained(up):
