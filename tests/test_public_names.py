@@ -35,20 +35,40 @@ def test_importing_forcelab_loads_nothing_else():
     assert done.stdout == "False False\n"
 
 
-def test_wherever_a_path_is_taken_a_text_will_do():
-    def functions():
-        for name in dir(forcelab):
-            value = getattr(forcelab, name)
-            if inspect.isfunction(value):
-                yield name, value
-            elif inspect.isclass(value):
-                members = inspect.getmembers(value, inspect.isroutine)
-                public = ((m, f) for m, f in members if callable(f) and not m.startswith("_"))
-                yield from ((f"{name}.{m}", f) for m, f in public)
+def public_functions():
+    """Every function and method that scripts may call, by name."""
+    for name in dir(forcelab):
+        value = getattr(forcelab, name)
+        if inspect.isfunction(value):
+            yield name, value
+        elif inspect.isclass(value):
+            members = inspect.getmembers(value, inspect.isroutine)
+            public = ((m, f) for m, f in members if callable(f) and not m.startswith("_"))
+            yield from ((f"{name}.{m}", f) for m, f in public)
 
+
+def test_every_public_name_explains_itself():
+    undocumented = [
+        name
+        for name, function in public_functions()
+        if not inspect.getdoc(function)
+        or (
+            "." not in name
+            and not {"Parameters", "Returns", "Raises"} & set(function.__doc__.split())
+        )
+    ]
+    undocumented += [
+        name
+        for name in dir(forcelab)
+        if inspect.isclass(getattr(forcelab, name)) and not getattr(forcelab, name).__doc__
+    ]
+    assert not undocumented
+
+
+def test_wherever_a_path_is_taken_a_text_will_do():
     parameters = [
         (name, parameter.name)
-        for name, function in functions()
+        for name, function in public_functions()
         if getattr(function, "__module__", "").startswith("forcelab")
         for parameter in inspect.signature(function).parameters.values()
         if "Path" in str(parameter.annotation) and "str" not in str(parameter.annotation)
