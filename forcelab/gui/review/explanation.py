@@ -122,10 +122,10 @@ class ModelCache:
 
 def train_without(path: Path, outcome: Outcome, id_: str) -> Generator[Progress, None, Withheld]:
     """Train without a demonstration, in a process of its own."""
-    from forcelab.process import elsewhere
+    from forcelab.process import run_in_process
     from forcelab.review.explanation import withholding  # takes a second to load
 
-    return (yield from elsewhere(withholding, path, outcome, id_))
+    return (yield from run_in_process(withholding, path, outcome, id_))
 
 
 def explain_interval(

@@ -92,11 +92,11 @@ def _train(
     path: Path, given: SettingsAndChoice, name: str, trail: list[Step]
 ) -> Generator[object, None, Outcome]:
     """Train in a process of its own, then read what it has stored."""
-    from forcelab.process import elsewhere
+    from forcelab.process import run_in_process
     from forcelab.review.training import Step, reviewing
 
     yield None
-    job = elsewhere(reviewing, path, *given(), name)
+    job = run_in_process(reviewing, path, *given(), name)
     try:
         while True:
             try:

@@ -147,10 +147,10 @@ def _measuring(
 ) -> Generator[object, None, Measured]:
     """Measure in a process of its own, then read what it has stored."""
     from forcelab.measure.recognition_runs import keeping, load
-    from forcelab.process import elsewhere
+    from forcelab.process import run_in_process
     from forcelab.project import Project
 
-    number = yield from elsewhere(keeping, path, task, author, settings)
+    number = yield from run_in_process(keeping, path, task, author, settings)
     with Project.open(path) as project:
         return load(project, number)
 
