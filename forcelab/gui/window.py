@@ -140,11 +140,11 @@ class Window(DockedWindow):
                 self.opening.make_sample(sample_place(), asked=False)
         if project is None or not self.opening.open(project, start.demonstration):
             return False
-        low, high = self.document.bounds
+        low, high = self.document.view.bounds
         at = low if start.at is None else min(max(start.at, low), high)
         if start.span is not None:
-            self.document.set_span(at - start.span / 2, at + start.span / 2)
-        self.document.seek(at)
+            self.document.view.set_span(at - start.span / 2, at + start.span / 2)
+        self.document.view.seek(at)
         return True
 
     def show_workspace(self, name: str) -> None:
@@ -247,7 +247,7 @@ class Window(DockedWindow):
         document.demonstration_changed.connect(self._title)
         document.demonstration_changed.connect(self._focus_tracks)
         document.tracks_changed.connect(self._listing.start)
-        document.snapping_changed.connect(self._check_snapping)
+        document.view.snapping_changed.connect(self._check_snapping)
         self.capture.recording_changed.connect(self._recording_changed)
         self.capture.label_wanted.connect(partial(self.show_workspace, "label"))
         self.jobs.trouble.connect(partial(self._line.say, trouble=True))
@@ -376,7 +376,7 @@ class Window(DockedWindow):
 
     def _check_snapping(self) -> None:
         """Show in the menu whether snapping is on."""
-        self.commands["snapping"].setChecked(self.document.snapping)
+        self.commands["snapping"].setChecked(self.document.view.snapping)
 
     def _set_theme(self, choice: theme.Choice) -> None:
         """Put on another theme and remember it."""

@@ -97,7 +97,7 @@ def listing(document):
 def said(document):
     """What the status line says, and whether that is trouble."""
     told = []
-    document.said.connect(lambda *what: told.append(what))
+    document.message_shown.connect(lambda *what: told.append(what))
     return told
 
 
@@ -195,11 +195,11 @@ def test_what_is_painted_is_soon_in_the_list(listing, document, until):
     document.open_demonstration(id_of(document, "pen-10"))
     before = document.project.demonstrations
     document.project.demonstrations = lambda: pytest.fail("the whole list was read")
-    assert document.paint(0.0, 2.0, "grab")
+    assert document.editor.paint(0.0, 2.0, "grab")
     until(lambda: row(listing, "pen-10").share == pytest.approx(0.2))
-    assert document.undo()
+    assert document.editor.undo_everywhere()
     until(lambda: row(listing, "pen-10").share == 0.0)
-    assert document.paint(0.0, 3.0, "grab")
+    assert document.editor.paint(0.0, 3.0, "grab")
     document.refresh_info()
     document.open_demonstration(id_of(document, "pen-2"))
     document.listing_changed.emit()
@@ -273,7 +273,7 @@ def test_what_the_coder_labelled_last_comes_first_with_its_task(listing, documen
     sort(listing, "edit")
     document.open_demonstration(id_of(document, "pen-10"))
     before = shown(listing)
-    document.paint(1.0, 2.0, "grab")
+    document.editor.paint(1.0, 2.0, "grab")
     document.refresh_info()
     assert shown(listing) == before  # nothing moves below the hand
     document.open_demonstration(id_of(document, "sponge"))
@@ -404,7 +404,7 @@ def show(listing: DemonstrationList, what: str) -> None:
 def test_what_is_half_labelled_is_never_lost(listing, document, until):
     show(listing, "unlabelled")
     document.open_demonstration(id_of(document, "pen-10"))
-    document.paint(0.0, 2.0, "grab")
+    document.editor.paint(0.0, 2.0, "grab")
     until(lambda: row(listing, "pen-10").share > 0)
     document.refresh_info()
     assert shown(listing)["stylus"] == ["pen-10"]
@@ -436,12 +436,12 @@ def test_a_filtered_list_highlights_only_what_is_open(listing, document):
 def test_a_blind_coder_learns_nothing_of_the_others(listing, document, answers):
     id_ = id_of(document, "pen-2")
     document.open_demonstration(id_)
-    assert "bert" in document.others
+    assert "bert" in document.other_tracks
     assert listing.menu.assign([id_], "anna")
     document.project.coding.assign(id_, "bert")
     document.refresh_listing()
     assert document.coding_blind
-    assert document.others == {}
+    assert document.other_tracks == {}
     assert row(listing, "pen-2").blind
     index = listing.model.index_of(id_)
     for role in (Qt.ItemDataRole.AccessibleTextRole, Qt.ItemDataRole.ToolTipRole):
@@ -454,7 +454,7 @@ def test_a_blind_coder_learns_nothing_of_the_others(listing, document, answers):
     assert document.coding_blind
     answers("Mark as done")
     entries(listing, [row(listing, "pen-2")])["Mark as done"].trigger()
-    assert "bert" in document.others
+    assert "bert" in document.other_tracks
     assert row(listing, "pen-2").done
     assert row(listing, "pen-2").others == (("bert", 0.25),)
 
@@ -747,7 +747,7 @@ def test_an_index_that_is_nowhere_is_nothing(app):
 
 def test_what_was_painted_just_before_another_one_is_opened_stays_told(document, listing):
     document.open_demonstration(id_of(document, "pen-10"))
-    document.paint(0.0, 5.0, "grab")
+    document.editor.paint(0.0, 5.0, "grab")
     document.open_demonstration(id_of(document, "block"))
     document.refresh_info()  # as the window does a moment later
     assert row(listing, "pen-10").share == pytest.approx(0.5, abs=0.01)

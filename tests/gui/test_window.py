@@ -255,7 +255,7 @@ def test_a_hidden_scalogram_is_not_computed(windows, study, monkeypatch):
     monkeypatch.setattr("forcelab.gui.jobs.Jobs.run", lambda *_, key="", **__: asked.append(key))
     second = windows(LaunchOptions(project=study))
     assert not second.label.scalogram.isVisible()
-    second.document.set_span(1, 2)
+    second.document.view.set_span(1, 2)
     assert not [key for key in asked if "scalogram" in key]
     second.label.toggles["scalogram"].setChecked(True)
     assert second.label.scalogram.isVisible()
@@ -292,22 +292,22 @@ def test_the_demonstration_of_last_time_is_opened(windows, study):
 def test_two_coders_at_one_project_do_not_overwrite_each_other(windows, study):
     ann, cleo = windows(LaunchOptions(project=study)), windows(LaunchOptions(project=study), "Cleo")
     for number in range(5):
-        assert ann.document.paint(number, number + 0.5, "grab")
-        assert cleo.document.paint(number + 0.2, number + 0.9, "hold")
+        assert ann.document.editor.paint(number, number + 0.5, "grab")
+        assert cleo.document.editor.paint(number + 0.2, number + 0.9, "hold")
     ann.document.refresh()
-    assert ann.document.others == {"Ben": HIS, "Cleo": cleo.document.segments}
-    assert len(ann.document.segments) == len(cleo.document.segments) == 5
+    assert ann.document.other_tracks == {"Ben": HIS, "Cleo": cleo.document.editor.segments}
+    assert len(ann.document.editor.segments) == len(cleo.document.editor.segments) == 5
 
 
 def test_the_same_coder_in_two_windows_loses_nothing(windows, study):
     one, two = windows(LaunchOptions(project=study)), windows(LaunchOptions(project=study))
-    assert one.document.paint(1, 2, "grab")
-    assert not two.document.paint(1.5, 3, "hold")
+    assert one.document.editor.paint(1, 2, "grab")
+    assert not two.document.editor.paint(1.5, 3, "hold")
     assert two.statusBar().currentMessage().endswith("repeat it.")
-    assert two.document.segments == one.document.segments
-    assert two.document.paint(2, 3, "hold")
+    assert two.document.editor.segments == one.document.editor.segments
+    assert two.document.editor.paint(2, 3, "hold")
     one.document.refresh()
-    assert one.document.segments == (Segment(1, 2, "grab"), Segment(2, 3, "hold"))
+    assert one.document.editor.segments == (Segment(1, 2, "grab"), Segment(2, 3, "hold"))
 
 
 def test_the_first_time_the_sample_project_is_made_and_opened(windows, study, monkeypatch, until):
@@ -342,21 +342,21 @@ def test_a_blind_coder_sees_nobody_elses_labels_anywhere(windows, study, answers
     with Project.open(study) as project:
         project.coding.assign(project.demonstrations.infos()[0].id, "Ann")
     window = windows(LaunchOptions(project=study))
-    assert window.document.others == {}
+    assert window.document.other_tracks == {}
     model = window.demonstrations.findChild(QTreeView).model()
     row = model.index(0, 0, model.index(0, 0))
     roles = (Qt.ItemDataRole.DisplayRole, Qt.ItemDataRole.ToolTipRole)
     assert not any("Ben" in str(row.data(role)) for role in roles)
     asked = answers("Cancel")
     window.commands["done"].trigger()
-    assert window.document.others == {}
+    assert window.document.other_tracks == {}
     assert window.document.coding_blind
     assert len(asked) == 1
     assert "end blind coding" in asked[0]
     assert "labels and notes of others" in asked[0]
     answers("Mark as done")
     window.commands["done"].trigger()
-    assert window.document.others == {"Ben": HIS}
+    assert window.document.other_tracks == {"Ben": HIS}
 
 
 def dropped(window, paths):
@@ -424,7 +424,7 @@ def test_what_was_painted_is_no_longer_said_of_another_demonstration(windows, st
         )
     window = windows(LaunchOptions(project=study))
     document, bar = window.document, window.statusBar()
-    document.paint(1.0, 2.0, "grab")
+    document.editor.paint(1.0, 2.0, "grab")
     assert "grab" in bar.currentMessage()
     assert document.open_demonstration(second.id)
     assert bar.currentMessage() == ""
@@ -435,7 +435,7 @@ def test_what_was_painted_is_no_longer_said_of_another_demonstration(windows, st
         document.open_demonstration(document.infos[0].id)
         assert bar.currentMessage() == ""
     document.open_demonstration(second.id)
-    document.say("This is the last demonstration of the list.")
+    document.show_message("This is the last demonstration of the list.")
     document.open_demonstration(document.infos[0].id)
     assert "last demonstration" in bar.currentMessage()
 
@@ -635,7 +635,7 @@ def test_choose_all_means_the_list_that_the_keyboard_is_in(windows, study, app, 
     window.activateWindow()
     assert QTest.qWaitForWindowActive(window)
     chosen = window.demonstrations.view.selectionModel()
-    window.document.paint(1.0, 2.0, "grab")
+    window.document.editor.paint(1.0, 2.0, "grab")
     chosen.clear()
     for view in (window.label.segments.table, window.label.vocabulary.list):
         view.setFocus()

@@ -294,7 +294,7 @@ class CaptureWorkspace(QWidget):
         self.session.changed.connect(self._changed)
         self.session.ticked.connect(self._show_whether_recording_can_begin)
         document.project_changed.connect(self._project_changed)
-        document.training_changed.connect(self.recogniser.refresh)
+        document.review.training_changed.connect(self.recogniser.refresh)
         keys().changed.connect(self._changed)
         self._changed()
 

@@ -85,7 +85,7 @@ class ActionModel(QAbstractListModel):
 
     def count(self) -> None:
         """Count the coder's segments."""
-        self.counts = track_spans(self.document.segments).totals()
+        self.counts = track_spans(self.document.editor.segments).totals()
         self.redraw()
 
     def redraw(self) -> None:
@@ -462,7 +462,7 @@ class ActionList(SideList):
     def use(self, name: str) -> None:
         """Fill the marked range with an action, or take it up as the brush, or put it down."""
         document = self.document
-        if document.range is not None:
+        if document.view.range is not None:
             fill_range(document, name)
         else:
             self._toggle(name)
@@ -477,7 +477,7 @@ class ActionList(SideList):
         if not name:
             return False
         if name in self.document.vocabulary:
-            self.document.say(f"The action '{name}' already exists.", True)
+            self.document.show_message(f"The action '{name}' already exists.", True)
             return False
         return self.document.add_actions(name)
 
@@ -497,7 +497,7 @@ class ActionList(SideList):
         try:
             project.actions.refuse_removing(self.document.author, name, demonstration.task)
         except ForcelabError as error:
-            self.document.say(str(error), True)
+            self.document.show_message(str(error), True)
             return False
         return self._change(lambda: self.document.vocabulary.removed(name))
 
@@ -509,7 +509,7 @@ class ActionList(SideList):
         brush.setCheckable(True)
         brush.setChecked(document.action == name)
         brush.triggered.connect(lambda: self._toggle(name))
-        if document.range is not None:
+        if document.view.range is not None:
             fill = menu.addAction(icon("range"), "Fill the marked range")
             fill.triggered.connect(lambda: fill_range(document, name))
         menu.addSeparator()
@@ -530,7 +530,7 @@ class ActionList(SideList):
         try:
             changed = change()
         except InputError as error:
-            self.document.say(str(error), True)
+            self.document.show_message(str(error), True)
             return False
         return self.document.set_vocabulary(changed)
 
@@ -595,7 +595,9 @@ class ActionList(SideList):
     def _follow_painting(self) -> None:
         """Who paints has all the actions it takes to begin."""
         document = self.document
-        if self._suggested is not None and (document.segments or document.stroke is not None):
+        if self._suggested is not None and (
+            document.editor.segments or document.stroke is not None
+        ):
             self._suggest_no_more()
 
     def _count_soon(self) -> None:

@@ -59,27 +59,29 @@ def handlers(
         "slower": player.slower,
         "faster": player.faster,
         "normal_speed": player.normal_speed,
-        "zoom_in": lambda: document.zoom(1 / ZOOM, document.cursor),
-        "zoom_out": lambda: document.zoom(ZOOM, document.cursor),
-        "zoom_fit": document.fit,
-        "range_in": document.mark_in,
-        "range_out": document.mark_out,
-        "undo": document.undo,
-        "redo": document.redo,
-        "fine_nudges": lambda: segment_commands.set_fine_nudges(document, not document.fine_nudges),
-        "snapping": lambda: document.set_snapping(not document.snapping),
-        "split": lambda: document.split(document.cursor),
+        "zoom_in": lambda: document.view.zoom(1 / ZOOM, document.view.cursor),
+        "zoom_out": lambda: document.view.zoom(ZOOM, document.view.cursor),
+        "zoom_fit": document.view.fit,
+        "range_in": document.view.mark_in,
+        "range_out": document.view.mark_out,
+        "undo": partial(segment_commands.undo, document),
+        "redo": partial(segment_commands.redo, document),
+        "fine_nudges": lambda: segment_commands.set_fine_nudges(
+            document, not document.view.fine_nudges
+        ),
+        "snapping": lambda: document.view.set_snapping(not document.view.snapping),
+        "split": lambda: document.editor.split(document.view.cursor),
         "fill_gaps": partial(_fill_gaps, document, window),
         "copy_from": partial(_copy, document, tracks),
         "cancel": partial(_cancel, document, tracks),
-        "step_back": partial(document.step, -1),
-        "step_forward": partial(document.step, 1),
+        "step_back": partial(document.view.step, -1),
+        "step_forward": partial(document.view.step, 1),
         "leap_back": partial(_jump, document, -1),
         "leap_forward": partial(_jump, document, 1),
         "pan_left": partial(_pan, document, -PAN_SHARE),
         "pan_right": partial(_pan, document, PAN_SHARE),
-        "to_start": lambda: document.seek(document.bounds[0]),
-        "to_end": lambda: document.seek(document.bounds[1]),
+        "to_start": lambda: document.view.seek(document.view.bounds[0]),
+        "to_end": lambda: document.view.seek(document.view.bounds[1]),
     }
 
 
@@ -92,8 +94,8 @@ def _cancel(document: Document, tracks: TrackPanel) -> None:
         tracks.cancel_drag()
     elif document.stroke is not None:
         document.cancel_stroke()
-    elif document.range is not None or document.range_in is not None:
-        document.clear_range()
+    elif document.view.range is not None or document.view.range_start is not None:
+        document.view.clear_range()
     elif document.selected is not None:
         document.select(None)
     else:
@@ -102,34 +104,34 @@ def _cancel(document: Document, tracks: TrackPanel) -> None:
 
 def _fill_gaps(document: Document, window: QWidget) -> None:
     """Ask how long a gap may be that is filled, if there is anything to fill."""
-    if document.segments:
+    if document.editor.segments:
         ask_largest_gap(window, document)
     else:
-        document.say("There are no segments of yours to fill gaps between.")
+        document.show_message("There are no segments of yours to fill gaps between.")
 
 
 def _jump(document: Document, direction: int) -> None:
     """Make a larger step."""
-    demonstration, frames = document.demonstration, document.frame_times
+    demonstration, frames = document.demonstration, document.view.frame_times
     if demonstration is None:
         return
     count = JUMP_FRAMES
     if frames is None or not len(frames):
-        samples = JUMP_SHARE * (document.end - document.start) / demonstration.period
+        samples = JUMP_SHARE * (document.view.end - document.view.start) / demonstration.period
         count = max(count, round(samples))
-    document.step(direction * count)
+    document.view.step(direction * count)
 
 
 def _pan(document: Document, share: float) -> None:
     """Show earlier or later time."""
-    document.pan(share * (document.end - document.start))
+    document.view.pan(share * (document.view.end - document.view.start))
 
 
 def _copy(document: Document, tracks: TrackPanel) -> None:
     """Copy from the only other author at once; from one of several, ask which."""
-    authors = tuple(document.others)
+    authors = tuple(document.other_tracks)
     if document.coding_blind:
-        document.say(
+        document.show_message(
             "Other labels are hidden until you are done; nothing copied.",
             True,
         )
@@ -137,12 +139,13 @@ def _copy(document: Document, tracks: TrackPanel) -> None:
     if len(authors) == 1:
         segment_commands.copy_from(document, authors[0])
     elif any(
-        segment_commands.copy_candidates(document, author, document.cursor) for author in authors
+        segment_commands.copy_candidates(document, author, document.view.cursor)
+        for author in authors
     ):
-        menu = copy_menu(tracks, document, document.cursor)
+        menu = copy_menu(tracks, document, document.view.cursor)
         tracks.show_menu(menu, tracks.mapToGlobal(QPoint(tracks.GUTTER, 0)))
     elif authors:
         sentence = "No other track has a segment at the cursor; mark a range to copy."
         segment_commands.report_refusal(document, sentence)
     else:
-        document.say("No other track is shown to copy from.", True)
+        document.show_message("No other track is shown to copy from.", True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from datetime import date, datetime
 from enum import Enum
+from functools import partial
 from typing import Any
 
 from PySide6.QtCore import QAbstractListModel, QModelIndex, QObject, QRectF, QSize, Qt, QTimer
@@ -23,6 +24,7 @@ from forcelab.errors import ForcelabError
 from forcelab.gui.document import Document
 from forcelab.gui.icons import icon
 from forcelab.gui.item_views import NOWHERE, Index, RowList, SideList, write_row
+from forcelab.gui.label.segment_commands import redo, undo
 from forcelab.gui.layout import PageOrPlaceholder
 from forcelab.gui.theme import colours, themes
 from forcelab.project import Edit
@@ -184,7 +186,7 @@ class HistoryModel(QAbstractListModel):
                 document.id, document.author, latest=latest or PAGE, before=before
             )
         except ForcelabError as error:
-            document.say(str(error), True)
+            document.show_message(str(error), True)
             return []
         return list(reversed(edits))
 
@@ -237,8 +239,8 @@ class HistoryView(SideList):
         self.list.setAccessibleName("Edits of your track, newest first")
         self.list.doubleClicked.connect(self._chosen)
         self.list.opened.connect(self._chosen)
-        self.undo = self._button("undo", "Undo", document.undo)
-        self.redo = self._button("redo", "Redo", document.redo)
+        self.undo = self._button("undo", "Undo", partial(undo, document))
+        self.redo = self._button("redo", "Redo", partial(redo, document))
         self._reach = QLabel()
         self._reach.setForegroundRole(QPalette.ColorRole.PlaceholderText)
         self._pages = PageOrPlaceholder(self.list)
@@ -271,21 +273,22 @@ class HistoryView(SideList):
         if not 0 <= row < len(self.model.rows):
             return
         if self.model.standing(row) == EditState.ABANDONED:
-            self.document.say(
+            self.document.show_message(
                 f"'{self.model.rows[row].what}' was undone before a later edit, so redo "
                 "cannot bring it back."
             )
             return
         steps = self.model.steps_to(row)
         document, farther = self.document, []
-        verb = document.undo if steps < 0 else document.redo
+        verb = undo if steps < 0 else redo
         for _ in range(abs(steps)):
-            if not verb():
+            result = verb(document)
+            if result is None:
                 return
-            if document.reverted is not None and document.reverted.reaches_farther:
-                farther.append(document.said_here)
+            if result.reaches_farther:
+                farther.append(document.local_message)
         if farther:  # what changed out of sight is not to go by in the middle
-            document.say_here(". ".join(farther))
+            document.show_local_message(". ".join(farther))
 
     def _chosen(self, index: QModelIndex) -> None:
         """Go back or forth to the edit that was chosen."""
@@ -317,9 +320,8 @@ class HistoryView(SideList):
         undone = [row for row in rows if self.model.standing(row) == EditState.UNDONE]
         self.undo.setEnabled(done is not None or self.model.canFetchMore(QModelIndex()))
         self.redo.setEnabled(bool(undone))
-        undo, redo = "Undo", "Redo"
-        self.undo.setToolTip(undo if done is None else f"{undo}: {self.model.rows[done].what}")
-        self.redo.setToolTip(f"{redo}: {self.model.rows[undone[-1]].what}" if undone else redo)
+        self.undo.setToolTip("Undo" if done is None else f"Undo: {self.model.rows[done].what}")
+        self.redo.setToolTip(f"Redo: {self.model.rows[undone[-1]].what}" if undone else "Redo")
         count = len(undone)
         self._reach.setText(f"{count} undone" if count else "")
 

@@ -87,18 +87,18 @@ class KeyLabelling(QObject):
         document = self.document
         action = self._action(key)
         if document.demonstration is not None and not document.vocabulary and key in KEYS:
-            document.say_here(
+            document.show_local_message(
                 "There is no action for a key to paint: add one under Actions first.", True
             )
         if action is None or document.demonstration is None:
             return self._say_unknown(key)
         self._held = None
-        if document.range is not None:
+        if document.view.range is not None:
             fill_range(document, action)
         elif document.stroke is not None:
             self._press_again(action, key)
-        elif not document.playing and document.selected is not None:
-            document.relabel(document.selected, action)
+        elif not document.view.playing and document.selected is not None:
+            document.editor.relabel(document.selected, action)
         else:
             self._begin(action, key, self._position())
         return True
@@ -152,7 +152,7 @@ class KeyLabelling(QObject):
         key = _pressed_key_name(event)
         if self._held is None or self._held[0] != key:
             return False
-        now, cursor, position = self._clock(), self.document.cursor, self._position()
+        now, cursor, position = self._clock(), self.document.view.cursor, self._position()
         self._repeats.released(event, lambda: self._let_up(key, now, cursor, position))
         return True
 
@@ -185,7 +185,7 @@ class KeyLabelling(QObject):
             or isinstance(QApplication.focusWidget(), QAbstractItemView)
         ):
             return False
-        document.say_here(
+        document.show_local_message(
             f"No action has the key {key}; the list of actions shows their keys.", True
         )
         return True
@@ -213,7 +213,7 @@ class KeyLabelling(QObject):
         """Begin a stroke with a key."""
         self.document.select(None)
         self.document.begin_stroke(action, position)
-        self._held = key, self._clock(), self.document.cursor
+        self._held = key, self._clock(), self.document.view.cursor
 
     def _let_up(self, key: str, now: float, cursor: float, position: float) -> None:
         """End the stroke of a key that was held."""
@@ -229,15 +229,15 @@ class KeyLabelling(QObject):
         """The time that is meant, in seconds."""
         document = self.document
         targets = snap_targets(document)
-        if document.playing:
-            late = settings.reaction_ms() / 1000 * document.speed
-            earliest = document.bounds[0] if document.stroke is None else document.stroke.start
+        if document.view.playing:
+            late = settings.reaction_ms() / 1000 * document.view.speed
+            earliest = document.view.bounds[0] if document.stroke is None else document.stroke.start
             # A stroke begun while paused was not late: it must not be turned around.
-            meant = max(document.cursor - late, min(earliest, document.cursor))
-            return rounded(meant, targets) if document.snapping else meant
-        if not document.snapping or is_on_target(document.cursor, targets):
-            return document.cursor
-        return snapped(document.cursor, self._scale(), targets)
+            meant = max(document.view.cursor - late, min(earliest, document.view.cursor))
+            return rounded(meant, targets) if document.view.snapping else meant
+        if not document.view.snapping or is_on_target(document.view.cursor, targets):
+            return document.view.cursor
+        return snapped(document.view.cursor, self._scale(), targets)
 
 
 def _pressed_key_name(event: QKeyEvent) -> str:

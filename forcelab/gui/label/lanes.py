@@ -498,11 +498,11 @@ def paint_gaps(
 ) -> None:
     """Hatch the visible gaps, shape (2, g) in seconds; those closer than a pixel become one."""
     document, slope = panel.document, panel.seconds_per_pixel
-    first = int(np.searchsorted(gaps[1], document.start))
-    last = int(np.searchsorted(gaps[0], document.end))
+    first = int(np.searchsorted(gaps[1], document.view.start))
+    last = int(np.searchsorted(gaps[0], document.view.end))
     if first >= last:
         return
-    left, right = plot.left() + (gaps[:, first:last] - document.start) / slope
+    left, right = plot.left() + (gaps[:, first:last] - document.view.start) / slope
     left, right = np.maximum(left, plot.left() - 1), np.minimum(right, plot.right() + 1)
     middle = (left + right) / 2
     half = np.maximum((right - left) / 2, 0.5)

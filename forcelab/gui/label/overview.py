@@ -85,8 +85,8 @@ class Overview(QWidget):
         self._repainting.timeout.connect(self._tracks_changed)
         for painted in (document.tracks_changed, document.vocabulary_changed):
             painted.connect(self._repainting.start)
-        document.span_changed.connect(self._moved_on)
-        document.cursor_moved.connect(self._moved_on)
+        document.view.span_changed.connect(self._moved_on)
+        document.view.cursor_moved.connect(self._moved_on)
         self._held: Handle | None = None
         self._press = QPointF()
         self._span = (0.0, 1.0)
@@ -104,12 +104,12 @@ class Overview(QWidget):
     @property
     def axis(self) -> Axis:
         """From seconds to pixels."""
-        return Axis(*self.document.bounds, self.plot.left(), self.plot.right())
+        return Axis(*self.document.view.bounds, self.plot.left(), self.plot.right())
 
     @property
     def window_box(self) -> QRectF:
         """The visible span, in pixels; narrow ones are drawn wider."""
-        left, right = self.axis.at(self.document.start), self.axis.at(self.document.end)
+        left, right = self.axis.at(self.document.view.start), self.axis.at(self.document.view.end)
         spare = max(NARROWEST_WINDOW - (right - left), 0.0) / 2
         return QRectF(left - spare, 0.0, right - left + 2 * spare, self.height())
 
@@ -160,7 +160,7 @@ class Overview(QWidget):
             self._paint_curves(
                 painter, QRectF(plot.left(), 0, plot.width(), HEIGHT - TRACK_HEIGHT - 2)
             )
-            low, high = self.document.bounds
+            low, high = self.document.view.bounds
             face = text.font(10)
             length = f"{high - low:.1f}"
             short = high - low <= LONGEST_IN_SECONDS
@@ -181,7 +181,7 @@ class Overview(QWidget):
                 painter,
                 strip,
                 self.axis,
-                document.segments,
+                document.editor.segments,
                 vocabulary=document.vocabulary,
                 theme=colours(),
                 size=8.0,
@@ -191,7 +191,7 @@ class Overview(QWidget):
         """Draw the envelopes over each other, those of one unit on one scale."""
         source = self._source
         canvas = CurveCanvas(box, painter.device().devicePixelRatioF())
-        low, high = self.document.bounds
+        low, high = self.document.view.bounds
         share = (canvas.edges() - box.left()) / box.width()
         columns = source.columns(low + share * (high - low))
         wanted = [i for i, name in enumerate(source.names) if name in source.shown]
@@ -236,7 +236,7 @@ class Overview(QWidget):
             left, right = (self.axis.at(time) for time in self._band)
             painter.fillRect(QRectF(left, 0, right - left, HEIGHT), wash)
         painter.setPen(QPen(QColor(now.cursor), 1))
-        x = round(self.axis.at(self.document.cursor)) + 0.5
+        x = round(self.axis.at(self.document.view.cursor)) + 0.5
         painter.drawLine(QLineF(x, 0, x, HEIGHT))
 
     def _moved_on(self, *_: object) -> None:
@@ -246,7 +246,7 @@ class Overview(QWidget):
 
     def time_at(self, x: float) -> float:
         """The time in seconds of a pixel, within the demonstration."""
-        low, high = self.document.bounds
+        low, high = self.document.view.bounds
         return min(max(self.axis.value(x), low), high)
 
     def handle_at(self, x: float) -> Handle:
@@ -257,7 +257,9 @@ class Overview(QWidget):
             return "start"
         if box.right() - inside <= x <= box.right() + REACH:
             return "end"
-        whole = self.document.end - self.document.start >= np.ptp(self.document.bounds)
+        whole = self.document.view.end - self.document.view.start >= np.ptp(
+            self.document.view.bounds
+        )
         return "body" if box.left() < x < box.right() and not whole else "new"
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
@@ -265,7 +267,7 @@ class Overview(QWidget):
         if event.button() == Qt.MouseButton.LeftButton and self.document.demonstration is not None:
             self._held = self.handle_at(event.position().x())
             self._press = event.position()
-            self._span = (self.document.start, self.document.end)
+            self._span = (self.document.view.start, self.document.view.end)
             self._moved = False
             if self._held == "body":
                 self.setCursor(Qt.CursorShape.ClosedHandCursor)
@@ -280,12 +282,12 @@ class Overview(QWidget):
         self._moved = self._moved or far
         if not self._moved:
             return
-        low, high = self.document.bounds
+        low, high = self.document.view.bounds
         start, end = self._span
         by = (x - self._press.x()) / self.plot.width() * (high - low)
         if self._held == "body":
             by = min(max(by, low - start), high - end)
-            self.document.set_span(start + by, end + by)
+            self.document.view.set_span(start + by, end + by)
         elif self._held == "new":
             first, last = sorted((self.time_at(self._press.x()), self.time_at(x)))
             self._band = (first, last)
@@ -293,7 +295,7 @@ class Overview(QWidget):
         else:
             fixed, free = (end, start) if self._held == "start" else (start, end)
             first, last = sorted((fixed, min(max(free + by, low), high)))
-            self.document.set_span(first, last)
+            self.document.view.set_span(first, last)
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
         """Show the chosen span; a click centres the window and moves the cursor."""
@@ -302,12 +304,12 @@ class Overview(QWidget):
         band, self._held, self._band = self._band, None, None
         if not self._moved:
             time, half = self.time_at(event.position().x()), (self._span[1] - self._span[0]) / 2
-            low, high = self.document.bounds
+            low, high = self.document.view.bounds
             middle = min(max(time, low + half), high - half)
-            self.document.set_span(middle - half, middle + half)
-            self.document.seek(time)
+            self.document.view.set_span(middle - half, middle + half)
+            self.document.view.seek(time)
         elif band is not None:
-            self.document.set_span(*band)
+            self.document.view.set_span(*band)
         self._hint(event.position().x())
         self.update()
 
@@ -315,11 +317,11 @@ class Overview(QWidget):
         """Zoom about the middle of the window; with Shift, pan by a tenth of it."""
         angle = event.angleDelta()
         notches = (angle.y() or angle.x()) / 120.0
-        start, end = self.document.start, self.document.end
+        start, end = self.document.view.start, self.document.view.end
         if event.modifiers() & Qt.KeyboardModifier.ShiftModifier:
-            self.document.pan(-notches * 0.1 * (end - start))
+            self.document.view.pan(-notches * 0.1 * (end - start))
         else:
-            self.document.zoom(ZOOM_STEP**-notches, (start + end) / 2)
+            self.document.view.zoom(ZOOM_STEP**-notches, (start + end) / 2)
         event.accept()
 
     def _hint(self, x: float) -> None:

@@ -43,9 +43,8 @@ TICK = 16
 class Player(QObject):
     """Plays a document's demonstration.
 
-    It follows the document: whoever calls ``document.set_playing`` or ``document.set_speed``
-    starts, stops or paces it, and whoever calls ``document.seek`` while it plays makes it go on
-    from there.
+    It follows the document's view: ``set_playing`` and ``set_speed`` start, stop and pace it, and
+    after ``seek`` it goes on from there.
 
     Parameters
     ----------
@@ -78,8 +77,8 @@ class Player(QObject):
         self._own = False
         self._stretch: tuple[float, float] | None = None
         self._anchor = (0.0, 0.0, 1.0)  # clock, cursor and speed of the last start, seek or change
-        document.playing_changed.connect(self._follow_playing)
-        document.cursor_moved.connect(self._follow_cursor)
+        document.view.playing_changed.connect(self._follow_playing)
+        document.view.cursor_moved.connect(self._follow_cursor)
         document.demonstration_changed.connect(self.stop)
 
     # What one can ask for
@@ -90,16 +89,16 @@ class Player(QObject):
         With the cursor at the end it begins at the start. With :attr:`loop` on, a marked range is
         played over and over; without one, the whole demonstration.
         """
-        stretch = self.document.range if self.loop else None
-        self._play(stretch, self.document.cursor)
+        stretch = self.document.view.range if self.loop else None
+        self._play(stretch, self.document.view.cursor)
 
     def stop(self) -> None:
         """Stop where the cursor is."""
-        self.document.set_playing(False)
+        self.document.view.set_playing(False)
 
     def toggle(self) -> None:
         """Start, or stop."""
-        if self.document.playing:
+        if self.document.view.playing:
             self.stop()
         else:
             self.start()
@@ -117,13 +116,13 @@ class Player(QObject):
         document = self.document
         index = document.selected
         if index is None:
-            here = document.cursor
-            under = (i for i, s in enumerate(document.segments) if s.start <= here < s.end)
+            here = document.view.cursor
+            under = (i for i, s in enumerate(document.editor.segments) if s.start <= here < s.end)
             index = next(under, None)
-        if document.range is not None:
-            self.play_stretch(*document.range)
+        if document.view.range is not None:
+            self.play_stretch(*document.view.range)
         elif index is not None:
-            segment = document.segments[index]
+            segment = document.editor.segments[index]
             self.play_stretch(segment.start, segment.end)
         else:
             self.start()
@@ -136,23 +135,23 @@ class Player(QObject):
 
     def faster(self) -> None:
         """Take the next speed of :data:`SPEEDS`."""
-        above = (speed for speed in SPEEDS if speed > self.document.speed)
-        self.document.set_speed(next(above, SPEEDS[-1]))
+        above = (speed for speed in SPEEDS if speed > self.document.view.speed)
+        self.document.view.set_speed(next(above, SPEEDS[-1]))
 
     def slower(self) -> None:
         """Take the speed of :data:`SPEEDS` before."""
-        below = (speed for speed in reversed(SPEEDS) if speed < self.document.speed)
-        self.document.set_speed(next(below, SPEEDS[0]))
+        below = (speed for speed in reversed(SPEEDS) if speed < self.document.view.speed)
+        self.document.view.set_speed(next(below, SPEEDS[0]))
 
     def normal_speed(self) -> None:
         """Play in real time."""
-        self.document.set_speed(1.0)
+        self.document.view.set_speed(1.0)
 
     # How it goes
 
     def tick(self) -> None:
         """Move the cursor to where it is by now."""
-        if not self.document.playing:
+        if not self.document.view.playing:
             return
         start, end = self._bounds()
         position = self._position()
@@ -177,11 +176,11 @@ class Player(QObject):
         self._hold(position)
         self._move(position)
         self._timer.start()
-        self.document.set_playing(True)
+        self.document.view.set_playing(True)
 
     def _bounds(self) -> tuple[float, float]:
         """What is played: the stretch, or the whole demonstration."""
-        low, high = self.document.bounds
+        low, high = self.document.view.bounds
         if self._stretch is None:
             return low, high
         return max(self._stretch[0], low), min(self._stretch[1], high)
@@ -193,12 +192,12 @@ class Player(QObject):
 
     def _hold(self, position: float) -> None:
         """Count from here on."""
-        self._anchor = (self._clock(), position, self.document.speed)
+        self._anchor = (self._clock(), position, self.document.view.speed)
 
     def _move(self, position: float) -> None:
         """Move the cursor, knowing that it was not somebody else."""
         with self._moving():
-            self.document.seek(position)
+            self.document.view.seek(position)
 
     @contextmanager
     def _moving(self) -> Iterator[None]:
@@ -211,17 +210,17 @@ class Player(QObject):
 
     def _follow_playing(self) -> None:
         """Start, stop or change the speed, as the document says."""
-        if not self.document.playing:
+        if not self.document.view.playing:
             self._timer.stop()
             self._stretch = None
         elif not self._timer.isActive():
-            self._play(self._stretch, self.document.cursor)
-        elif self._anchor[2] != self.document.speed:
+            self._play(self._stretch, self.document.view.cursor)
+        elif self._anchor[2] != self.document.view.speed:
             self._hold(self._position())
 
     def _follow_cursor(self, position: float) -> None:
         """Go on from where somebody moved the cursor; outside the stretch, play to the end."""
-        if self._own or not self.document.playing:
+        if self._own or not self.document.view.playing:
             return
         if self._stretch is not None and not self._stretch[0] <= position < self._stretch[1]:
             self._stretch = None
@@ -245,7 +244,7 @@ class Transport(QWidget):
         self.speed.setToolTip("Speed of playback")
         self.speed.setAccessibleName("Speed of playback")
         self.speed.setFocusPolicy(Qt.FocusPolicy.TabFocus)
-        self.speed.activated.connect(lambda at: document.set_speed(SPEEDS[at]))
+        self.speed.activated.connect(lambda at: document.view.set_speed(SPEEDS[at]))
         self.time = TimeEdit(document)
         self.length = QLabel()
         self.frame = FrameCounter()
@@ -263,12 +262,12 @@ class Transport(QWidget):
         self._rows.addLayout(self._groups[0])
         self._rows.addWidget(self._line)
         self._rows.addLayout(self._groups[1], 1)
-        document.cursor_moved.connect(self._show_time)
+        document.view.cursor_moved.connect(self._show_time)
         document.demonstration_changed.connect(self._show)
-        document.frame_times_changed.connect(self._show_time)
-        document.range_changed.connect(self._show_range)
-        document.playing_changed.connect(self._show_playing)
-        document.snapping_changed.connect(self._show_snapping)
+        document.view.frame_times_changed.connect(self._show_time)
+        document.view.range_changed.connect(self._show_range)
+        document.view.playing_changed.connect(self._show_playing)
+        document.view.snapping_changed.connect(self._show_snapping)
         player.loop_changed.connect(self.buttons["loop"].setChecked)
         self._show()
 
@@ -305,9 +304,11 @@ class Transport(QWidget):
         row = QHBoxLayout()
         row.setSpacing(1)
         self._button(row, "start", "To the start", partial(self._to_end, 0))
-        self._button(row, "step-back", "Step back", lambda: document.step(-1), repeat=True)
+        self._button(row, "step-back", "Step back", lambda: document.view.step(-1), repeat=True)
         self._button(row, "play", "Play", player.toggle)
-        self._button(row, "step-forward", "Step forward", lambda: document.step(1), repeat=True)
+        self._button(
+            row, "step-forward", "Step forward", lambda: document.view.step(1), repeat=True
+        )
         self._button(row, "end", "To the end", partial(self._to_end, 1))
         loop = self._button(row, "loop", "Begin again at the end", lambda: None)
         loop.setCheckable(True)
@@ -336,7 +337,7 @@ class Transport(QWidget):
             lambda: None,
         )
         snap.setCheckable(True)
-        snap.toggled.connect(self.document.set_snapping)
+        snap.toggled.connect(self.document.view.set_snapping)
         self.reaction.setRange(0, round(settings.LONGEST_MS))
         self.reaction.setSingleStep(10)
         self.reaction.setPrefix("Reaction ")
@@ -384,7 +385,7 @@ class Transport(QWidget):
 
     def _to_end(self, which: int) -> None:
         """Move the cursor to the start (0) or the end (1) of the demonstration."""
-        self.document.seek(self.document.bounds[which])
+        self.document.view.seek(self.document.view.bounds[which])
 
     # What it shows
 
@@ -394,7 +395,7 @@ class Transport(QWidget):
         moving = (button for name, button in self.buttons.items() if name not in ("loop", "magnet"))
         for widget in (*moving, self.speed, self.time):
             set_enabled_with_reason(widget, "" if there else "Open a demonstration first.")
-        self.length.setText(f"/ {self.document.bounds[1]:.3f} s" if there else "")
+        self.length.setText(f"/ {self.document.view.bounds[1]:.3f} s" if there else "")
         self._show_playing()
         self._show_snapping()
         self._show_range()
@@ -405,12 +406,12 @@ class Transport(QWidget):
         if not self.isVisible():
             return
         self.time.show_cursor()
-        frames = self.document.frame_times
+        frames = self.document.view.frame_times
         if frames is None or not len(frames):
             self.frame.say("")
             return
         # A cursor within float dust of a frame is on that frame.
-        number = int(np.searchsorted(frames, self.document.cursor + 1e-9, side="right"))
+        number = int(np.searchsorted(frames, self.document.view.cursor + 1e-9, side="right"))
         text = "frame {0}"
         # As wide as the last one, so that nothing moves during playback.
         widest = text.format("0" * len(str(len(frames))))
@@ -420,18 +421,18 @@ class Transport(QWidget):
     def _show_range(self) -> None:
         """Show the range that is marked, or half of it."""
         document = self.document
-        if document.range is not None:
-            start, end = document.range
+        if document.view.range is not None:
+            start, end = document.view.range
             text = f"range {start:.3f}–{end:.3f} s ({end - start:.3f} s)"
-        elif document.range_in is not None:
-            text = f"range from {document.range_in:.3f} s"
+        elif document.view.range_start is not None:
+            text = f"range from {document.view.range_start:.3f} s"
         else:
             text = ""
         self.range.say(text)
 
     def _show_playing(self) -> None:
         """Show whether and how fast the cursor moves."""
-        playing, speed = self.document.playing, self.document.speed
+        playing, speed = self.document.view.playing, self.document.view.speed
         play = self.buttons["play"]
         play.setIcon(icon("pause" if playing else "play"))
         text = "Pause" if playing else "Play"
@@ -445,7 +446,7 @@ class Transport(QWidget):
 
     def _show_snapping(self) -> None:
         """Show whether painted times snap."""
-        self.buttons["magnet"].setChecked(self.document.snapping)
+        self.buttons["magnet"].setChecked(self.document.view.snapping)
 
 
 def _speed_text(speed: float) -> str:

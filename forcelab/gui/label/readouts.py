@@ -30,7 +30,7 @@ class TimeEdit(QLineEdit):
     def show_cursor(self) -> None:
         """Show where the cursor is, unless a time is being typed."""
         if not self.isModified():
-            self.setText(f"{self._document.cursor:.3f}")
+            self.setText(f"{self._document.view.cursor:.3f}")
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Escape leaves everything as it was."""
@@ -43,9 +43,11 @@ class TimeEdit(QLineEdit):
         """Move the cursor to the time that was typed."""
         typed = self.text().strip()
         try:
-            self._document.seek(_seconds(typed))
+            self._document.view.seek(_seconds(typed))
         except ValueError:
-            self._document.say(f"'{typed}' is no time; type seconds such as 12.5, or 1:05.2.", True)
+            self._document.show_message(
+                f"'{typed}' is no time; type seconds such as 12.5, or 1:05.2.", True
+            )
         self.clearFocus()
 
     def _leave(self) -> None:

@@ -112,7 +112,7 @@ class Ruler(TimePanel):
     def paintEvent(self, event: QPaintEvent) -> None:
         """Draw the panel, and over its cursor what time it is there."""
         super().paintEvent(event)
-        x = self.x_at(self.document.cursor)
+        x = self.x_at(self.document.view.cursor)
         # Half a pixel of room: the ends of the axis are pixels only up to rounding.
         if not self.plot.left() - 0.5 <= x <= self.plot.right() + 0.5:
             return
@@ -140,8 +140,8 @@ class Ruler(TimePanel):
         """The cursor's time, to the millisecond or finer where a pixel is finer."""
         decimals = min(max(3, math.ceil(-math.log10(self.seconds_per_pixel))), 6)
         if self._clock:
-            return clock_time(self.document.cursor, decimals)
-        return "{} s".format(text.signed(f"{self.document.cursor:.{decimals}f}"))
+            return clock_time(self.document.view.cursor, decimals)
+        return "{} s".format(text.signed(f"{self.document.view.cursor:.{decimals}f}"))
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
         """Take hold of the cursor."""
@@ -160,7 +160,7 @@ class Ruler(TimePanel):
     def _scrub(self, event: QMouseEvent) -> None:
         """Move the cursor to the pointer, no further than to the ends of what is visible."""
         x = min(max(event.position().x(), self.plot.left()), self.plot.right())
-        self.document.seek(self.time_at(x))
+        self.document.view.seek(self.time_at(x))
 
     def _place(self, value: float, label: str) -> QRectF:
         """Where a number is; at the ends they move inwards rather than being cut."""
@@ -172,4 +172,4 @@ class Ruler(TimePanel):
     @property
     def _clock(self) -> bool:
         """Whether times are told in minutes and seconds."""
-        return self.document.end - self.document.start > LONGEST_IN_SECONDS
+        return self.document.view.end - self.document.view.start > LONGEST_IN_SECONDS

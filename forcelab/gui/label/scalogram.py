@@ -402,7 +402,7 @@ class ScalogramPanel(TimePanel):
         self._button.channel_chosen.connect(self.set_channel)
         self._button.phase_chosen.connect(self.set_phase)
         self._button.steady_chosen.connect(self.set_steady)
-        document.span_changed.connect(self._ask)
+        document.view.span_changed.connect(self._ask)
         document.demonstration_changed.connect(self._demonstration_changed)
         themes().changed.connect(self._recolour)
         self._demonstration_changed()
@@ -492,9 +492,9 @@ class ScalogramPanel(TimePanel):
         if self._owed:
             self._ask()  # not every platform says so when a minimised window comes back
         now, rows, document = colours(), self._rows, self.document
-        span = document.start, document.end
+        span = document.view.start, document.view.end
         self._layers.paint(painter, plot, *span, smooth=self.settled)
-        drawing.draw_cone(painter, plot, rows, now, span=span, bounds=document.bounds)
+        drawing.draw_cone(painter, plot, rows, now, span=span, bounds=document.view.bounds)
         drawing.draw_marks(painter, plot, [rows.y(scale) for scale in scales.MARKED], now)
 
     def gutter_shows(self) -> object:
@@ -580,12 +580,12 @@ class ScalogramPanel(TimePanel):
     def _wish(self) -> ScalogramRequest | None:
         """What a picture is wanted of; None for nothing."""
         demonstration = self.document.demonstration
-        low, high = self.document.bounds
-        span = max(self.document.start, low), min(self.document.end, high)
+        low, high = self.document.view.bounds
+        span = max(self.document.view.start, low), min(self.document.view.end, high)
         if demonstration is None or not self.isVisible() or span[1] <= span[0]:
             return None
         ratio = self.devicePixelRatioF()
-        share = (span[1] - span[0]) / (self.document.end - self.document.start)
+        share = (span[1] - span[0]) / (self.document.view.end - self.document.view.start)
         return ScalogramRequest(
             demonstration,
             self.channel,
@@ -604,7 +604,7 @@ class ScalogramPanel(TimePanel):
     def _take(self, picture: Scalogram) -> None:
         """Show a newer picture; the older ones stay below until a fine one covers them."""
         self._trouble, self.picture = "", picture
-        low, high = self.document.bounds
+        low, high = self.document.view.bounds
         whole = picture.end - picture.start >= 0.999 * (high - low)
         self._layers.take(picture, whole=whole, steady=self._steady)
         self.invalidate()

@@ -10,7 +10,7 @@ from __future__ import annotations
 from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Mapping
 from operator import attrgetter
-from typing import Any, cast
+from typing import Any, Literal, cast
 
 from PySide6.QtCore import (
     QAbstractItemModel,
@@ -103,9 +103,9 @@ class SegmentModel(QAbstractTableModel):
 
     def refresh(self) -> None:
         """Show the track as it is now, telling views about the rows that differ only."""
-        self._source, self.origins = self.document.segments, self.document.origins()
+        self._source, self.origins = self.document.editor.segments, self.document.origins()
         self._renew()
-        self.follow(self.document.cursor)
+        self.follow(self.document.view.cursor)
 
     def _renew(self) -> None:
         """Tell views about the rows that come, go or change."""
@@ -171,7 +171,7 @@ class SegmentModel(QAbstractTableModel):
         """Which of the document's segments a row shows, from 0; None if it is there no more."""
         if not 0 <= row < len(self.rows):
             return None
-        return self.document.index_of(self.rows[row])
+        return self.document.editor.index_of(self.rows[row])
 
     @property
     def _natural(self) -> bool:
@@ -270,26 +270,29 @@ class SegmentModel(QAbstractTableModel):
         if typed == self.data(index, role):
             return False
         if index.column() == ACTION:
-            return self.document.relabel(number, typed)
+            return self.document.editor.relabel(number, typed) is not None
         try:
             time = float(typed.removesuffix("s"))
         except ValueError:
-            self.document.say(f"'{typed}' is no time in seconds; type a number such as 1.25.", True)
+            self.document.show_message(
+                f"'{typed}' is no time in seconds; type a number such as 1.25.", True
+            )
             return False
         return self._moved(number, index.column(), time)
 
     def _moved(self, number: int, column: int, time: float) -> bool:
         """Give a segment another start, end or duration, within the demonstration."""
-        segment = self.document.segments[number]
+        segment = self.document.editor.segments[number]
         if column == DURATION:
             time += segment.start
-        low, high = self.document.bounds
+        low, high = self.document.view.bounds
         if not low <= time <= high:
-            self.document.say(
+            self.document.show_message(
                 f"{time:.10g} s is outside the demonstration ({low:.3f} s to {high:.3f} s).", True
             )
             return False
-        return self.document.move_edge(number, "start" if column == START else "end", time)
+        edge: Literal["start", "end"] = "start" if column == START else "end"
+        return self.document.editor.move_edge(number, edge, time) is not None
 
 
 def _as_typed(time: float) -> str:
@@ -339,9 +342,9 @@ class SegmentRowList(QTableView):
         model, header = self._model, self.horizontalHeader()
         measure = self.fontMetrics().horizontalAdvance
         numbers = {
-            NUMBER: measure(str(max(len(model.document.segments), 100))),
-            START: measure(f"{model.document.bounds[1]:.3f}"),
-            END: measure(f"{model.document.bounds[1]:.3f}"),
+            NUMBER: measure(str(max(len(model.document.editor.segments), 100))),
+            START: measure(f"{model.document.view.bounds[1]:.3f}"),
+            END: measure(f"{model.document.view.bounds[1]:.3f}"),
             DURATION: measure("00.000"),
         }
         for column in self._widths:
@@ -516,7 +519,7 @@ class SegmentTable(SideList):
         document.tracks_changed.connect(self._refresh)
         document.selection_changed.connect(self._show_selection)
         document.vocabulary_changed.connect(self._repaint)
-        document.cursor_moved.connect(self._follow)
+        document.view.cursor_moved.connect(self._follow)
         document.demonstration_changed.connect(self.table.fit_columns)
         document.demonstration_changed.connect(self._refresh)
         themes().changed.connect(self._repaint)
@@ -542,7 +545,7 @@ class SegmentTable(SideList):
         self._syncing = True
         self.model.refresh()
         self._syncing = False
-        if self.model.rows is not self.document.segments:
+        if self.model.rows is not self.document.editor.segments:
             self.table.viewport().update()  # rows that stay may have other numbers
         self._say_empty()
         self._show_selection()
@@ -571,7 +574,7 @@ class SegmentTable(SideList):
             text = ""
         elif self.document.demonstration is None:
             text = "No demonstration is open."
-        elif self.document.segments and self.filter.text().strip():
+        elif self.document.editor.segments and self.filter.text().strip():
             text = f"No segment's action contains '{self.filter.text().strip()}'."
         else:
             # The track itself says how to begin.
@@ -582,7 +585,7 @@ class SegmentTable(SideList):
         """Choose the row of the selected segment, and bring it into view."""
         if not self.isVisible():
             return
-        number, track = self.document.selected, self.document.segments
+        number, track = self.document.selected, self.document.editor.segments
         row = None if number is None or number >= len(track) else self.model.row_of(track[number])
         self._syncing = True
         selection = self.table.selectionModel()
@@ -603,10 +606,10 @@ class SegmentTable(SideList):
         number = self.model.number_of(index.row())
         if number is None:
             return
-        segment = self.document.segments[number]
+        segment = self.document.editor.segments[number]
         self._syncing = True  # selecting the one may end the selection of another first
         self.document.select(number)
-        self.document.seek(segment.start)
+        self.document.view.seek(segment.start)
         self.document.select(number)
         self._syncing = False
 
@@ -615,7 +618,7 @@ class SegmentTable(SideList):
         number = self.model.number_of(index.row())
         if number is None:
             return
-        away = abs(self.document.cursor - self.document.segments[number].start) > SLIVER
+        away = abs(self.document.view.cursor - self.document.editor.segments[number].start) > SLIVER
         if away or self.document.selected != number:
             self._row_chosen(index)
 
@@ -625,7 +628,7 @@ class SegmentTable(SideList):
         """Delete takes the chosen segment away."""
         number = self.model.number_of(self.table.currentIndex().row())
         if event.key() == Qt.Key.Key_Delete and number is not None:
-            self.document.delete(number)
+            self.document.editor.delete(number)
             event.accept()
             return
         super().keyPressEvent(event)
@@ -641,15 +644,17 @@ class SegmentTable(SideList):
         number = self.model.number_of(self.table.currentIndex().row())
         if number is None:
             return None
-        document, segment = self.document, self.document.segments[number]
+        document, segment = self.document, self.document.editor.segments[number]
         menu = QMenu(self)
         relabel_menu(menu, document, segment)
         fill = menu.addAction("Mark as range")
-        fill.triggered.connect(lambda: document.set_range(segment.start, segment.end))
+        fill.triggered.connect(lambda: document.view.set_range(segment.start, segment.end))
         show_only = f"Show only '{shown_name(menu, segment.action)}'"
         only = menu.addAction(icon("search"), show_only)
         only.triggered.connect(lambda: self.filter.setText(segment.action))
         menu.addSeparator()
         delete = menu.addAction(icon("trash"), "Delete")
-        delete.triggered.connect(lambda: for_current_segment(document, segment, document.delete))
+        delete.triggered.connect(
+            lambda: for_current_segment(document, segment, document.editor.delete)
+        )
         return menu

@@ -548,7 +548,7 @@ class ForcePanel(TimePanel):
 
     def paint_overlay(self, painter: QPainter, plot: QRectF) -> None:
         """Write the values at the cursor."""
-        cursor = self.document.cursor
+        cursor = self.document.view.cursor
         values, x = self.source.values_at(cursor), self.x_at(cursor)
         for lane, axis in self._axes:
             texts = self._texts(lane, axis)
@@ -562,7 +562,7 @@ class ForcePanel(TimePanel):
     def _notes_left(self) -> bool:
         """Whether notes give way to the values at the cursor."""
         tags = bool(self._axes) and self._texts(*self._axes[0]).tagged
-        return tags and self.x_at(self.document.cursor) > self.plot.right() - NOTES
+        return tags and self.x_at(self.document.view.cursor) > self.plot.right() - NOTES
 
     def _texts(self, lane: Lane, axis: Axis) -> LaneTexts:
         """What is written of a lane."""
@@ -581,7 +581,7 @@ class ForcePanel(TimePanel):
 
     def _times(self, x: Real) -> Real:
         """The times of pixels."""
-        return self.document.start + (x - self.GUTTER) * self.seconds_per_pixel
+        return self.document.view.start + (x - self.GUTTER) * self.seconds_per_pixel
 
     def _sensor(self, group: str) -> str:
         """What a group is called."""
@@ -600,7 +600,7 @@ class ForcePanel(TimePanel):
         if demonstration is None:
             return
         stamps = demonstration.times[columns.around]
-        x = self.GUTTER + (stamps - self.document.start) / self.seconds_per_pixel
+        x = self.GUTTER + (stamps - self.document.view.start) / self.seconds_per_pixel
         values = self.source.envelope(self.source.names[i]).values[columns.around]
         inside = np.abs(x) < 2 * self.width()
         canvas.dots(x[inside], values[inside], curve.axis, curve.colour, curve.box)
@@ -611,8 +611,8 @@ class ForcePanel(TimePanel):
         for lane, _ in self._axes:
             for i in lane.channels:
                 name = self.source.names[i]
-                times, upwards = self.source.glitches(name, document.start, document.end)
-                x = self.GUTTER + (times - document.start) / self.seconds_per_pixel
+                times, upwards = self.source.glitches(name, document.view.start, document.view.end)
+                x = self.GUTTER + (times - document.view.start) / self.seconds_per_pixel
                 paint_glitches(painter, x, upwards, (lane.top, lane.bottom), now)
                 number += len(times)
         return number

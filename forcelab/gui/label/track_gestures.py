@@ -20,7 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QPointF
 
-from forcelab.gui.document import Document, Snap
+from forcelab.gui.document import Document
+from forcelab.gui.view_state import Snap
 from forcelab.labels import Segments
 from forcelab.segment_edits import SLIVER, move_edge, move_segment, paint
 
@@ -69,13 +70,13 @@ class SnapTargets:
 
 def snap_targets(document: Document) -> SnapTargets:
     """What times can jump to in a document now; costs nothing, as no track is copied."""
-    demonstration, frames = document.demonstration, document.frame_times
+    demonstration, frames = document.demonstration, document.view.frame_times
     return SnapTargets(
         samples=np.empty(0) if demonstration is None else demonstration.times,
         frames=np.empty(0) if frames is None else frames,
-        contacts=document.contacts,
-        tracks=(document.segments, *document.others.values()),
-        marks=(*document.bounds, *(document.range or ())),
+        contacts=document.view.contacts,
+        tracks=(document.editor.segments, *document.other_tracks.values()),
+        marks=(*document.view.bounds, *(document.view.range or ())),
         period=0.0 if demonstration is None else demonstration.period,
     )
 
@@ -400,7 +401,9 @@ class BrushGesture(Gesture):
     def commit(self, document: Document) -> bool:
         """Paint."""
         start, end = self.stretch
-        return end - start > SLIVER and document.paint(start, end, self.action)
+        if end - start <= SLIVER:
+            return False
+        return document.editor.paint(start, end, self.action) is not None
 
 
 class MarkGesture(BrushGesture):
@@ -415,7 +418,7 @@ class MarkGesture(BrushGesture):
 
     def commit(self, document: Document) -> bool:
         """Mark the range; no label changes."""
-        document.set_range(*self.stretch)
+        document.view.set_range(*self.stretch)
         return False
 
 
@@ -457,7 +460,7 @@ class EdgeGesture(Gesture):
         """Move the edge, unless it is where it was."""
         if self.at == self.handles[0]:
             return False
-        return document.move_edge(self.index, self.edge, self.at)
+        return document.editor.move_edge(self.index, self.edge, self.at) is not None
 
 
 class MoveGesture(Gesture):
@@ -486,7 +489,7 @@ class MoveGesture(Gesture):
         """Move the segment, unless it is where it was."""
         if self.at == self.handles[0]:
             return False
-        return document.move_segment(self.index, self.at)
+        return document.editor.move_segment(self.index, self.at) is not None
 
 
 @dataclass(slots=True)
@@ -526,7 +529,7 @@ def begin_gesture(
     moving : bool
         Whether a segment is taken hold of, and not painted over.
     """
-    segments, bounds = document.segments, document.bounds
+    segments, bounds = document.editor.segments, document.view.bounds
     if document.action is not None and not there.inside:
         return BrushGesture(time, meant, document.action, bounds)
     if there.index is not None and there.edge is not None:

@@ -501,7 +501,7 @@ class TrackRows(TimePanel):
     def rows(self) -> tuple[Row, ...]:
         """The tracks from top to bottom."""
         document, plot = self.document, self.plot
-        others = document.others
+        others = document.other_tracks
         least, pitch = OWN_SLIM if self._slim else OWN, OTHER + BETWEEN
         room = self.height() - 2 * AROUND
         if others and self._slim:
@@ -511,7 +511,7 @@ class TrackRows(TimePanel):
         rows = [
             Row(
                 document.author,
-                document.segments,
+                document.editor.segments,
                 QRectF(plot.left(), top, plot.width(), high),
                 True,
             )
@@ -531,7 +531,7 @@ class TrackRows(TimePanel):
 
     def least_height(self, slim: bool) -> int:
         """How high the rows are at least, in pixels."""
-        count = len(self.document.others)
+        count = len(self.document.other_tracks)
         if not slim:
             return round(OWN + 2 * AROUND + count * (OTHER + BETWEEN))
         shared = max(min(count, 2) * OTHERS_SLIM / 2, count * STRIPE)
@@ -616,10 +616,10 @@ class TrackRows(TimePanel):
         self._paint_marked(painter, own)
         if document.stroke is not None:
             self._paint_stroke(painter, own)
-        if document.hint is not None:
-            word = self._word(document.hint.kind)
+        if document.view.hint is not None:
+            word = self._word(document.view.hint.kind)
             # Beside the line, which is drawn over everything.
-            x = self.x_at(document.hint.time) + text.width(word, text.font(10)) / 2 + 8
+            x = self.x_at(document.view.hint.time) + text.width(word, text.font(10)) / 2 + 8
             draw_plate(painter, QPointF(x, own.box.bottom() - 10), word, colours(), plot)
 
     def _paint_invitation(self, painter: QPainter, box: QRectF) -> None:
@@ -641,7 +641,7 @@ class TrackRows(TimePanel):
     def _paint_row(self, painter: QPainter, row: Row, segments: Segments) -> None:
         """Draw some segments in a row."""
         document = self.document
-        seen = visible(segments, document.start, document.end)
+        seen = visible(segments, document.view.start, document.view.end)
         paint_row(
             painter,
             row.box,
@@ -655,7 +655,7 @@ class TrackRows(TimePanel):
     def _paint_kept(self, painter: QPainter, row: Row) -> None:
         """Draw a row that changes seldom, from a picture as long as it is the same."""
         document, ratio = self.document, self.devicePixelRatioF()
-        seen = (document.start, document.end, self.size(), ratio)
+        seen = (document.view.start, document.view.end, self.size(), ratio)
         now = (row, seen, document.vocabulary, colours())
         kept = self._kept.get(row.author)
         if kept is None or kept[0] != now:
@@ -680,7 +680,7 @@ class TrackRows(TimePanel):
         """Draw what a key has begun, up to the cursor."""
         stroke = self.document.stroke
         assert stroke is not None
-        start, end = sorted((stroke.start, self.document.cursor))
+        start, end = sorted((stroke.start, self.document.view.cursor))
         if end <= start:
             return
         growing = (Segment(start, end, stroke.action),)
@@ -711,14 +711,14 @@ class TrackRows(TimePanel):
 
     def _tracks_changed(self) -> None:
         """Draw anew, with room for every row."""
-        others = self.document.others
+        others = self.document.other_tracks
         self._kept = {author: kept for author, kept in self._kept.items() if author in others}
         self.updateGeometry()
         self.invalidate()
 
     def _selection_changed(self) -> None:
         """Frame another segment, and tell screen readers which."""
-        selected, segments = self.document.selected, self.document.segments
+        selected, segments = self.document.selected, self.document.editor.segments
         there = selected is not None and selected < len(segments)
         self.setAccessibleDescription(_author_text(segments[selected or 0]) if there else "")
         self.update()

@@ -10,7 +10,7 @@ from PySide6.QtCore import QEvent, QPoint, QPointF, Qt, Signal
 from PySide6.QtGui import QAction, QContextMenuEvent, QKeyEvent, QMouseEvent, QPainter
 from PySide6.QtWidgets import QInputDialog, QMenu, QWidget
 
-from forcelab.gui.document import Document, Snap
+from forcelab.gui.document import Document
 from forcelab.gui.figures.text import NAMES
 from forcelab.gui.label import segment_commands as verbs
 from forcelab.gui.label.actions import action_menu_entries
@@ -35,6 +35,7 @@ from forcelab.gui.label.track_gestures import (
 from forcelab.gui.label.track_rows import Row, TrackRows, draw_plate, outline, plate_beside
 from forcelab.gui.text import escape_ampersands, settle_name
 from forcelab.gui.theme import colours
+from forcelab.gui.view_state import Snap
 from forcelab.labels import Segment, Segments
 
 #: The longest gap that is offered to be filled at first, in seconds.
@@ -51,15 +52,15 @@ def own_menu(
     `play` is called with the start and the end of a segment that is to be played.
     """
     menu = QMenu("Segment", parent)
-    index, gap = index_at(document.segments, time), gap_at(document.segments, time)
+    index, gap = index_at(document.editor.segments, time), gap_at(document.editor.segments, time)
     if index is not None:
         _segment_entries(menu, document, index, time, play)
     elif gap is not None:
         start, end = gap
         fill = menu.addMenu("Fill this gap with")
-        _actions(fill, document, lambda name: document.paint(start, end, name))
+        _actions(fill, document, lambda name: document.editor.paint(start, end, name))
     menu.addSeparator()
-    if document.range is not None:
+    if document.view.range is not None:
         fill = menu.addMenu("Fill the range with")
         _actions(fill, document, lambda name: verbs.fill_range(document, name))
         _entry(menu, "Erase the range", lambda: verbs.erase_range(document))
@@ -67,7 +68,7 @@ def own_menu(
         menu,
         "Fill short gaps…",
         lambda: ask_largest_gap(menu.parentWidget(), document),  # the parent must not be kept alive
-        len(document.segments) > 1,
+        len(document.editor.segments) > 1,
     )
     _copies(menu, document, time)
     return menu
@@ -82,18 +83,20 @@ def other_menu(
 ) -> QMenu:
     """What can be done on another author's track at a time in seconds."""
     menu = QMenu(author, parent)
-    segments = document.others.get(author, ())
+    segments = document.other_tracks.get(author, ())
     index = index_at(segments, time)
     segment = None if index is None else segments[index]
     if segment is not None:
         label = "Copy this segment to mine"
-        _entry(menu, label, lambda: document.copy_from(author, segment.start, segment.end))
-    if document.range is not None:
-        low, high = document.range
+        _entry(
+            menu, label, lambda: verbs.copy_interval(document, author, segment.start, segment.end)
+        )
+    if document.view.range is not None:
+        low, high = document.view.range
         label = "Copy the range to mine"
-        _entry(menu, label, lambda: document.copy_from(author, low, high))
+        _entry(menu, label, lambda: verbs.copy_interval(document, author, low, high))
     label = "Copy the whole track to mine"
-    _entry(menu, label, lambda: document.copy_from(author, *document.bounds))
+    _entry(menu, label, lambda: verbs.copy_interval(document, author, *document.view.bounds))
     if segment is not None:
         _view_entries(menu, document, segment, play)
     return menu
@@ -114,7 +117,7 @@ def range_menu(parent: QWidget, document: Document) -> QMenu:
         "Another action…",
         lambda: ask_action(menu.parentWidget(), document),  # as above
     )
-    if document.range is not None and _labelled(document, *document.range):
+    if document.view.range is not None and _labelled(document, *document.view.range):
         menu.addSeparator()
         _entry(menu, "Erase the range", lambda: verbs.erase_range(document))
     return menu
@@ -141,7 +144,7 @@ def relabel_menu(menu: QMenu, document: Document, segment: Segment) -> None:
     """Offer the other actions that one of the coder's segments can be given."""
 
     def relabel(name: str) -> None:
-        verbs.for_current_segment(document, segment, lambda now: document.relabel(now, name))
+        verbs.for_current_segment(document, segment, lambda now: document.editor.relabel(now, name))
 
     others = menu.addMenu("Relabel with")
     _actions(others, document, relabel, but=segment.action)
@@ -152,7 +155,7 @@ def copy_menu(parent: QWidget, document: Document, time: float) -> QMenu:
     menu = QMenu("Copy from another track", parent)
     found = _copies(menu, document, time)
     if found:
-        menu.setDefaultAction(found.get(document.copied_from, next(iter(found.values()))))
+        menu.setDefaultAction(found.get(document.view.copied_from, next(iter(found.values()))))
     return menu
 
 
@@ -161,7 +164,7 @@ def ask_largest_gap(parent: QWidget | None, document: Document) -> QInputDialog:
     dialog = QInputDialog(parent)
     dialog.setInputMode(QInputDialog.InputMode.DoubleInput)
     dialog.setWindowTitle("Fill short gaps")
-    where = "in the marked range" if document.range else "in the whole demonstration"
+    where = "in the marked range" if document.view.range else "in the whole demonstration"
     label = f"Fill gaps {where} that last at most so many seconds:"
     dialog.setLabelText(label)
     dialog.setDoubleDecimals(3)
@@ -176,7 +179,7 @@ def ask_largest_gap(parent: QWidget | None, document: Document) -> QInputDialog:
 
 def _labelled(document: Document, start: float, end: float) -> bool:
     """Whether there is anything of the coder's between two times in seconds."""
-    return any(one.start < end and start < one.end for one in document.segments)
+    return any(one.start < end and start < one.end for one in document.editor.segments)
 
 
 def _segment_entries(
@@ -187,24 +190,24 @@ def _segment_entries(
     play: Callable[[float, float], None],
 ) -> None:
     """What can be done with one of the coder's segments."""
-    segment = document.segments[index]
+    segment = document.editor.segments[index]
     # Another window may have edited the track by the time that an entry is chosen.
     on_it = partial(verbs.for_current_segment, document, segment)
     relabel_menu(menu, document, segment)
-    _entry(menu, "Split here", lambda: document.split(time))
+    _entry(menu, "Split here", lambda: document.editor.split(time))
     _entry(
         menu,
         "Merge with the previous",
-        lambda: on_it(lambda now: document.merge(now - 1, now)),
+        lambda: on_it(lambda now: document.editor.merge(now - 1, now)),
         index > 0,
     )
     _entry(
         menu,
         "Merge with the next",
-        lambda: on_it(lambda now: document.merge(now, now + 1)),
-        index + 1 < len(document.segments),
+        lambda: on_it(lambda now: document.editor.merge(now, now + 1)),
+        index + 1 < len(document.editor.segments),
     )
-    _entry(menu, "Delete", lambda: on_it(document.delete))
+    _entry(menu, "Delete", lambda: on_it(document.editor.delete))
     _view_entries(menu, document, segment, play)
 
 
@@ -235,12 +238,12 @@ def _actions(
 def _copies(menu: QMenu, document: Document, time: float) -> dict[str, QAction]:
     """One entry for each other author to copy from; gives those that would copy something."""
     found = {}
-    for author in document.others:
+    for author in document.other_tracks:
         stretch = verbs.copy_candidates(document, author, time)
         copy = _entry(
             menu,
             f"Copy from {shown_name(menu, author)}",
-            partial(document.copy_from, author, *(stretch or ())),
+            partial(verbs.copy_interval, document, author, *(stretch or ())),
             stretch is not None,
         )
         if stretch is not None:
@@ -322,7 +325,7 @@ class TrackPanel(TrackRows):
         moving = bool(event.modifiers() & _MOVING)
         gesture = begin_gesture(document, time, self._hit(row, time), meant, moving=moving)
         targets = snap_targets(document)
-        self._drag = Drag(gesture, event.position(), targets, self._track, document.range)
+        self._drag = Drag(gesture, event.position(), targets, self._track, document.view.range)
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
         """Go on with a drag; without one, show what a press would do."""
@@ -351,17 +354,17 @@ class TrackPanel(TrackRows):
             self._click(event)
         elif isinstance(gesture, MarkGesture):
             gesture.commit(self.document)
-            if self.document.range is not None:
+            if self.document.view.range is not None:
                 # It stays where the menu is shut without a choice.
                 said = "Choose an action for the marked range, here or under Actions."
-                self.document.say(said)
+                self.document.show_message(said)
                 self.show_menu(range_menu(self, self.document), event.globalPosition().toPoint())
         else:
             index = self.document.selected
             gesture.commit(self.document)
             if isinstance(gesture, EdgeGesture | MoveGesture) and index is not None:
                 start, end = gesture.stretch
-                self.document.select(index_at(self.document.segments, (start + end) / 2))
+                self.document.select(index_at(self.document.editor.segments, (start + end) / 2))
         self._hover(event.position(), event.modifiers())
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
@@ -376,7 +379,7 @@ class TrackPanel(TrackRows):
     def leaveEvent(self, event: QEvent) -> None:
         """Nothing is offered any more."""
         if self._drag is None:
-            self.document.set_hint(None)
+            self.document.view.set_hint(None)
         super().leaveEvent(event)
 
     def contextMenuEvent(self, event: QContextMenuEvent) -> None:
@@ -386,7 +389,7 @@ class TrackPanel(TrackRows):
         row, time = self.row_at(QPointF(event.pos())), self.time_at(event.pos().x())
         where = event.globalPos()
         if event.reason() == QContextMenuEvent.Reason.Keyboard:
-            row, time = self.rows()[0], self.document.cursor
+            row, time = self.rows()[0], self.document.view.cursor
             place = QPointF(self.x_at(time), row.box.bottom())
             where = self.mapToGlobal(place.toPoint())
         if row is not None:
@@ -443,16 +446,16 @@ class TrackPanel(TrackRows):
         if drag is None or not drag.live or not isinstance(drag.gesture, MarkGesture):
             return
         if drag.range is None:
-            self.document.clear_range()
+            self.document.view.clear_range()
         else:
-            self.document.set_range(*drag.range)
+            self.document.view.set_range(*drag.range)
 
     # Inside
 
     @property
     def _track(self) -> tuple[str, str, Segments]:
         """What is dragged on: demonstration, author and segments."""
-        return self.document.id, self.document.author, self.document.segments
+        return self.document.id, self.document.author, self.document.editor.segments
 
     def _hit(self, row: Row, time: float) -> Hit:
         """What is under the pointer in a row."""
@@ -462,12 +465,12 @@ class TrackPanel(TrackRows):
         """Follow the pointer."""
         gesture = drag.gesture
         free = _CTRL if isinstance(gesture, MoveGesture) else _FREE
-        snapping = self.document.snapping and not event.modifiers() & free
+        snapping = self.document.view.snapping and not event.modifiers() & free
         drag.pointer = event.position().x()
         time, scale = self.time_at(drag.pointer), 1 / self.seconds_per_pixel
         found = gesture.follow(time, scale, drag.targets if snapping else None)
-        self.document.set_hint(found)
-        self.document.set_peek(gesture.at)
+        self.document.view.set_hint(found)
+        self.document.view.set_peek(gesture.at)
         if isinstance(gesture, MarkGesture):
             gesture.commit(self.document)
         self.update()
@@ -476,30 +479,30 @@ class TrackPanel(TrackRows):
         """Select the segment under the pointer, and go there."""
         time = self.time_at(event.position().x())
         there = self._hit(self.rows()[0], time)
-        self.document.clear_range()
+        self.document.view.clear_range()
         meant = self._meant(time, snapping=not event.modifiers() & _FREE)
         index = there.index if there.inside else None
         if index is not None:
             # A key relabels the segment that the cursor is in, however short that is.
-            segment = self.document.segments[index]
+            segment = self.document.editor.segments[index]
             meant = min(max(meant, segment.start), segment.end)
-        self.document.seek(meant)
+        self.document.view.seek(meant)
         self.document.select(index)
 
     def _meant(self, time: float, *, snapping: bool) -> float:
         """The time that is taken for a pointed one."""
-        low, high = self.document.bounds
+        low, high = self.document.view.bounds
         time = min(max(time, low), high)
-        if not (snapping and self.document.snapping):
+        if not (snapping and self.document.view.snapping):
             return time
         return snapped(time, 1 / self.seconds_per_pixel, snap_targets(self.document))
 
     def _joined(self, time: float) -> Snap | None:
         """The edge up to which a brush paints from where it is put down beside a segment."""
         document, pixel = self.document, self.seconds_per_pixel
-        if document.action is None or not document.snapping:
+        if document.action is None or not document.view.snapping:
             return None
-        edge = edge_beside(document.segments, time, JOIN_PX * pixel)
+        edge = edge_beside(document.editor.segments, time, JOIN_PX * pixel)
         if edge is None:
             return None
         other = snap(time, 1 / pixel, snap_targets(document))
@@ -512,7 +515,7 @@ class TrackPanel(TrackRows):
         row = self.row_at(position)
         if row is None or not row.own:
             self.unsetCursor()
-            self.document.set_hint(None)
+            self.document.view.set_hint(None)
             return
         time = self.time_at(position.x())
         there = self._hit(row, time)
@@ -527,17 +530,17 @@ class TrackPanel(TrackRows):
         else:
             self.unsetCursor()
         offered = None
-        if self.document.snapping and not modifiers & _FREE and there.edge is None:
+        if self.document.view.snapping and not modifiers & _FREE and there.edge is None:
             offered = self._joined(time)
             if offered is None:
                 offered = snap(time, 1 / self.seconds_per_pixel, snap_targets(self.document))
-        self.document.set_hint(offered)
+        self.document.view.set_hint(offered)
 
     def _forget_drag(self) -> None:
         """No drag is on any more."""
         self._drag = None
-        self.document.set_hint(None)
-        self.document.set_peek(None)
+        self.document.view.set_hint(None)
+        self.document.view.set_peek(None)
         self.update()
 
     def _tracks_changed(self) -> None:

@@ -70,9 +70,9 @@ class CameraSelection(QObject):
         """Look through the next camera, after the last one through the first."""
         if self.all:
             self.show((self.shown + 1) % len(self.all))
-            self._document.say(f"Camera: {self.all[self.shown].name}")
+            self._document.show_message(f"Camera: {self.all[self.shown].name}")
         else:
-            self._document.say("No other camera filmed this demonstration.")
+            self._document.show_message("No other camera filmed this demonstration.")
 
     def _look(self) -> None:
         """Ask which cameras there are; the same one stays while the demonstration does."""
@@ -82,7 +82,7 @@ class CameraSelection(QObject):
             try:
                 found = document.project.media.cameras(document.demonstration)
             except ForcelabError as error:  # its own video can still be shown
-                document.say(str(error), True)
+                document.show_message(str(error), True)
         stays = document.id == self._of and len(found) == len(self.all)
         self._of, before = document.id, (self.all, self.shown)
         self.all, self.shown = found, self.shown if stays else 0
@@ -181,8 +181,8 @@ class VideoPanel(PictureView):
         self._forget()
         cameras.changed.connect(self._demonstration_changed)
         document.demonstration_changed.connect(self._demonstration_changed)
-        document.cursor_moved.connect(self._follow)
-        document.peeked.connect(self._follow)
+        document.view.cursor_moved.connect(self._follow)
+        document.view.peek_changed.connect(self._follow)
         self._demonstration_changed()
 
     def _forget(self) -> None:
@@ -283,7 +283,11 @@ class VideoPanel(PictureView):
     def _here(self) -> float:
         """The cursor, or what is dragged, on the video's own clock, s."""
         reference = self._reference
-        return 0.0 if reference is None else float(reference.clock.to_device(self.document.seen))
+        return (
+            0.0
+            if reference is None
+            else float(reference.clock.to_device(self.document.view.displayed_time))
+        )
 
     def _demonstration_changed(self) -> None:
         """Open the video of the demonstration, or follow a new clock of the one that is open."""
@@ -297,8 +301,10 @@ class VideoPanel(PictureView):
         video = (self.document.id, str(reference.path))
         if video != self._open:
             self._forget()
-            if self.document.frame_times is not None:  # of another camera: nothing steps by them
-                self.document.set_frame_times(None)
+            if (
+                self.document.view.frame_times is not None
+            ):  # of another camera: nothing steps by them
+                self.document.view.set_frame_times(None)
             self._open = video
             self.fit()
             self._source().open(reference.path)
@@ -326,17 +332,21 @@ class VideoPanel(PictureView):
     def _tell_times(self) -> None:
         """Say when the frames are shown, on the force clock."""
         if self._times is not None and self._reference is not None:
-            self.document.set_frame_times(self._reference.clock.to_force(self._times))
+            self.document.view.set_frame_times(self._reference.clock.to_force(self._times))
 
     def _to_first_frame(self) -> None:
         """Look at the first frame where a video begins a little late, and nobody has gone on."""
-        document, frames = self.document, self.document.frame_times
+        document, frames = self.document, self.document.view.frame_times
         demonstration = document.demonstration
         if demonstration is None or frames is None or not len(frames):
             return
         first, start = float(frames[0]), demonstration.start
-        if document.cursor == start and not document.playing and 0 < first - start <= LATE_FRAMES:
-            document.seek(first)
+        if (
+            document.view.cursor == start
+            and not document.view.playing
+            and 0 < first - start <= LATE_FRAMES
+        ):
+            document.view.seek(first)
 
     def _follow(self, _: float = 0.0, *, again: bool = False) -> None:
         """Ask for the frame at the cursor."""
@@ -347,7 +357,7 @@ class VideoPanel(PictureView):
         if number < 0:
             self._show(None, -1)
         elif self.isVisible() and (step or again) and not (number == self._shown and self._sharp):
-            travelling = self.document.playing or 0 < step <= STEP
+            travelling = self.document.view.playing or 0 < step <= STEP
             direction = 1 if travelling else -1 if -STEP <= step < 0 else 0
             image = self._source().want(number, direction)
             if image is not None:
@@ -380,7 +390,7 @@ class VideoPanel(PictureView):
     def _remarked(self, sentence: str) -> None:
         sentence = self._named(sentence)
         self.setToolTip(sentence)
-        self.document.say(sentence, True)
+        self.document.show_message(sentence, True)
         self.update()
 
     def _indexed(self, done: int, total: int) -> None:
@@ -397,7 +407,7 @@ class VideoPanel(PictureView):
         if self._times is None:  # the first frame, while the index is read
             self._show(image, -1)
         elif number == self._requested or (
-            self.document.playing and self._shown < number < self._requested
+            self.document.view.playing and self._shown < number < self._requested
         ):
             self._show(image, number)
 

@@ -75,7 +75,7 @@ class AlignmentPlot(QWidget):
         self._note = ""
         self.setAccessibleName("Motion of the video and change of the force")
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
-        document.cursor_moved.connect(self._repaint)
+        document.view.cursor_moved.connect(self._repaint)
         themes().changed.connect(self._repaint)
 
     def sizeHint(self) -> QSize:
@@ -99,7 +99,7 @@ class AlignmentPlot(QWidget):
     def mousePressEvent(self, event: QMouseEvent) -> None:
         """Move the cursor to where the click was."""
         if event.button() == Qt.MouseButton.LeftButton and self._proposal is not None:
-            self.document.seek(self._axis(self._box()).value(event.position().x()))
+            self.document.view.seek(self._axis(self._box()).value(event.position().x()))
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Draw everything."""
@@ -157,7 +157,7 @@ class AlignmentPlot(QWidget):
             x = axis.at(tap)
             painter.drawLine(QLineF(x, box.top(), x, box.bottom()))
         painter.setPen(QPen(QColor(c.cursor), 1))
-        x = axis.at(self.document.cursor)
+        x = axis.at(self.document.view.cursor)
         painter.drawLine(QLineF(x, box.top(), x, box.bottom()))
         painter.restore()
         left = box.left() + 2.0
@@ -192,7 +192,7 @@ class AlignmentPlot(QWidget):
 
     def _axis(self, box: QRectF) -> Axis:
         """From seconds on the force clock to pixels."""
-        return Axis(*self.document.bounds, box.left(), max(box.right(), box.left() + 1.0))
+        return Axis(*self.document.view.bounds, box.left(), max(box.right(), box.left() + 1.0))
 
 
 def _outline(
@@ -461,9 +461,9 @@ class SynchroniseDialog(QDialog):
             button.clicked.connect(verb)
         self.fit_rate.toggled.connect(lambda: self.set_rows(self.rows))
         self.table.currentCellChanged.connect(self._look_at)
-        self.preview.show_time(float(self.stored.to_device(document.cursor)))
+        self.preview.show_time(float(self.stored.to_device(document.view.cursor)))
         self.preview.open(demonstration.video.path, demonstration.name)
-        document.cursor_moved.connect(self._follow)
+        document.view.cursor_moved.connect(self._follow)
         document.demonstration_changed.connect(self._leave_if_other)
         self._follow()
         self._show_hint()
@@ -479,11 +479,11 @@ class SynchroniseDialog(QDialog):
         self.force_time = QDoubleSpinBox()
         self.force_time.setDecimals(3)
         self.force_time.setSuffix(" s")
-        self.force_time.setRange(*self.document.bounds)
+        self.force_time.setRange(*self.document.view.bounds)
         self.force_time.setSingleStep(0.001)
         self.force_time.setKeyboardTracking(False)
         self.force_time.setAccessibleName("Cursor on the force clock")
-        self.force_time.valueChanged.connect(self.document.seek)
+        self.force_time.valueChanged.connect(self.document.view.seek)
         self.snap = _labelled_row(QCheckBox("&Snap to contact events"))
         self.snap.setChecked(True)
         label = QLabel("F&orce time")
@@ -571,7 +571,7 @@ class SynchroniseDialog(QDialog):
 
     def mark_force(self) -> None:
         """Take the time of the cursor, or of the contact event beside it."""
-        time, contacts = self.document.cursor, self.document.contacts
+        time, contacts = self.document.view.cursor, self.document.view.contacts
         if self.snap.isChecked() and contacts.size:
             nearest = float(contacts[np.argmin(np.abs(contacts - time))])
             time = nearest if abs(nearest - time) <= SNAP else time
@@ -675,7 +675,7 @@ class SynchroniseDialog(QDialog):
         if row.video is not None:
             self.preview.show_time(row.video)
         if row.force is not None:
-            self.document.seek(row.force)
+            self.document.view.seek(row.force)
 
     def _mark(self, video: float | None = None, force: float | None = None) -> None:
         """Fill the first event that lacks this time, or begin another."""
@@ -694,7 +694,7 @@ class SynchroniseDialog(QDialog):
     def _follow(self) -> None:
         """The cursor has moved."""
         with QSignalBlocker(self.force_time):
-            self.force_time.setValue(self.document.cursor)
+            self.force_time.setValue(self.document.view.cursor)
 
     def _leave_if_other(self) -> None:
         """Close when another demonstration is open."""

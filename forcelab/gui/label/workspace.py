@@ -367,4 +367,4 @@ class LabelWorkspace(DockedWindow):
 
     def _found(self, events: tuple[ContactEvent, ...]) -> None:
         """Offer the contact events for snapping."""
-        self.document.set_contacts(np.array([event.time for event in events]))
+        self.document.view.contacts = np.array([event.time for event in events])

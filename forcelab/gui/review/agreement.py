@@ -154,7 +154,7 @@ class AgreementView(QWidget):
     def _tracks_changed(self) -> None:
         """Compare again if the open demonstration's labels are not those that were compared."""
         document = self.document
-        shown = {document.author: document.segments, **document.others}
+        shown = {document.author: document.editor.segments, **document.other_tracks}
         coded = () if self.found is None else self.found.coded
         known = next((one.tracks for one in coded if one.id == document.id), {})
         if any(
@@ -201,7 +201,7 @@ class AgreementView(QWidget):
     def _failed(self, error: Exception) -> None:
         """Say what stands in the way; what was found before stays."""
         self._stale = True
-        self.document.say(str(error), True)
+        self.document.show_message(str(error), True)
 
     def _show(self) -> None:
         """Fill the pages, or say what is missing."""

@@ -582,7 +582,7 @@ class PairDetails(QWidget):
         )
         self.kinds.activated.connect(lambda _: self._list())
         self.places = IntervalTable("Places where the two differ")
-        self.places.wanted.connect(document.examine)
+        self.places.wanted.connect(document.review.examine)
         self._count = sentence_label(muted=True)
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
@@ -747,7 +747,7 @@ class ConsistencyView(QWidget):
         self.durations.setMinimumHeight(round(6.5 * high))  # where there is less room, all scrolls
         self._odd = sentence_label()
         self.places = IntervalTable("Segments that stand out")
-        self.places.wanted.connect(document.examine)
+        self.places.wanted.connect(document.review.examine)
         column = QVBoxLayout(self)
         column.setContentsMargins(6, 6, 6, 6)
         column.addWidget(self.coder)

@@ -252,7 +252,7 @@ class ComparisonDialog(QDialog):
 
     def _first_two(self, runs: tuple[RunInfo, ...]) -> tuple[int, int]:
         """Places of an older and a newer run that are worth a comparison; the latest is first."""
-        outcome = self.document.outcome
+        outcome = self.document.review.run
         numbers = [run.number for run in runs]
         shown = None if outcome is None else outcome.number
         other = numbers.index(shown) if shown in numbers else 0

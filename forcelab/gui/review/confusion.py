@@ -226,14 +226,14 @@ class CellIntervals(QWidget):
     def _row_chosen(self, index: QModelIndex) -> None:
         """Show the place of the row."""
         if index.isValid() and not self._filling:
-            self.document.examine(self.places[index.row()])
+            self.document.review.examine(self.places[index.row()])
 
     def _row_clicked(self, index: QModelIndex) -> None:
         """Show the place once more, if the window has gone elsewhere since."""
         document, place = self.document, self.places[index.row()]
-        here = document.id, document.cursor
-        if document.examined is not place or here != (place.demonstration, place.start):
-            document.examine(place)
+        here = document.id, document.view.cursor
+        if document.review.examined is not place or here != (place.demonstration, place.start):
+            document.review.examine(place)
 
 
 #: How much narrower than its room a figure may end up, in pixels, as cells have whole ones.
@@ -466,7 +466,7 @@ class ConfusionView(QWidget):
         self.switches.save.clicked.connect(self.ask_save)
         self.canvas.pointed.connect(self._describe_cell)
         self.canvas.picked.connect(self._pick)
-        document.outcome_changed.connect(self._refresh)
+        document.review.run_changed.connect(self._refresh)
         document.author_changed.connect(self._refresh)
         document.listing_changed.connect(self._refresh)
         themes().changed.connect(self._draw)
@@ -480,7 +480,7 @@ class ConfusionView(QWidget):
         """Copy what the matrix shows as lines of cells with tabs between them."""
         if self.cells is not None:
             copy_text(matrix_as_tsv(self.cells, self.switches.unit, self.switches.share))
-            self.document.say("The matrix was copied.")
+            self.document.show_message("The matrix was copied.")
 
     def ask_save(self) -> None:
         """Let the user name a file for the matrix."""
@@ -548,12 +548,12 @@ class ConfusionView(QWidget):
             self._show_empty(missing_matrix_text(outcome, opened=self.document.project is not None))
             return
         wanted = (tuple(one.id for one in outcome.tested), self.switches.stage)
-        if self._outcome is not self.document.outcome or self._requested_cell != wanted:
+        if self._outcome is not self.document.review.run or self._requested_cell != wanted:
             if (
                 self._requested_cell[0] != wanted[0]
             ):  # perhaps because some may not be seen any more
                 self.canvas.show_figure(None)
-            self._outcome, self._requested_cell = self.document.outcome, wanted
+            self._outcome, self._requested_cell = self.document.review.run, wanted
             self.cells = None
             self.list.clear()
             self._jobs.run(crossing(outcome, self.switches.stage), self._take, key=CONFUSION_JOB)
@@ -587,7 +587,7 @@ class ConfusionView(QWidget):
         """The matrix as a figure: for paper, or for the window."""
         assert self.cells is not None
         outcome, unit, matrix = (
-            self.document.outcome,
+            self.document.review.run,
             self.switches.unit,
             self.cells.matrix(self.switches.unit),
         )

@@ -427,7 +427,7 @@ class ConsensusBar(QWidget):
             try:
                 self.consensus = Consensus(project, id_, *self.choice.coders, self.name)
             except ForcelabError as error:
-                self.document.say(str(error), True)
+                self.document.show_message(str(error), True)
         self._show()
 
     def _viewer_changed(self) -> None:
@@ -449,7 +449,7 @@ class ConsensusBar(QWidget):
             try:
                 consensus.refresh()
             except ForcelabError as error:
-                self.document.say(str(error), True)
+                self.document.show_message(str(error), True)
             self._show()
 
     def _show(self) -> None:
@@ -527,7 +527,7 @@ class ConsensusBar(QWidget):
         """Look at a difference."""
         self.current = difference
         had = self._has_keyboard()
-        self.document.examine(difference.place(self.choice.id))
+        self.document.review.examine(difference.place(self.choice.id))
         if had and not self._has_keyboard():  # another demonstration's track, which was opened, has
             self.setFocus()
         self._show()
@@ -567,7 +567,7 @@ class ConsensusBar(QWidget):
             if self.consensus.undecided:
                 self.step(1)
             else:
-                self.document.say("Every difference is decided.")
+                self.document.show_message("Every difference is decided.")
 
     def _mean_all(self, tolerance: float) -> None:
         """Set all edges that are up to so many seconds apart to their means."""
@@ -581,15 +581,15 @@ class ConsensusBar(QWidget):
         try:
             edit = verb(consensus)
         except ForcelabError as error:
-            self.document.say(str(error), True)
+            self.document.show_message(str(error), True)
             self._read()
             return False
         if edit is None:
-            self.document.say("There is nothing to change.")
+            self.document.show_message("There is nothing to change.")
         else:
             if self.document.id == consensus.demonstration:
                 self.document.reread()
-            self.document.say(edit.what)
+            self.document.show_message(edit.what)
         self._show()
         return edit is not None
 

@@ -175,7 +175,7 @@ class ProbabilityChart(QWidget):
         self.threshold: float | None = None
         self.missing = ""
         self._names = 0.0
-        document.cursor_moved.connect(self._cursor_moved)
+        document.view.cursor_moved.connect(self._cursor_moved)
         self._vocabulary = Vocabulary()
         document.vocabulary_changed.connect(self._recolour)
         themes().changed.connect(self.update)
@@ -236,7 +236,7 @@ class ProbabilityChart(QWidget):
             return
         here = self.document.id == self.place.demonstration
         if here and event.button() == Qt.MouseButton.LeftButton:
-            self.document.seek(axis.value(x))
+            self.document.view.seek(axis.value(x))
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Draw ground, place, lines, names and cursor."""
@@ -336,7 +336,7 @@ class ProbabilityChart(QWidget):
 
     def _paint_cursor(self, painter: QPainter, axis: Axis, place: Interval) -> None:
         """The cursor, while its demonstration is the one that is shown."""
-        here = self.document.cursor
+        here = self.document.view.cursor
         if self.document.id == place.demonstration and axis.start <= here <= axis.end:
             painter.setPen(QPen(QColor(colours().cursor), 1.4))
             x = axis.at(here)

@@ -199,7 +199,7 @@ class LossView(QWidget):
         self._soon.timeout.connect(self.refresh)
         learning.losses_changed.connect(self._refresh_soon)
         learning.changed.connect(self._refresh_soon)
-        for changed in (document.outcome_changed, document.author_changed):
+        for changed in (document.review.run_changed, document.author_changed):
             changed.connect(self.refresh)
         document.listing_changed.connect(self.refresh)  # somebody may code blind from now on
         themes().changed.connect(self.refresh)
@@ -225,7 +225,7 @@ class LossView(QWidget):
         if not self.isVisible():
             return
         self.curves.show_curves(loss_curves(self.learning.step_history))
-        outcome = self.document.outcome
+        outcome = self.document.review.run
         parts = [] if outcome is None else self._run_times(outcome)
         self.times.setText(" · ".join(parts))
         self.times.setVisible(bool(parts))

@@ -387,7 +387,7 @@ class PairsView(QWidget):
 
     def figure(self) -> TimelinePairs | None:
         """What is shown, as a figure: the same pairs in the same order; None where none is."""
-        outcome = self.document.outcome
+        outcome = self.document.review.run
         if outcome is None or not self.area.entries:
             return None
         return TimelinePairs(
@@ -409,7 +409,7 @@ class PairsView(QWidget):
         """Save the pairs in the background, and say when that is done."""
         figure = self.figure()
         if figure is None:
-            self.document.say("No timeline pair is shown that could be saved.", True)
+            self.document.show_message("No timeline pair is shown that could be saved.", True)
         else:
             save_picture(figure, path, self.document, self._jobs)
 
@@ -425,8 +425,8 @@ class PairsView(QWidget):
     def _connect(self) -> None:
         """Listen to the document, and to what is pressed."""
         document = self.document
-        document.outcome_changed.connect(self._outcome_changed)
-        document.training_changed.connect(self._show_missing)
+        document.review.run_changed.connect(self._outcome_changed)
+        document.review.training_changed.connect(self._show_missing)
         document.tracks_changed.connect(self._read_open)
         document.vocabulary_changed.connect(self._recolour)
         document.listing_changed.connect(self._check_blind)
@@ -467,7 +467,7 @@ class PairsView(QWidget):
     def _build(self) -> None:
         """Make the rows of the outcome and of what is chosen."""
         self._stale = not self.isVisible()
-        outcome, project = self.document.outcome, self.document.project
+        outcome, project = self.document.review.run, self.document.project
         if self._stale:
             return
         self._hidden = blind_demonstrations(self.document)
@@ -505,7 +505,7 @@ class PairsView(QWidget):
         What a recogniser sees on the way to its prediction is among those, and need not be looked
         through.
         """
-        outcome = self.document.outcome
+        outcome = self.document.review.run
         if outcome is not self._listed[0]:
             self._listed = outcome, () if outcome is None else all_actions(outcome)
         tracks = [
@@ -523,7 +523,7 @@ class PairsView(QWidget):
 
     def _update_vocabulary(self) -> bool:
         """Take the looks of the outcome's actions and their keys; gives whether they are others."""
-        outcome, project = self.document.outcome, self.document.project
+        outcome, project = self.document.review.run, self.document.project
         if outcome is None or project is None:
             return False
         before = self._vocabulary
@@ -535,11 +535,11 @@ class PairsView(QWidget):
 
     def _show_missing(self, shown: int | None = None) -> None:
         """Say why there is nothing to see, or not all."""
-        outcome = self.document.outcome
+        outcome = self.document.review.run
         shown = len(self.area.entries) if shown is None else shown
         words = missing_pairs_text(
             outcome,
-            training=self.document.training,
+            training=self.document.review.training,
             entries=bool(self._entries),
             hidden=bool(self._hidden),
             shown=bool(shown),
@@ -559,9 +559,9 @@ class PairsView(QWidget):
         """Open what was chosen."""
         document = self.document
         if found.what is not None:
-            document.examine(hit_interval(entry, found.what))
+            document.review.examine(hit_interval(entry, found.what))
         elif document.open_demonstration(entry.id) and found.time is not None:
-            document.seek(found.time)
+            document.view.seek(found.time)
 
     # What the project holds now
 
@@ -572,7 +572,7 @@ class PairsView(QWidget):
 
     def _read_open(self) -> None:
         """Read the open demonstration's tracks, and nothing else."""
-        outcome, id_ = self.document.outcome, self.document.id
+        outcome, id_ = self.document.review.run, self.document.id
         old = next((entry for entry in self._entries if entry.id == id_), None)
         if outcome is None or old is None or not self.isVisible():
             return
@@ -597,7 +597,7 @@ class PairsView(QWidget):
         """Somebody may code another demonstration blind, or not any more."""
         if (
             self.isVisible()
-            and self.document.outcome is not None
+            and self.document.review.run is not None
             and blind_demonstrations(self.document) != self._hidden
         ):
             self._build()

@@ -560,11 +560,11 @@ class PairsList(QAbstractScrollArea):
         self.viewport().setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
         self.verticalScrollBar().setSingleStep(WHEEL_STEP)
         themes().changed.connect(self.repaint_all)
-        document.cursor_moved.connect(self._cursor_moved)
+        document.view.cursor_moved.connect(self._cursor_moved)
         document.demonstration_changed.connect(self._open_changed)
-        document.examined_changed.connect(self.viewport().update)
+        document.review.examined_changed.connect(self.viewport().update)
         document.demonstration_changed.connect(self.follow)
-        document.examined_changed.connect(self.follow)
+        document.review.examined_changed.connect(self.follow)
 
     def minimumSizeHint(self) -> QSize:
         """One row: in a small window the timeline needs the room."""
@@ -675,7 +675,7 @@ class PairsList(QAbstractScrollArea):
 
     def _paint_marked(self, painter: QPainter, layout: PairsLayout, row: int, opened: bool) -> None:
         """Draw what changes more often than the row: examined place, focus and cursor."""
-        place = self.document.examined
+        place = self.document.review.examined
         if place is not None and place.demonstration == layout.entries[row].id:
             paint_examined(painter, layout, row, place.start, place.end)
         if row == self.row and self.hasFocus():
@@ -683,7 +683,7 @@ class PairsList(QAbstractScrollArea):
             paint_focus(painter, layout, row, None if self.mark is None else marks[self.mark])
         if opened:
             boxes = layout.boxes(row)
-            x = round(layout.axis(layout.entries[row]).at(self.document.cursor)) + 0.5
+            x = round(layout.axis(layout.entries[row]).at(self.document.view.cursor)) + 0.5
             bottom = boxes.lanes[-1].bottom() if boxes.lanes else boxes.predicted.bottom()
             painter.setRenderHint(QPainter.RenderHint.Antialiasing, False)
             painter.setPen(QPen(QColor(colours().cursor), 1.0))
@@ -770,7 +770,7 @@ class PairsList(QAbstractScrollArea):
         for row, entry in enumerate(self.entries):
             if entry.id == self.document.id:
                 box = self.arrangement.row_box(row)
-                x = round(self.arrangement.axis(entry).at(self.document.cursor))
+                x = round(self.arrangement.axis(entry).at(self.document.view.cursor))
                 top = int(box.top()) - self.verticalScrollBar().value()
                 return QRect(x - CURSOR_MARGIN, top, 2 * CURSOR_MARGIN + 1, int(box.height()) + 2)
         return None

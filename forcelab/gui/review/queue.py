@@ -205,9 +205,8 @@ class VerdictUndo:
     ) -> bool:
         """Undo or redo the latest of a list of verdicts, or a later edit."""
         document, project = self._document, self._document.project
-        verb = document.undo if kind == "undo" else document.redo
         if not changes or project is None:
-            return verb()
+            return self._revert_edit(kind)
         change = changes[-1]
         places = {document.id, change.verdict.demonstration} - {""}
         tops = (project.tracks.revertible(id_, document.author, kind) for id_ in places)
@@ -215,28 +214,35 @@ class VerdictUndo:
         together = edit is not None and change.edit in (edit.id, edit.reverts)
         if edit is not None and edit.time > change.time and not together:
             elsewhere = edit.demonstration != document.id
-            return (not elsewhere or document.examine(change.place)) and verb()
+            return (not elsewhere or document.review.examine(change.place)) and self._revert_edit(
+                kind
+            )
         if change.edit and not together:
             changes.pop()  # its labels went another way
             return self._revert(changes, opposite, kind)
-        if not document.examine(change.place):
+        if not document.review.examine(change.place):
             return False
         if not together:
             self._revert_verdict(change, project, kind)
-        elif not verb():  # the verdict goes with its edit
+        elif not self._revert_edit(kind):  # the verdict goes with its edit
             return False
         opposite.append(replace(changes.pop(), time=utc_now()))
         return True
+
+    def _revert_edit(self, kind: Literal["undo", "redo"]) -> bool:
+        editor = self._document.editor
+        result = editor.undo_everywhere() if kind == "undo" else editor.redo_everywhere()
+        return result is not None
 
     def _revert_verdict(self, change: _VerdictChange, project: Project, kind: str) -> None:
         """Withdraw a verdict, or give it once more."""
         document = self._document
         if change.withdrawn == (kind == "redo"):
             withdraw(project, change.verdict, document.author)
-            document.say("The verdict is taken back.")
+            document.show_message("The verdict is taken back.")
         else:
             project.coding.add_verdict(replace(change.verdict, id=0))
-            document.say("The verdict counts again.")
+            document.show_message("The verdict counts again.")
 
     def _counts(self, change: _VerdictChange) -> bool:
         """Whether what was said counts now, in these words."""
@@ -274,7 +280,7 @@ class QueueView(QWidget):
         self.setAccessibleName("Disagreement queue")
         self.model = QueueModel(self)
         self.list = QueueList(self.model, lambda: self.reader.vocabulary)
-        self.list.chosen.connect(document.examine)
+        self.list.chosen.connect(document.review.examine)
         self.list.withdrawn.connect(self.withdraw)
         sought = "Filter by action or demonstration"
         self.filter = search_field(sought, sought)
@@ -286,8 +292,8 @@ class QueueView(QWidget):
         parts = self.filter, self._summary, self._pages, self.buttons
         page_layout(self, *parts, growing=self._pages, margin=4, spacing=4)
         self.reader.changed.connect(self._compared)
-        document.examined_changed.connect(self._follow)
-        document.training_changed.connect(self._training_changed)
+        document.review.examined_changed.connect(self._follow)
+        document.review.training_changed.connect(self._training_changed)
         self._show()
 
     def showEvent(self, event: QShowEvent) -> None:
@@ -327,17 +333,17 @@ class QueueView(QWidget):
             if self.list.unfold_first():
                 self.step(direction)
                 return
-            self.document.say(self._missing or "Everything listed is judged.")
+            self.document.show_message(self._missing or "Everything listed is judged.")
             return
         place, wrapped = self.list.beside(direction)
-        if not self.document.examine(place):
+        if not self.document.review.examine(place):
             return
         if wrapped:
             first, last = "Back at the first.", "Back at the last."
-            self.document.say(first if direction > 0 else last)
+            self.document.show_message(first if direction > 0 else last)
         elif not self.isVisible():  # or one would wonder what is wrong there
             sides = map(action_name, (place.human, place.predicted))
-            self.document.say("Human: {}; model: {}.".format(*sides))
+            self.document.show_message("Human: {}; model: {}.".format(*sides))
 
     def judge(self, verdict: VerdictKind) -> bool:
         """Say who is right about the difference that is examined, and go on to the next one.
@@ -347,14 +353,14 @@ class QueueView(QWidget):
         """
         item, read = self.current, self.reader.read
         if item is None or read is None or not isinstance(item.about, Difference):
-            if self.reader.stale and self.document.examined is not None:
+            if self.reader.stale and self.document.review.examined is not None:
                 self._verdict = verdict  # it may be open again, after an undo
                 self.reader.compare()
                 return False
-            self.document.say("Choose a difference to judge first, with N.", True)
+            self.document.show_message("Choose a difference to judge first, with N.", True)
             return False
         difference, outcome = item.about, read.outcome
-        self.document.say("")  # what became of the verdict before is over
+        self.document.show_message("")  # what became of the verdict before is over
         after = self.list.after()
         project, author = self.document.project, self.document.author
         assert project is not None
@@ -368,14 +374,14 @@ class QueueView(QWidget):
                     edit = project.tracks.revertible(difference.demonstration, author, "undo")
             said = judge(project, outcome, difference, verdict, author, edit)
         except ForcelabError as error:
-            self.document.say(str(error), True)
+            self.document.show_message(str(error), True)
             return False
         self._history.add(said, edit.id if edit is not None else 0)
         self.reader.put_away(self.queue.after(said, difference))
         if after is not None:
-            self.document.examine(after)
+            self.document.review.examine(after)
         elif not self.list.waiting:
-            self.document.say("That was the last one; everything listed is judged.")
+            self.document.show_message("That was the last one; everything listed is judged.")
         self.reader.track_changed()
         return True
 
@@ -392,7 +398,7 @@ class QueueView(QWidget):
         try:
             done = verb()
         except ForcelabError as error:
-            self.document.say(str(error), True)
+            self.document.show_message(str(error), True)
             return False
         if done:
             self.reader.track_changed()
@@ -402,16 +408,18 @@ class QueueView(QWidget):
         """Take back what was said of the item that is chosen; it is open again."""
         item, project = self.current, self.document.project
         if item is None or project is None or not isinstance(item.about, StoredVerdict):
-            self.document.say("Choose a judged place first, at the end of the queue.", True)
+            self.document.show_message(
+                "Choose a judged place first, at the end of the queue.", True
+            )
             return False
         try:
             withdraw(project, item.about, self.document.author)
             self._history.add_withdrawn(item.about)
         except ForcelabError as error:
-            self.document.say(str(error), True)
+            self.document.show_message(str(error), True)
             return False
         told = "The verdict is withdrawn; labels stay as they are."
-        self.document.say(told)
+        self.document.show_message(told)
         self.reader.track_changed()
         self.reader.compare()
         return True
@@ -427,20 +435,20 @@ class QueueView(QWidget):
                 "copy them ({2})."
             )
             key = keys().shown("copy_from") or "in the menu Segments"
-            document.say(told.format(outcome.author, document.author, key))
+            document.show_message(told.format(outcome.author, document.author, key))
             return True
-        if document.id != difference.demonstration and not document.examine(difference):
+        if document.id != difference.demonstration and not document.review.examine(difference):
             return False
         action, start, end = action_for(outcome, difference), difference.start, difference.end
         if action is None:
-            document.erase(start, end)
+            document.editor.erase(start, end)
         else:
-            document.adopt(Segment(start, end, action))
+            document.review.adopt(Segment(start, end, action))
         return not document.refused
 
     def _follow(self) -> None:
         """Mark the place that is examined, wherever it was chosen; only that one is judged."""
-        self.list.mark(self.document.examined)
+        self.list.mark(self.document.review.examined)
         self._offer()
 
     def _offer(self) -> None:
@@ -452,7 +460,7 @@ class QueueView(QWidget):
 
     def _training_changed(self) -> None:
         """Where there is nothing to list yet, say that it will come."""
-        if self.document.outcome is None:
+        if self.document.review.run is None:
             self._show()
 
     def _compared(self) -> None:
@@ -469,7 +477,7 @@ class QueueView(QWidget):
     def _missing(self) -> str:
         """Why there is nothing to list, if that is so."""
         return missing_queue_text(
-            self.document.outcome, self.reader.read, training=self.document.training
+            self.document.review.run, self.reader.read, training=self.document.review.training
         )
 
     def _show(self) -> None:
@@ -477,7 +485,7 @@ class QueueView(QWidget):
         read = self.reader.read
         names = {} if read is None else {d.id: d.name for d in read.outcome.tested}
         if self.model.show(self.queue, names, self.filter.text()):
-            self.list.mark(self.document.examined, unfold=False)
+            self.list.mark(self.document.review.examined, unfold=False)
         self.list.viewport().update()
         empty = self._missing
         if not empty and not self.model.sections:

@@ -114,7 +114,7 @@ class QueueLoader(QObject):
         self._infos = document.infos
         self._soon = QTimer(self, singleShot=True, interval=COMPARE_DELAY)
         self._soon.timeout.connect(self.compare)
-        document.outcome_changed.connect(self._all_changed)
+        document.review.run_changed.connect(self._all_changed)
         document.listing_changed.connect(self._listing_changed)
         document.author_changed.connect(self._author_changed)
         document.tracks_changed.connect(self.track_changed)
@@ -128,7 +128,7 @@ class QueueLoader(QObject):
     def track_changed(self) -> None:
         """The open demonstration's track or the verdicts have changed."""
         self._changes += 1
-        if self._document.outcome is None:
+        if self._document.review.run is None:
             self.compare()
         elif self.watched:
             self._soon.start()
@@ -146,7 +146,7 @@ class QueueLoader(QObject):
         try:
             outcome = visible_outcome(document)
         except ForcelabError as error:
-            document.say(str(error), True)
+            document.show_message(str(error), True)
             return
         if outcome is None or document.project is None:
             self._jobs.cancel(QUEUE_JOB)
@@ -159,7 +159,7 @@ class QueueLoader(QObject):
         changed = None
         if before is not None and self._reread == self._upheavals:
             own = bool(document.id) and document.author == outcome.author
-            changed = {document.id: document.segments} if own else {}
+            changed = {document.id: document.editor.segments} if own else {}
         self._jobs.run(
             read_queue(document.project.path, outcome, before, changed),
             partial(self._done, self._changes, self._upheavals if changed is None else None),

@@ -34,7 +34,7 @@ def visible_outcome(document: Document) -> Outcome | None:
     ForcelabError
         If the project cannot be read.
     """
-    outcome, blind = document.outcome, blind_demonstrations(document)
+    outcome, blind = document.review.run, blind_demonstrations(document)
     if outcome is None or not blind:
         return outcome
     hidden = {
@@ -80,7 +80,7 @@ def reviewed_vocabulary(document: Document) -> Vocabulary:
     ForcelabError
         If the project cannot be read.
     """
-    project, outcome = document.project, document.outcome
+    project, outcome = document.project, document.review.run
     if project is None or outcome is None:
         return document.vocabulary
     return vocabulary_of(project, outcome)

@@ -43,7 +43,7 @@ class TrainingIndicator(BackgroundIndicator):
             return "Training: {}".format(
                 "starting" if step is None else training_progress_text(step)
             )
-        outcome = learning.document.outcome
+        outcome = learning.document.review.run
         if learning.edits is None or outcome is None:
             return ""
         run = f"Run {outcome.number}"
@@ -131,8 +131,8 @@ class ReviewTab(QWidget):
             "cancel_training": self.learning.cancel,
             "next_review": partial(self._step, 1),
             "previous_review": partial(self._step, -1),
-            "accept": document.accept_here,
-            "accept_all": document.accept_in_view,
+            "accept": document.review.accept_here,
+            "accept_all": document.review.accept_in_view,
             "undo": self._undo,
             "redo": self._redo,
             "verdict_human": lambda: self.workspace.queue.judge("human"),
@@ -144,13 +144,19 @@ class ReviewTab(QWidget):
         """Go to the next thing to review, or back to the one before."""
         self.workspace.queue.step(direction)
 
-    def _undo(self) -> bool:
+    def _undo(self) -> None:
         """Take back the latest verdict or edit; verdicts are given by keys in any workspace."""
-        return self.document.undo() if self._built is None else self._built.queue.undo()
+        if self._built is None:
+            self.document.editor.undo_everywhere()
+        else:
+            self._built.queue.undo()
 
-    def _redo(self) -> bool:
+    def _redo(self) -> None:
         """Do again what was taken back last."""
-        return self.document.redo() if self._built is None else self._built.queue.redo()
+        if self._built is None:
+            self.document.editor.redo_everywhere()
+        else:
+            self._built.queue.redo()
 
 
 def _warm_up() -> Generator[None, None, None]:

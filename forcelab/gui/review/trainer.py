@@ -80,9 +80,9 @@ def default_author(document: Document, tasks: set[str | None]) -> str | None:
         if info.task not in tasks:
             continue
         seconds = {a: s for a, s in info.labelled.items() if s and not is_model(a)}
-        if open_one is not None and info.id == document.id and document.segments:
+        if open_one is not None and info.id == document.id and document.editor.segments:
             # Which the list may not tell yet.
-            seconds[own] = sum(segment.end - segment.start for segment in document.segments)
+            seconds[own] = sum(segment.end - segment.start for segment in document.editor.segments)
         begun.update(seconds.keys())
         complete.update(
             author
@@ -156,7 +156,7 @@ class AutomaticRuns:
         task = (*outcome.tasks, outcome.test_task)
         self._made.append(_AutomaticRun(outcome.number, outcome.proposer, task))
         for old in [one for one in self._made if one.task == task][:-AUTOMATIC_RUNS_KEPT]:
-            shown = self._document.outcome
+            shown = self._document.review.run
             if shown is None or shown.number != old.number:
                 self._made.remove(old)
                 self._let_go(old)
@@ -167,7 +167,7 @@ class AutomaticRuns:
             try:
                 self._document.project.runs.forget(old.number, old.proposer)
             except ForcelabError as error:  # it stays, and is told like any other trouble
-                self._document.say(str(error), True)
+                self._document.show_message(str(error), True)
 
 
 #: Edits are counted once in so many ms at most.
@@ -207,7 +207,7 @@ class EditCounter(QObject):
         self._later = QTimer(self, singleShot=True, interval=COUNT_DELAY)
         self._later.timeout.connect(self.count)
         document.tracks_changed.connect(self._tracks_changed)
-        document.outcome_changed.connect(self.count)
+        document.review.run_changed.connect(self.count)
 
     def forget(self) -> None:
         """Begin with nothing."""
@@ -218,7 +218,7 @@ class EditCounter(QObject):
         """Count now."""
         self._at = time.monotonic()
         project, edits = self._document.project, None
-        if project is not None and self._document.outcome is not None:
+        if project is not None and self._document.review.run is not None:
             from forcelab.gui.review.reviewed_run import (
                 visible_outcome,  # loads much, which an outcome has, too
             )
@@ -234,7 +234,7 @@ class EditCounter(QObject):
 
     def _painted(self) -> tuple[str, str, Segments]:
         """Whose track over what, and the track."""
-        return self._document.id, self._document.author, self._document.segments
+        return self._document.id, self._document.author, self._document.editor.segments
 
     def _tracks_changed(self) -> None:
         """Count soon; the same track with other segments is an edit."""
@@ -377,7 +377,7 @@ class Trainer(QObject):
             return author
         # Asked for several times an edit, over hundreds of demonstrations.
         document = self.document
-        state = document.infos, document.id, document.segments, document.author, tasks, test
+        state = document.infos, document.id, document.editor.segments, document.author, tasks, test
         if self._author is None or self._author[0] != state:
             self._author = state, default_author(document, {*tasks, test})
         return self._author[1]
@@ -385,7 +385,7 @@ class Trainer(QObject):
     @property
     def reviewed_author(self) -> str:
         """Whose labels what is reviewed was trained on, if the next training takes another's."""
-        outcome = self.document.outcome
+        outcome = self.document.review.run
         if outcome is None or not self.ready or outcome.author == self.author:
             return ""
         return outcome.author
@@ -393,7 +393,7 @@ class Trainer(QObject):
     @property
     def settings_changed(self) -> bool:
         """Whether the next training takes other settings than what is reviewed was trained with."""
-        outcome = self.document.outcome
+        outcome = self.document.review.run
         return outcome is not None and self.ready and outcome.settings != self.settings
 
     @property
@@ -437,7 +437,7 @@ class Trainer(QObject):
     def _refuse(self, sentence: str) -> None:
         """Say what is missing; also where the bar that shows it is not in front."""
         self.trouble = sentence
-        self.document.say(sentence, True)
+        self.document.show_message(sentence, True)
         self.changed.emit()
 
     def _given(self) -> SettingsAndChoice:
@@ -464,7 +464,7 @@ class Trainer(QObject):
         """Say that the labels of somebody else are taken."""
         own = self.document.author
         if author is not None and author != own:
-            self.document.say(
+            self.document.show_message(
                 f"{own} has labelled fewer than {OWN_MINIMUM} demonstrations of this; training on "
                 "the labels of "
                 f"{author}."
@@ -487,11 +487,11 @@ class Trainer(QObject):
         """Take note that a run of a project is gone."""
         if path != self._path:
             return
-        shown = self.document.outcome
+        shown = self.document.review.run
         if shown is not None and shown.number == number:
             self.jobs.cancel(LOADING_RUN)
-            self.document.set_outcome(None)
-        self.document.say(f"Run {number} was removed.")
+            self.document.review.set_run(None)
+        self.document.show_message(f"Run {number} was removed.")
         self.list_runs()
 
     def list_runs(self) -> None:
@@ -505,7 +505,7 @@ class Trainer(QObject):
         """Offer the runs; where nothing is reviewed yet, the latest one is."""
         self.runs = runs
         self.runs_changed.emit()
-        if self.document.outcome is None:
+        if self.document.review.run is None:
             self._show_latest()
 
     def _show_latest(self) -> None:
@@ -519,15 +519,15 @@ class Trainer(QObject):
             key=lambda run: (None, self.task, run.tested).index(run.tested),
             default=None,
         )
-        shown = self.document.outcome
+        shown = self.document.review.run
         if run is not None and (shown is None or shown.number != run.number):
             self.show_run(run.number)
         elif run is None and shown is not None:
-            self.document.set_outcome(None)
+            self.document.review.set_run(None)
 
     def _take(self, outcome: Outcome) -> None:
         """Review what was read; what is trained next is of the same task."""
-        self.document.set_outcome(outcome)
+        self.document.review.set_run(outcome)
         if outcome.tasks and self.task not in (*outcome.tasks, outcome.test_task):
             self._switch_task(outcome.tasks[0])
         self.changed.emit()
@@ -539,7 +539,7 @@ class Trainer(QObject):
 
     def _listing_changed(self) -> None:
         """Read what is reviewed again where it tells of a demonstration that was removed."""
-        outcome = self.document.outcome
+        outcome = self.document.review.run
         if outcome is None or self._path is None:
             return
         there = {info.id for info in self.document.infos}
@@ -550,13 +550,13 @@ class Trainer(QObject):
 
     def _failed_to_reload(self, error: Exception) -> None:
         """Review nothing where nothing that was tested is left."""
-        self.document.set_outcome(None)
+        self.document.review.set_run(None)
         self._failed_to_load(error)
 
     def _forget(self) -> None:
         """Begin with nothing."""
         self._reset_task()
-        self.document.set_training(False)
+        self.document.review.set_training(False)
         self.step: Step | None = None
         self.step_history: list[Step] = []
         self.automatic = False
@@ -569,7 +569,7 @@ class Trainer(QObject):
     @property
     def training(self) -> bool:
         """Whether a training is under way."""
-        return self.document.training
+        return self.document.review.training
 
     @property
     def edits(self) -> int | None:
@@ -579,7 +579,7 @@ class Trainer(QObject):
     @property
     def kept(self) -> bool:
         """Whether the project has the recogniser of what is reviewed; an evaluation keeps none."""
-        project, outcome = self.document.project, self.document.outcome
+        project, outcome = self.document.project, self.document.review.run
         if project is None or outcome is None:
             return False
         try:
@@ -598,7 +598,7 @@ class Trainer(QObject):
     @property
     def _outdated(self) -> bool:
         """Whether a training would find anything new."""
-        return bool(self.document.outcome is None or self.edits or self.reviewed_author)
+        return bool(self.document.review.run is None or self.edits or self.reviewed_author)
 
     def set_automatic(self, automatic: bool) -> None:
         """Train by itself some seconds after edits, or only when told to."""
@@ -633,7 +633,7 @@ class Trainer(QObject):
             return False
         self.step, self.step_history, self.trouble = None, [], ""
         self._unasked.begin()
-        self.document.set_training(True)
+        self.document.review.set_training(True)
         name = " + ".join(task or "no task" for task in self.chosen[0])
         self.jobs.run(
             self._work.train(self._path, self._given(), name, self.step_history),
@@ -653,7 +653,7 @@ class Trainer(QObject):
             return
         self.jobs.cancel(TRAINING)
         self.step = None
-        self.document.set_training(False)
+        self.document.review.set_training(False)
         self.changed.emit()
 
     def _progressed(self, step: object) -> None:
@@ -667,14 +667,16 @@ class Trainer(QObject):
         """Put the new outcome in place of the old one."""
         self.step = None
         self._unasked.end()
-        self.document.set_training(False)
+        self.document.review.set_training(False)
         if self._automatic_timer:
             self._unasked.trained(outcome)
         if self.task in (*outcome.tasks, outcome.test_task):
             self.jobs.cancel(LOADING_RUN)
-            self.document.set_outcome(outcome)
+            self.document.review.set_run(outcome)
         else:  # the coder has turned to another task meanwhile
-            self.document.say(f"The training of '{outcome.title}' is done; its run is in the list.")
+            self.document.show_message(
+                f"The training of '{outcome.title}' is done; its run is in the list."
+            )
         self.changed.emit()
         self.losses_changed.emit()
         self.list_runs()
@@ -684,7 +686,7 @@ class Trainer(QObject):
     def _failed(self, error: Exception) -> None:
         """Say why it did not come about."""
         self.step = None
-        self.document.set_training(False)
+        self.document.review.set_training(False)
         known = isinstance(error, ForcelabError)
         self._refuse(str(error) if known else "The training failed; the log says more.")
 
@@ -716,7 +718,7 @@ class Trainer(QObject):
 
     def _demonstration_changed(self) -> None:
         """Follow to the task of the open demonstration, unless it is in what is reviewed."""
-        demonstration, outcome = self.document.demonstration, self.document.outcome
+        demonstration, outcome = self.document.demonstration, self.document.review.run
         if demonstration is None:
             return
         if outcome is not None and (

@@ -47,7 +47,7 @@ class AuthorLabel(ElidedLabel):
         document = self._document
         listed = (name for info in document.infos for name in info.labelled)
         # The list does not tell yet of whoever has just begun to label.
-        people = {name for name in (*listed, *document.others) if not is_model(name)}
+        people = {name for name in (*listed, *document.other_tracks) if not is_model(name)}
         several = whose is not None and bool({*people, document.author} - {whose})
         self.set_text(f"Labels of {whose}" if several else "")
 
@@ -75,7 +75,7 @@ class RunComboBox(ElidedComboBox):
         self.setMinimumContentsLength(RUN_CHARACTERS)
         self.activated.connect(self._chosen)
         learning.runs_changed.connect(self.refresh)
-        document.outcome_changed.connect(self._show_reviewed)
+        document.review.run_changed.connect(self._show_reviewed)
         self.refresh()
 
     def refresh(self) -> None:
@@ -92,7 +92,7 @@ class RunComboBox(ElidedComboBox):
 
     def _show_reviewed(self) -> None:
         """Show which run is reviewed."""
-        outcome = self.document.outcome
+        outcome = self.document.review.run
         self.setCurrentIndex(-1 if outcome is None else self.findData(outcome.number))
         how = "A right click removes it." if outcome is not None else ""
         self.setToolTip("\n".join(filter(None, (self._name, self.currentText(), how))))
@@ -118,7 +118,7 @@ class RunComboBox(ElidedComboBox):
         try:
             uses = project.runs.uses(number)
         except ForcelabError as error:
-            self.document.say(str(error), True)
+            self.document.show_message(str(error), True)
             return
         if not uses:
             self.learning.list_runs()  # somebody else was faster

@@ -323,13 +323,13 @@ class Measuring(QObject):
         row, settings = self.measured.rows[place], self.measured.variants[place].settings
         if row.refusal:
             told = "“{0}” could not be measured, and is not trained with: {1}"
-            self.document.say(told.format(setting_name(row), row.refusal), True)
+            self.document.show_message(told.format(setting_name(row), row.refusal), True)
             return
         self._before.append(self.learning.settings)
         self._adopted = settings
         self.learning.set_settings(settings)
         told = "'{0}' is trained with “{1}” from now on."
-        self.document.say(told.format(task_text(self.task), setting_name(row)))
+        self.document.show_message(told.format(task_text(self.task), setting_name(row)))
         self.changed.emit()
 
     def go_back(self) -> None:
@@ -338,7 +338,7 @@ class Measuring(QObject):
             self._adopted = self._before.pop()
             self.learning.set_settings(self._adopted)
             told = f"'{task_text(self.task)}' is trained as before."
-            self.document.say(told)
+            self.document.show_message(told)
             self.changed.emit()
 
     # Inside
@@ -400,7 +400,7 @@ class Measuring(QObject):
         self._ended()
         if measured.task != self.task:
             told = f"Recognition of '{task_text(measured.task)}' is measured."
-            self.document.say(told)
+            self.document.show_message(told)
         elif self.document.author == self._asked_by:
             self._show(measured)
         else:
@@ -410,7 +410,7 @@ class Measuring(QObject):
         """Say why it did not come about."""
         known = isinstance(error, ForcelabError)
         self.trouble = str(error) if known else "Measuring failed; the log says more."
-        self.document.say(self.trouble, True)
+        self.document.show_message(self.trouble, True)
         self._ended()
 
     def _ended(self) -> None:

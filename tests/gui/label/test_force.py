@@ -26,8 +26,8 @@ def recording(n=20_000, rate=1000.0, seed=0):
 
 
 def show(document, demonstration, id_="one"):
-    document.demonstration, document.id = demonstration, id_
-    document.start, document.end = document.bounds
+    document.view.demonstration, document.editor.demonstration = demonstration, id_
+    document.view.start, document.view.end = document.view.bounds
     document.demonstration_changed.emit()
 
 
@@ -125,7 +125,7 @@ def test_glitches_in_view_are_told(panel, monkeypatch):
     demonstration = Demonstration("g", "", recording().times, signals, CHANNELS)
     show(panel.document, demonstration, "glitch")
     for span, words in (((0, 20), "2 samples are"), ((4, 6), "1 sample is"), ((8, 9), "")):
-        panel.document.set_span(*span)
+        panel.document.view.set_span(*span)
         picture(panel)
         notes = [note for note in told[-1] if "glitch" in note]
         assert [note.startswith(words) for note in notes] == [True] * bool(words)
@@ -143,7 +143,7 @@ def test_no_line_runs_across_a_gap_and_the_gap_is_hatched(panel):
     gap = image[5:355, round(left) + 3 : round(right) - 3].reshape(-1, 3)
     assert len(np.unique(gap, axis=0)) > 2  # more than a ground
     # Close up, with fewer samples than pixels, it is no different.
-    panel.document.start, panel.document.end = 3.9, 6.1
+    panel.document.view.start, panel.document.view.end = 3.9, 6.1
     panel.invalidate()
     left, right = panel.x_at(4.0), panel.x_at(5.999)
     rows, _ = ink(picture(panel), colours().curves[0], (left + 2, 0, right - 2, 360))
@@ -182,7 +182,7 @@ def test_names_and_values_in_their_curves_colours_can_be_read(theme):
 def test_moving_the_cursor_changes_the_values_but_draws_no_curve_anew(panel, monkeypatch):
     before = picture(panel)
     monkeypatch.setattr(panel, "paint_content", lambda *_: pytest.fail("drawn anew"))
-    panel.document.seek(7.0)
+    panel.document.view.seek(7.0)
     after = picture(panel)
     assert (before[:, :60] != after[:, :60]).any()
 
@@ -218,7 +218,7 @@ def test_autoscale_follows_what_is_visible(panel):
     signals[:10_000] *= 100
     times = panel.document.demonstration.times
     show(panel.document, Demonstration("a", "", times, signals, CHANNELS), "a")
-    panel.document.set_span(15.0, 16.0)
+    panel.document.view.set_span(15.0, 16.0)
     picture(panel)
     _, whole = lane_of(panel, "temperature")
     panel.source.set_autoscale(True)
@@ -261,7 +261,7 @@ def test_a_note_gives_way_to_the_values_at_the_cursor_in_low_lanes(panel, monkey
     panel.resize(600, 90)
     picture(panel)
     assert places["min/max"] > panel.plot.center().x()
-    panel.document.seek(panel.document.bounds[1])
+    panel.document.view.seek(panel.document.view.bounds[1])
     picture(panel)
     assert places["min/max"] < panel.plot.center().x()
 
@@ -275,7 +275,7 @@ def test_a_note_says_that_samples_share_a_pixel(panel, monkeypatch):
     picture(panel)
     assert any("min/max" in note for note in notes)
     notes.clear()
-    panel.document.set_span(1.0, 1.2)
+    panel.document.view.set_span(1.0, 1.2)
     picture(panel)
     assert not any("min/max" in note for note in notes)
 
@@ -343,7 +343,7 @@ def test_a_new_video_clock_reads_nothing_again(panel):
 
 
 def test_closing_the_demonstration_leaves_nothing_drawn(panel):
-    panel.document.demonstration, panel.document.id = None, ""
+    panel.document.view.demonstration, panel.document.editor.demonstration = None, ""
     panel.document.demonstration_changed.emit()
     assert not panel.source.names
     assert panel.source.values_at(1.0) == {}
@@ -370,7 +370,7 @@ def test_values_stand_behind_the_names_and_at_the_cursor_only_where_names_are_lo
 
     monkeypatch.setattr(text, "draw_text", heard)
     panel.resize(700, height)
-    panel.document.seek(10.0)
+    panel.document.view.seek(10.0)
     picture(panel)
     signals = panel.document.demonstration.signals
     for column, name in enumerate(NAMES):
@@ -393,7 +393,7 @@ def test_in_low_lanes_what_the_gutter_says_does_not_overlap(panel, monkeypatch, 
     monkeypatch.setattr(text, "draw_text", heard)
     monkeypatch.setattr(text, "draw_text_upwards", lambda *_, **__: None)  # left of all of it
     panel.resize(700, height)
-    panel.document.seek(10.0)
+    panel.document.view.seek(10.0)
     picture(panel)
     assert len(boxes) >= 2 * len(NAMES) - 1
     for i, (line, box) in enumerate(boxes):
@@ -404,4 +404,4 @@ def test_in_low_lanes_what_the_gutter_says_does_not_overlap(panel, monkeypatch, 
 def test_a_click_moves_the_cursor_there(panel):
     x = panel.x_at(5.0)
     QTest.mouseClick(panel, Qt.MouseButton.LeftButton, pos=QPointF(x, 50).toPoint())
-    assert panel.document.cursor == pytest.approx(5.0, abs=panel.seconds_per_pixel)
+    assert panel.document.view.cursor == pytest.approx(5.0, abs=panel.seconds_per_pixel)

@@ -33,9 +33,9 @@ class Shown(Document):
     """A document that shows demonstrations of no project."""
 
     def look(self, demonstration):
-        self._look_anew(demonstration)
+        self.view.reset(demonstration)
         self.demonstration_changed.emit()
-        self.span_changed.emit(self.start, self.end)
+        self.view.span_changed.emit(self.view.start, self.view.end)
 
 
 def tone(n=8000, hertz=20.0, names=NAMES):
@@ -85,7 +85,7 @@ def colour(panel, time, hertz):
 
 
 def test_a_hidden_panel_computes_nothing(panel, document, ran, app):
-    document.set_span(1.0, 2.0)
+    document.view.set_span(1.0, 2.0)
     panel.set_channel("normal 1")
     QTest.qWait(scalogram_module.LOADING_DELAY_MS + 20)
     assert not ran
@@ -110,7 +110,7 @@ def test_hiding_ends_what_is_being_computed(panel, document, ran, jobs, until):
 
 def test_a_minimised_window_computes_nothing_until_it_comes_back(open_panel, document, ran, until):
     open_panel.showMinimized()
-    document.set_span(1.0, 2.0)
+    document.view.set_span(1.0, 2.0)
     QTest.qWait(scalogram_module.LOADING_DELAY_MS + 20)
     assert not ran
     assert open_panel.settled
@@ -120,7 +120,7 @@ def test_a_minimised_window_computes_nothing_until_it_comes_back(open_panel, doc
 
 
 def test_only_the_visible_span_is_computed_at_the_screens_resolution(open_panel, document, until):
-    document.set_span(2.0, 4.0)
+    document.view.set_span(2.0, 4.0)
     until(lambda: open_panel.settled)
     picture = open_panel.picture
     assert (picture.start, picture.end) == (pytest.approx(2.0), pytest.approx(4.0))
@@ -130,7 +130,7 @@ def test_only_the_visible_span_is_computed_at_the_screens_resolution(open_panel,
 
 def test_many_changes_of_the_span_make_one_picture(open_panel, document, ran, until):
     for i in range(20):
-        document.set_span(1.0 + 0.01 * i, 3.0)
+        document.view.set_span(1.0 + 0.01 * i, 3.0)
     until(lambda: open_panel.settled)
     assert len(ran) == 1
 
@@ -141,7 +141,7 @@ def test_the_old_picture_moves_with_the_time_axis_at_once(open_panel, document, 
     loud, quiet = colour(open_panel, 5.0, 20.0), colour(open_panel, 0.8, 20.0)
     assert abs(loud.lightness() - quiet.lightness()) > 40
     old = open_panel.picture
-    document.set_span(0.5, 6.5)
+    document.view.set_span(0.5, 6.5)
     assert open_panel.picture is old
     assert abs(colour(open_panel, 5.0, 20.0).lightness() - loud.lightness()) < 12
     assert abs(colour(open_panel, 0.8, 20.0).lightness() - quiet.lightness()) < 12
@@ -149,7 +149,7 @@ def test_the_old_picture_moves_with_the_time_axis_at_once(open_panel, document, 
 
 def test_colours_do_not_jump_while_panning(open_panel, document, until):
     before = open_panel._range()
-    document.set_span(0.2, 1.2)
+    document.view.set_span(0.2, 1.2)
     until(lambda: open_panel.settled)
     assert open_panel._range() == before
     open_panel.set_steady(False)
@@ -196,14 +196,14 @@ def test_a_long_recording_is_coarse_first_and_says_so(panel, document, until, mo
 @pytest.mark.usefixtures("long_from_little")
 def test_what_is_not_seen_yet_is_ready_when_somebody_pans(panel, document, jobs, until):
     document.look(tone(60_000))
-    document.set_span(0.0, 20.0)
+    document.view.set_span(0.0, 20.0)
     panel.show()
     until(lambda: panel.settled and panel.picture is not None)
     until(lambda: not jobs.busy)
     picture = panel.picture
     assert picture.end == pytest.approx(20.0)
     assert not picture.view.tiles(picture.scales).missing(0, 60_000)
-    document.set_span(30.0, 55.0)
+    document.view.set_span(30.0, 55.0)
     until(lambda: panel.settled)
     assert panel.picture.view is picture.view
     assert not panel.picture.coarse
@@ -211,7 +211,7 @@ def test_what_is_not_seen_yet_is_ready_when_somebody_pans(panel, document, jobs,
 
 def test_the_value_under_the_pointer_is_that_of_the_transform(open_panel, document, until):
     open_panel.set_channel("normal 1")
-    document.set_span(4.0, 4.4)
+    document.view.set_span(4.0, 4.4)
     until(lambda: open_panel.settled)
     rows = open_panel._rows
     scale = rows.rate / (rows.factor * 20.0)
@@ -434,7 +434,7 @@ def test_a_spike_without_a_colour_of_its_own_is_told_where_it_is_seen(panel, doc
     panel.show()
     told = "spikes share the last colour"
     for start, seen in ((at / 1000 - 2, True), (60.0, False)):
-        document.set_span(start, start + 4)
+        document.view.set_span(start, start + 4)
         until(lambda: panel.settled and panel.picture is not None)
         assert (told in reading.readout_note(panel.picture, panel._range()[1])) == seen
 
@@ -449,7 +449,7 @@ def test_glitches_that_were_left_out_are_told(panel, document, until):
     until(lambda: panel.settled and panel.picture is not None)
     assert reading.readout_note(panel.picture, panel._range()[1]).endswith(", 2 glitches left out")
     assert panel.picture.view.high < 3
-    document.set_span(3.0, 6.0)
+    document.view.set_span(3.0, 6.0)
     until(lambda: panel.settled)
     assert reading.readout_note(panel.picture, panel._range()[1]).endswith(", 1 glitch left out")
 

@@ -72,13 +72,13 @@ def test_a_row_is_number_action_start_end_and_duration(table):
 
 def test_an_edit_tells_about_the_rows_that_changed_only(document, table):
     watched = Watched(table.model)
-    document.paint(4.6, 4.8, "pull")
+    document.editor.paint(4.6, 4.8, "pull")
     assert watched.told == 1
-    document.move_edge(0, "start", 0.5)
+    document.editor.move_edge(0, "start", 0.5)
     assert watched.told == 2
-    document.delete(0)
+    document.editor.delete(0)
     assert watched.told <= 4
-    assert tuple(watched.rows) == table.model.rows == document.segments
+    assert tuple(watched.rows) == table.model.rows == document.editor.segments
 
 
 times = st.integers(0, 40).map(lambda n: n / 4)
@@ -101,50 +101,52 @@ def test_rows_are_the_filtered_track_in_order_whatever_is_painted(
     watched = Watched(table.model)
     for start, end, action in strokes:
         if start < end:
-            document.paint(start, end, action)
+            document.editor.paint(start, end, action)
     keys = {
         ACTION: lambda s: (s.action, s.start),
         DURATION: lambda s: (s.end - s.start, s.start),
     }
     expected = sorted(
-        (s for s in document.segments if wanted.lower() in s.action),
+        (s for s in document.editor.segments if wanted.lower() in s.action),
         key=keys.get(which, lambda s: s.start),
         reverse=order == Qt.SortOrder.DescendingOrder,
     )
     assert list(table.model.rows) == expected == watched.rows
-    numbers = [document.segments[int(number) - 1] for number in column(table, NUMBER)]
+    numbers = [document.editor.segments[int(number) - 1] for number in column(table, NUMBER)]
     assert numbers == expected
 
 
 def test_choosing_a_row_selects_and_jumps(document, table):
     table.table.selectRow(3)
-    assert (document.selected, document.cursor) == (3, 6.0)
-    document.seek(7.0)
+    assert (document.selected, document.view.cursor) == (3, 6.0)
+    document.view.seek(7.0)
     where = table.table.visualRect(table.model.index(3, START)).center()
     QTest.mouseClick(table.table.viewport(), Qt.MouseButton.LeftButton, pos=where)
-    assert (document.selected, document.cursor) == (3, 6.0)
+    assert (document.selected, document.view.cursor) == (3, 6.0)
     table.table.selectRow(0)
-    assert (document.selected, document.cursor) == (0, 1.0)
+    assert (document.selected, document.view.cursor) == (0, 1.0)
 
 
 def test_what_is_selected_elsewhere_is_chosen_here_without_a_jump(document, table):
-    document.seek(0.25)
+    document.view.seek(0.25)
     document.select(2)
     assert table.table.currentIndex().row() == 2
-    assert document.cursor == 0.25
+    assert document.view.cursor == 0.25
     document.select(None)
     assert not table.table.selectionModel().hasSelection()
     document.select(2)
-    document.paint(0.1, 0.2, "pull")  # one row more before it
+    document.editor.paint(0.1, 0.2, "pull")  # one row more before it
     assert document.selected == 3
     assert table.table.currentIndex().row() == 3
-    assert document.cursor == 0.25
+    assert document.view.cursor == 0.25
 
 
 def test_the_segment_under_the_cursor_is_marked(document, table):
     for cursor, rows in ((0.5, []), (1.0, [0]), (2.0, [1]), (4.5, []), (7.999, [3]), (8.0, [])):
-        document.seek(cursor)
-        marked = [row for row in range(4) if table.model.under_cursor(document.segments[row])]
+        document.view.seek(cursor)
+        marked = [
+            row for row in range(4) if table.model.under_cursor(document.editor.segments[row])
+        ]
         assert marked == rows
 
 
@@ -154,11 +156,14 @@ def edited(table, row, which, typed):
 
 def test_numbers_are_typed_over(document, table):
     assert edited(table, 0, START, " 0.5 ")
-    assert document.segments[0] == Segment(0.5, 2.0, "grab")
+    assert document.editor.segments[0] == Segment(0.5, 2.0, "grab")
     assert edited(table, 3, END, "7.25 s")
     assert edited(table, 2, DURATION, "0.5")
-    assert document.segments[2:] == (Segment(5.0, 5.5, "grab"), Segment(6.0, 7.25, "release"))
-    assert len(document.history()) == 4
+    assert document.editor.segments[2:] == (
+        Segment(5.0, 5.5, "grab"),
+        Segment(6.0, 7.25, "release"),
+    )
+    assert len(document.editor.history()) == 4
 
 
 @pytest.mark.parametrize(
@@ -176,7 +181,7 @@ def test_what_is_no_time_for_it_is_refused_in_a_sentence(
     document, table, row, which, typed, sentence
 ):
     assert not edited(table, row, which, typed)
-    assert document.segments == TRACK
+    assert document.editor.segments == TRACK
     (told, trouble) = document.told[-1]
     assert trouble
     assert sentence in told
@@ -185,7 +190,7 @@ def test_what_is_no_time_for_it_is_refused_in_a_sentence(
 def test_what_was_not_changed_is_no_edit(document, table):
     index = table.model.index(1, START)
     assert not table.model.setData(index, index.data(Qt.ItemDataRole.EditRole))
-    assert len(document.history()) == 1
+    assert len(document.editor.history()) == 1
 
 
 def test_a_time_is_edited_with_all_its_digits(app, tmp_path):
@@ -203,7 +208,7 @@ def test_enter_edits_from_the_keyboard(app, document, table):
     editor.setText("0.75")
     QTest.keyClick(editor, Qt.Key.Key_Return)
     app.processEvents()
-    assert document.segments[0].start == 0.75
+    assert document.editor.segments[0].start == 0.75
 
 
 def test_an_action_is_chosen_from_a_list(app, document, table):
@@ -215,14 +220,14 @@ def test_an_action_is_chosen_from_a_list(app, document, table):
     editor.setCurrentText("release")
     editor.activated.emit(editor.currentIndex())
     app.processEvents()
-    assert document.segments[0].action == "release"
+    assert document.editor.segments[0].action == "release"
 
 
 def test_delete_takes_the_chosen_segment_away_and_undo_brings_it_back(document, table):
     table.table.selectRow(1)
     QTest.keyClick(table.table, Qt.Key.Key_Delete)
-    assert len(document.segments) == 3
-    assert document.undo()
+    assert len(document.editor.segments) == 3
+    assert document.editor.undo_everywhere()
     assert column(table, ACTION) == ["grab", "hold", "grab", "release"]
 
 
@@ -240,19 +245,19 @@ def test_the_menu_relabels_marks_filters_and_deletes(document, table):
     menu = table.menu()
     by_text = {action.text(): action for action in menu.actions()}
     by_text["Mark as range"].trigger()
-    assert document.range == (5.0, 5.25)
+    assert document.view.range == (5.0, 5.25)
     by_text["Show only 'grab'"].trigger()
     assert column(table, NUMBER) == ["1", "3"]
     relabel = {action.text(): action for action in by_text["Relabel with"].menu().actions()}
     assert set(relabel) == {"&2  hold", "&3  release", "&4  cut && lift"}
     relabel["&2  hold"].trigger()
-    assert document.segments[2].action == "hold"
+    assert document.editor.segments[2].action == "hold"
     by_text["Delete"].trigger()
-    assert len(document.segments) == 4, "the segment of that menu has another action now"
+    assert len(document.editor.segments) == 4, "the segment of that menu has another action now"
     table.filter.clear()
     table.table.selectRow(2)
     next(entry for entry in table.menu().actions() if entry.text() == "Delete").trigger()
-    assert len(document.segments) == 3
+    assert len(document.editor.segments) == 3
 
 
 def test_the_chosen_segment_stays_chosen_when_the_rows_are_sorted(document, table):
@@ -267,7 +272,7 @@ def test_the_chosen_segment_stays_chosen_when_the_rows_are_sorted(document, tabl
 
 def test_the_menu_of_a_very_long_action_fits_the_screen(document, table):
     document.add_actions("very long " * 30 + "name")
-    document.relabel(2, document.vocabulary.names[-1])
+    document.editor.relabel(2, document.vocabulary.names[-1])
     table.table.selectRow(2)
     assert table.menu().sizeHint().width() <= table.screen().size().width()
 
@@ -297,13 +302,13 @@ def test_hidden_it_does_nothing_and_catches_up_when_shown(app, document):
     asked = []
     table.model.refresh = lambda: asked.append("refresh")
     table.model.follow = lambda _: asked.append("follow")
-    document.paint(0.1, 0.2, "pull")
-    document.seek(3.0)
+    document.editor.paint(0.1, 0.2, "pull")
+    document.view.seek(3.0)
     document.select(0)
     assert (asked, table.model.rowCount()) == ([], 0)
     del table.model.refresh, table.model.follow
     with shown(app, table):
-        assert table.model.rows == document.segments
+        assert table.model.rows == document.editor.segments
         assert table.table.currentIndex().row() == 0
         table.hide()
         assert table.model.rowCount() == 0
@@ -317,13 +322,13 @@ def test_ten_thousand_segments_stay_instant(app, tmp_path):
         spent = []
         for n in range(12):
             document.blockSignals(True)
-            document.relabel(5000 + 7 * n, "slip")
+            document.editor.relabel(5000 + 7 * n, "slip")
             document.blockSignals(False)
             start = time.process_time()
             table._refresh()
             table.grab()
             spent.append(time.process_time() - start)
-        assert table.model.rows == document.segments
+        assert table.model.rows == document.editor.segments
         assert sorted(spent)[6] < 0.05
 
 
@@ -336,7 +341,7 @@ def test_numbers_are_drawn_anew_when_rows_that_are_filtered_away_come(
     drawn = []
     draw = SegmentModel.shown
     monkeypatch.setattr(SegmentModel, "shown", lambda *cell: drawn.append(cell) or draw(*cell))
-    document.paint(0.2, 0.5, "hold")
+    document.editor.paint(0.2, 0.5, "hold")
     app.processEvents()
     assert drawn
     assert column(table, NUMBER) == ["5"]
@@ -351,8 +356,8 @@ def tips(table, row, role=Qt.ItemDataRole.ToolTipRole):
 
 def test_a_row_tells_who_proposed_its_segment_and_whether_it_was_changed(table, document):
     proposed = (Segment(6.0, 7.0, "grab"), Segment(8.0, 9.0, "hold"))
-    document.erase(5.5, 10)
-    assert document._edit(lambda track: track.accept(proposed, MODEL))
+    document.editor.erase(5.5, 10)
+    assert document.editor.accept(proposed, MODEL)
     row = table.model.row_of(proposed[0])
     words = f"proposed by {MODEL}"
     assert tips(table, row) == [words, f"grab\n{words}", words]
@@ -360,13 +365,13 @@ def test_a_row_tells_who_proposed_its_segment_and_whether_it_was_changed(table, 
     described = Qt.ItemDataRole.AccessibleDescriptionRole
     assert tips(table, row, described) == [words] * 3
     assert tips(table, 0, described) == [None] * 3
-    document.move_edge(document.index_of(proposed[0]), "end", 7.5)
+    document.editor.move_edge(document.editor.index_of(proposed[0]), "end", 7.5)
     assert tips(table, row)[0] == f"{words}, changed since"
     assert tips(table, row + 1)[0] == words
-    document.relabel(document.index_of(proposed[1]), "grab")
+    document.editor.relabel(document.editor.index_of(proposed[1]), "grab")
     assert tips(table, row + 1)[0] is None
-    document.undo()
-    document.undo()
+    document.editor.undo_everywhere()
+    document.editor.undo_everywhere()
     assert [tips(table, row + i)[0] for i in (0, 1)] == [words, words]
 
 
@@ -375,12 +380,14 @@ def test_proposed_segments_are_marked_full_and_changed_ones_hollow(table, docume
         """Pixels that differ from those of a segment which was painted by hand."""
         pictures = []
         for verb in (
-            lambda: document._edit(lambda t: t.accept((Segment(6, 7, "grab"),), MODEL)),
-            lambda: document.move_edge(document.index_of(Segment(6, 7, "grab")), "end", 7.5),
-            lambda: document.erase(5.5, 10) and document.paint(6, 7.5, "grab"),
+            lambda: document.editor.accept((Segment(6, 7, "grab"),), MODEL),
+            lambda: document.editor.move_edge(
+                document.editor.index_of(Segment(6, 7, "grab")), "end", 7.5
+            ),
+            lambda: document.editor.erase(5.5, 10) and document.editor.paint(6, 7.5, "grab"),
         ):
             assert verb()
-            document.seek(0)
+            document.view.seek(0)
             row = next(i for i, s in enumerate(table.model.rows) if s.start == 6)
             box = table.table.visualRect(table.model.index(row, ACTION))
             pictures.append(table.table.viewport().grab(box).toImage())
@@ -394,13 +401,13 @@ def test_proposed_segments_are_marked_full_and_changed_ones_hollow(table, docume
             for picture in pictures
         ]
 
-    document.erase(5.5, 10)
+    document.editor.erase(5.5, 10)
     full, hollow = marked()
     assert full > hollow > 0
 
 
 def test_rows_are_told_who_proposed_them_without_asking_the_store(table, document, monkeypatch):
-    document._edit(lambda track: track.accept((Segment(6, 7, "grab"),), MODEL))
+    document.editor.accept((Segment(6, 7, "grab"),), MODEL)
     asked = []
     database = document.project._db
     every = database.all

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from forcelab.gui.document import Snap
 from forcelab.gui.label.track_gestures import SnapTargets, is_on_target, rounded, snap
+from forcelab.gui.view_state import Snap
 from forcelab.labels import Segment
 
 SAMPLES = np.arange(1000) / 100

@@ -76,7 +76,7 @@ class Desk:
 
     def tap(self, key, at=None):
         if at is not None:
-            self.document.seek(at)
+            self.document.view.seek(at)
         self.press(key)
         self.now += 0.05
         self.release(key)
@@ -120,13 +120,13 @@ def test_thinking_better_of_the_action_on_the_spot(document, desk):
 
 
 def test_hold_for_as_long_as_the_action_lasts(document, desk):
-    document.set_playing(True)
-    document.seek(1.0)
+    document.view.set_playing(True)
+    document.view.seek(1.0)
     desk.press(GRAB)
     for step in range(1, 6):
         desk.press(GRAB, repeat=True)
         desk.release(GRAB, repeat=True)
-        document.seek(1.0 + step / 10)
+        document.view.seek(1.0 + step / 10)
         desk.now += 0.1
     assert shown(document) == []
     desk.release(GRAB)
@@ -135,9 +135,9 @@ def test_hold_for_as_long_as_the_action_lasts(document, desk):
 
 
 def test_a_short_press_is_no_hold(document, desk):
-    document.seek(1.0)
+    document.view.seek(1.0)
     desk.press(GRAB)
-    document.seek(1.1)
+    document.view.seek(1.1)
     desk.now += settings.hold_ms() / 1000 - 0.01
     desk.release(GRAB)
     assert document.stroke is not None
@@ -145,7 +145,7 @@ def test_a_short_press_is_no_hold(document, desk):
 
 
 def test_a_long_press_without_moving_is_no_hold(document, desk):
-    document.seek(1.0)
+    document.view.seek(1.0)
     desk.press(GRAB)
     desk.now += 3.0
     desk.release(GRAB)
@@ -154,9 +154,9 @@ def test_a_long_press_without_moving_is_no_hold(document, desk):
 
 def test_the_key_of_the_next_action_can_be_held_too(document, desk):
     desk.tap(GRAB, 1.0)
-    document.seek(2.0)
+    document.view.seek(2.0)
     desk.press(HOLD)
-    document.seek(2.5)
+    document.view.seek(2.5)
     desk.now += 1.0
     desk.release(HOLD)
     assert shown(document) == [(1.0, 2.0, "grab"), (2.0, 2.5, "hold")]
@@ -164,30 +164,30 @@ def test_the_key_of_the_next_action_can_be_held_too(document, desk):
 
 
 def test_two_keys_held_one_after_the_other_leave_none_behind(document, desk):
-    document.seek(1.0)
+    document.view.seek(1.0)
     desk.press(GRAB)
-    document.seek(2.0)
+    document.view.seek(2.0)
     desk.now += 1.0
     desk.press(HOLD)
     desk.release(GRAB)
-    document.seek(3.0)
+    document.view.seek(3.0)
     desk.now += 1.0
     desk.release(HOLD)
     assert shown(document) == [(1.0, 2.0, "grab"), (2.0, 3.0, "hold")]
 
 
 def test_a_range_is_filled_and_forgotten(document, desk):
-    document.set_range(3.0, 4.0)
+    document.view.set_range(3.0, 4.0)
     desk.tap(HOLD)
     assert shown(document) == [(3.0, 4.0, "hold")]
-    assert document.range is None
+    assert document.view.range is None
     assert document.stroke is None
 
 
 @pytest.mark.parametrize("cursor", [1.5, 5.0])  # the latter as by its menu
 def test_the_selected_segment_is_relabelled_also_from_afar(document, desk, cursor):
-    document.paint(1.0, 2.0, "grab")
-    document.seek(cursor)
+    document.editor.paint(1.0, 2.0, "grab")
+    document.view.seek(cursor)
     document.select(0)
     desk.tap(HOLD)
     assert shown(document) == [(1.0, 2.0, "hold")]
@@ -195,12 +195,12 @@ def test_the_selected_segment_is_relabelled_also_from_afar(document, desk, curso
 
 
 def test_a_segment_that_playback_has_left_is_not_relabelled(document, desk):
-    document.paint(1.0, 2.0, "grab")
-    document.seek(1.5)
+    document.editor.paint(1.0, 2.0, "grab")
+    document.view.seek(1.5)
     document.select(0)
-    document.set_playing(True)
-    document.seek(5.0)
-    document.set_playing(False)
+    document.view.set_playing(True)
+    document.view.seek(5.0)
+    document.view.set_playing(False)
     desk.tap(HOLD)
     assert shown(document) == [(1.0, 2.0, "grab")]
     assert document.stroke is not None
@@ -231,19 +231,19 @@ def test_keys_do_nothing_while_another_workspace_is_shown(document):
 
 
 def test_while_playing_a_selected_segment_is_not_relabelled(document, desk):
-    document.paint(1.0, 2.0, "grab")
-    document.seek(1.5)
+    document.editor.paint(1.0, 2.0, "grab")
+    document.view.seek(1.5)
     document.select(0)
-    document.set_playing(True)
+    document.view.set_playing(True)
     desk.tap(HOLD)
     assert shown(document) == [(1.0, 2.0, "grab")]
     assert document.stroke is not None
 
 
 def test_a_stroke_that_is_on_is_ended_inside_a_selected_segment(document, desk):
-    document.paint(2.0, 3.0, "hold")
+    document.editor.paint(2.0, 3.0, "hold")
     desk.tap(GRAB, 1.0)
-    document.seek(2.5)
+    document.view.seek(2.5)
     document.select(0)
     desk.tap(GRAB)
     assert shown(document) == [(1.0, 2.5, "grab"), (2.5, 3.0, "hold")]
@@ -258,8 +258,8 @@ def test_esc_forgets_the_stroke(document, desk):
 
 def test_while_playing_the_reaction_time_is_taken_off(document, desk):
     settings.store("labelling/reaction_ms", 200.0)
-    document.set_speed(0.5)
-    document.set_playing(True)
+    document.view.set_speed(0.5)
+    document.view.set_playing(True)
     desk.tap(GRAB, 1.0)
     desk.tap(GRAB, 2.0)
     assert shown(document) == [(0.9, 1.9, "grab")]
@@ -267,31 +267,31 @@ def test_while_playing_the_reaction_time_is_taken_off(document, desk):
 
 def test_the_reaction_time_never_turns_a_stroke_around(document, desk):
     settings.store("labelling/reaction_ms", 500.0)
-    document.seek(1.0)
+    document.view.seek(1.0)
     desk.tap(GRAB)  # paused: begins at 1.0 s
-    document.set_playing(True)
+    document.view.set_playing(True)
     desk.tap(HOLD, 1.2)  # 0.7 s is meant, before the beginning
     desk.tap(HOLD, 2.5)
     assert shown(document) == [(1.0, 2.0, "hold")]
 
 
 def test_paused_a_cursor_off_every_sample_snaps_to_what_is_near(document, desk):
-    document.set_contacts(np.array([1.0]))
+    document.view.contacts = np.array([1.0])
     desk.tap(GRAB, 1.0043)  # a thousand pixels show 10 s: within 8 pixels of the contact
     desk.tap(GRAB, 2.0043)  # nothing near but samples
     assert shown(document) == [(1.0, 2.0, "grab")]
 
 
 def test_a_cursor_on_a_sample_or_frame_is_taken_as_it_is(document, desk):
-    document.set_contacts(np.array([1.0]))
-    document.set_frame_times(np.arange(0, 10, 1 / 30))
+    document.view.contacts = np.array([1.0])
+    document.view.set_frame_times(np.arange(0, 10, 1 / 30))
     desk.tap(GRAB, 1.01)
     desk.tap(GRAB, 61 / 30)
     assert shown(document) == [(1.01, round(61 / 30, 6), "grab")]
 
 
 def test_without_snapping_the_cursor_is_taken_as_it_is(document, desk):
-    document.set_snapping(False)
+    document.view.set_snapping(False)
     desk.tap(GRAB, 1.0043)
     desk.tap(GRAB, 2.0043)
     assert shown(document) == [(1.0043, 2.0043, "grab")]
@@ -324,10 +324,10 @@ def test_the_keypad_counts(document, desk):
 
 
 def test_no_key_is_stuck_when_the_focus_goes(document, desk):
-    document.seek(1.0)
+    document.view.seek(1.0)
     desk.press(GRAB)
     QApplication.sendEvent(desk.window, QEvent(QEvent.Type.WindowDeactivate))
-    document.seek(2.0)
+    document.view.seek(2.0)
     desk.now += 1.0
     desk.release(GRAB)
     assert shown(document) == []  # the stroke goes on until it is ended
@@ -336,17 +336,17 @@ def test_no_key_is_stuck_when_the_focus_goes(document, desk):
 
 
 def test_a_key_let_go_in_a_text_field_is_heard(document, desk):
-    document.seek(1.0)
+    document.view.seek(1.0)
     desk.press(GRAB)
     desk.go(desk.line)
-    document.seek(2.0)
+    document.view.seek(2.0)
     desk.now += 1.0
     desk.release(GRAB)
     assert shown(document) == [(1.0, 2.0, "grab")]
 
 
 def test_a_key_is_let_go_after_the_project_was_closed(document, desk):
-    document.seek(1.0)
+    document.view.seek(1.0)
     desk.press(GRAB)
     path = document.project.path
     document.close()
@@ -363,7 +363,7 @@ def test_a_segment_painted_by_keys_is_stored_before_it_is_drawn(document, desk):
     desk.tap(GRAB, 1.0)
     desk.tap(GRAB, 2.0)
     assert stored == [[(1.0, 2.0, "grab")]]
-    assert document.segments == (Segment(1.0, 2.0, "grab"),)
+    assert document.editor.segments == (Segment(1.0, 2.0, "grab"),)
 
 
 def test_a_held_arrow_is_left_to_lists_though_an_action_has_no_key(document, desk):
@@ -383,18 +383,18 @@ def test_a_key_that_is_held_on_x11_paints_one_segment(document, monkeypatch, unt
         event.setTimestamp(at)
         QApplication.sendEvent(desk.panel, event)
 
-    document.seek(1.0)
+    document.view.seek(1.0)
     send(QEvent.Type.KeyPress, 1000)
     for at in range(1660, 1900, 40):  # repetition that Qt has not known as such
         desk.now = at / 1000
-        document.seek(1.0 + (at - 1000) / 1000)
+        document.view.seek(1.0 + (at - 1000) / 1000)
         send(QEvent.Type.KeyRelease, at)
         send(QEvent.Type.KeyPress, at)
     assert shown(document) == []
     desk.now = 2.0
-    document.seek(2.0)
+    document.view.seek(2.0)
     send(QEvent.Type.KeyRelease, 2000)
-    document.seek(2.3)  # what is waited for does not move the end
+    document.view.seek(2.3)  # what is waited for does not move the end
     until(lambda: bool(shown(document)))
     assert [(start, end) for start, end, *_ in shown(document)] == [(1.0, 2.0)]
     desk.window.close()
@@ -403,17 +403,17 @@ def test_a_key_that_is_held_on_x11_paints_one_segment(document, monkeypatch, unt
 
 def test_a_key_says_what_to_do_where_there_is_no_action(document, desk):
     said = []
-    document.said.connect(lambda sentence, trouble: said.append((sentence, trouble)))
+    document.message_shown.connect(lambda sentence, trouble: said.append((sentence, trouble)))
     desk.press(Qt.Key.Key_Space)
     assert said == []
     desk.press(Qt.Key.Key_9)
     told = "No action has the key 9; the list of actions shows their keys."
     assert said == [(told, True)]
-    for segment in reversed(document.segments):
-        document.delete(document.index_of(segment))
+    for segment in reversed(document.editor.segments):
+        document.editor.delete(document.editor.index_of(segment))
     document.set_vocabulary(Vocabulary())
     desk.press(GRAB)
     assert document.stroke is None
     assert said[-1][1]
     assert "add one under Actions" in said[-1][0]
-    assert said[-1][0] == document.said_here  # which is not said of the next demonstration
+    assert said[-1][0] == document.local_message  # which is not said of the next demonstration

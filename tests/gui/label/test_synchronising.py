@@ -48,7 +48,7 @@ def mark(dialog, frame, force):
     """Mark an event as a coder does."""
     dialog.preview.show_frame(frame)
     press(dialog.frame_button)
-    dialog.document.seek(force)
+    dialog.document.view.seek(force)
     press(dialog.force_button)
 
 
@@ -94,7 +94,7 @@ def test_three_taps_are_fitted_with_their_residual(document, dialog):
 
 
 def test_marks_may_come_in_any_order_and_be_removed(dialog):
-    dialog.document.seek(0.5)
+    dialog.document.view.seek(0.5)
     press(dialog.force_button)
     assert cells(dialog) == [["–", "0.500", ""]]
     assert not dialog.accept_button.isEnabled()
@@ -118,23 +118,23 @@ def test_taps_at_one_time_are_told(dialog):
 
 
 def test_the_force_snaps_to_the_contact_event_beside_the_cursor(document, dialog):
-    document.set_contacts(np.array([0.48, 2.0]))
-    document.seek(0.51)
+    document.view.contacts = np.array([0.48, 2.0])
+    document.view.seek(0.51)
     press(dialog.force_button)
     assert dialog.rows[-1].force == 0.48
-    document.seek(1.0)
+    document.view.seek(1.0)
     dialog.set_rows(())
     press(dialog.force_button)
     assert dialog.rows[-1].force == 1.0
     dialog.snap.setChecked(False)
     dialog.set_rows(())
-    document.seek(0.51)
+    document.view.seek(0.51)
     press(dialog.force_button)
     assert dialog.rows[-1].force == 0.51
 
 
 def test_the_video_is_stepped_without_the_cursor(document, dialog, until):
-    document.seek(2.0)
+    document.view.seek(2.0)
     dialog.preview.spin.setValue(1.0)
     assert dialog.preview.number == 30
     press(dialog.preview.on)
@@ -142,10 +142,10 @@ def test_the_video_is_stepped_without_the_cursor(document, dialog, until):
     assert dialog.preview.time == pytest.approx(31 * FRAME)
     dialog.preview.slider.setValue(12)
     assert dialog.preview.number == 12
-    assert document.cursor == 2.0
+    assert document.view.cursor == 2.0
     until(lambda: "13" in dialog.preview.picture.caption)
     dialog.force_time.setValue(3.25)
-    assert document.cursor == 3.25
+    assert document.view.cursor == 3.25
 
 
 def test_a_chosen_tap_is_shown_on_both_clocks(document, dialog):
@@ -153,7 +153,7 @@ def test_a_chosen_tap_is_shown_on_both_clocks(document, dialog):
     mark(dialog, 174, 5.4)
     dialog.table.selectRow(0)
     assert dialog.preview.number == 27
-    assert document.cursor == 0.5
+    assert document.view.cursor == 0.5
 
 
 def test_a_proposal_is_shown_and_accepted(document, dialog, until):
@@ -186,7 +186,7 @@ def test_a_click_into_the_curves_moves_the_cursor(document, dialog, until):
     until(lambda: dialog.proposal is not None)
     plot = dialog.plot
     QTest.mouseClick(plot, Qt.MouseButton.LeftButton, pos=plot.rect().center())
-    assert document.cursor == pytest.approx(3.0, abs=0.05)
+    assert document.view.cursor == pytest.approx(3.0, abs=0.05)
 
 
 def test_a_video_that_is_gone_is_told_and_marks_no_frame(document, jobs, until):

@@ -83,7 +83,7 @@ def test_what_is_dragged_is_seen_at_its_new_place(document, panel):
 
 def test_a_stroke_grows_with_the_cursor(document, panel):
     document.begin_stroke("release", 7.0)
-    document.seek(8.0)
+    document.view.seek(8.0)
     assert colour_at(panel, 7.5) == QColor(document.vocabulary["release"].colour)
     assert colour_at(panel, 8.5) == QColor(colours().unlabelled)
 
@@ -111,7 +111,7 @@ def test_room_grows_with_the_authors(document, panel):
 
 
 def test_slim_rows_all_lie_in_the_panel_and_are_full_again_where_there_is_room(document, panel):
-    document.others = {f"coder {i}": TRACK for i in range(5)}
+    document.other_tracks = {f"coder {i}": TRACK for i in range(5)}
     full = panel.least_height(slim=False)
     panel.set_slim(True)
     slim = panel.least_height(slim=True)
@@ -154,7 +154,7 @@ def test_the_rarest_of_a_crowd_is_seen():
 
 
 def test_one_short_segment_is_seen_on_screen(document, panel):
-    document.paint(4.0001, 4.0002, "hold")
+    document.editor.paint(4.0001, 4.0002, "hold")
     assert colour_at(panel, 4.0) == QColor(document.vocabulary["hold"].colour)
 
 

@@ -6,7 +6,7 @@ from painting_bench import opened, shown
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
-from forcelab.gui import editing
+from forcelab.gui import document as document_module
 from forcelab.gui.commands import COMMANDS
 from forcelab.gui.label import commands, segment_commands
 from forcelab.gui.label.history import HistoryModel
@@ -41,7 +41,7 @@ def do(document, tracks):
 @pytest.fixture
 def said(document):
     sentences = []
-    document.said.connect(lambda sentence, trouble: sentences.append((sentence, trouble)))
+    document.message_shown.connect(lambda sentence, trouble: sentences.append((sentence, trouble)))
     return sentences
 
 
@@ -54,14 +54,14 @@ def test_walking_along_the_segments(document, do, said):
     visited = []
     for _ in range(3):
         do("next_segment")
-        visited.append((document.selected, document.cursor))
+        visited.append((document.selected, document.view.cursor))
     assert visited == [(0, 1.0), (1, 2.0), (2, 5.0)]
     assert said == []
     do("next_segment")
     assert said == [("There is no segment after the cursor.", True)]
-    document.seek(4.0)
+    document.view.seek(4.0)
     do("previous_segment")
-    assert (document.selected, document.cursor) == (1, 2.0)
+    assert (document.selected, document.view.cursor) == (1, 2.0)
     do("previous_segment")
     do("previous_segment")
     assert document.selected == 0
@@ -69,7 +69,7 @@ def test_walking_along_the_segments(document, do, said):
 
 
 def test_the_first_segment_is_reached_from_its_own_start(document, do):
-    document.paint(0.0, 0.5, "hold")
+    document.editor.paint(0.0, 0.5, "hold")
     do("next_segment")
     assert document.selected == 0
 
@@ -81,19 +81,19 @@ def test_delete_takes_the_selected_segment_or_the_range(document, do, said):
     do("delete")
     assert shown(document) == [TIMES[0], TIMES[2]]
     document.select(None)
-    document.set_range(1.5, 5.5)
+    document.view.set_range(1.5, 5.5)
     do("delete")
     assert shown(document) == [(1.0, 1.5, "grab"), (5.5, 6.0, "release")]
 
 
 def test_split_merge_and_erase(document, do):
-    document.seek(1.5)
+    document.view.seek(1.5)
     do("split")
     assert shown(document)[:2] == [(1.0, 1.5, "grab"), (1.5, 2.0, "grab")]
     document.select(0)
     do("merge")
     assert shown(document) == TIMES
-    document.set_range(1.5, 5.5)
+    document.view.set_range(1.5, 5.5)
     do("merge")
     assert shown(document) == [(1.0, 6.0, "grab")]
     do("erase_range")
@@ -101,7 +101,7 @@ def test_split_merge_and_erase(document, do):
 
 
 def test_a_range_that_only_touches_a_segment_does_not_merge_it(document, do, said):
-    document.set_range(2.0, 4.0)
+    document.view.set_range(2.0, 4.0)
     do("merge")
     assert said[-1][1]
     assert shown(document) == TIMES
@@ -114,10 +114,10 @@ def test_merging_needs_a_next_one(document, do, said):
 
 
 def test_gaps_are_filled_in_the_range_or_everywhere(document, said):
-    document.set_range(0.0, 2.5)
+    document.view.set_range(0.0, 2.5)
     assert not segment_commands.fill_gaps(document, 3.0)
     assert said[-1] == ("There is no gap of at most 3 s to fill.", False)
-    document.clear_range()
+    document.view.clear_range()
     assert segment_commands.fill_gaps(document, 3.0)
     assert shown(document) == [TIMES[0], (2.0, 4.0, "hold"), (4.0, 6.0, "release")]
 
@@ -137,12 +137,12 @@ def test_nudges_by_ten_milliseconds(document, do, command, index, after, cursor)
     document.select(index)
     do(command)
     assert shown(document)[index][:2] == pytest.approx(after)
-    assert document.cursor == pytest.approx(cursor)
+    assert document.view.cursor == pytest.approx(cursor)
     assert document.selected == index
 
 
 def test_nudges_are_of_ten_milliseconds_or_one_whatever_the_video(document, do, said):
-    document.set_frame_times(np.arange(0, 10, 0.04) + 0.001)
+    document.view.set_frame_times(np.arange(0, 10, 0.04) + 0.001)
     document.select(2)
     do("start_later")
     assert shown(document)[2][0] == 5.01
@@ -159,7 +159,7 @@ def test_nudges_are_of_ten_milliseconds_or_one_whatever_the_video(document, do, 
 @pytest.mark.parametrize("name", ["start", "end", "move"])
 def test_a_run_of_nudges_is_one_undo_and_one_line_of_history(document, do, monkeypatch, name):
     now = [100.0]
-    monkeypatch.setattr(editing, "monotonic", lambda: now[0])
+    monkeypatch.setattr(document_module, "monotonic", lambda: now[0])
     model = HistoryModel(document)
     document.select(1)
     for _ in range(30):
@@ -169,13 +169,13 @@ def test_a_run_of_nudges_is_one_undo_and_one_line_of_history(document, do, monke
         do(f"{name}_earlier")
     model.refresh()
     assert len(model.rows) == 2  # what was there, and the run
-    assert document.segments[document.selected].action == "hold"
+    assert document.editor.segments[document.selected].action == "hold"
     after = shown(document)
     if name == "start":
         assert after[:2] == [(1.0, 2.2, "grab"), (2.2, 3.0, "hold")]
-    document.undo()
+    document.editor.undo_everywhere()
     assert shown(document) == TIMES
-    document.redo()
+    document.editor.redo_everywhere()
     assert shown(document) == after
     model.refresh()
     assert len(model.rows) == 2
@@ -183,7 +183,7 @@ def test_a_run_of_nudges_is_one_undo_and_one_line_of_history(document, do, monke
 
 def test_a_run_of_nudges_ends_with_a_pause_another_kind_or_another_edit(document, do, monkeypatch):
     now = [100.0]
-    monkeypatch.setattr(editing, "monotonic", lambda: now[0])
+    monkeypatch.setattr(document_module, "monotonic", lambda: now[0])
     model = HistoryModel(document)
 
     def rows():
@@ -200,19 +200,19 @@ def test_a_run_of_nudges_ends_with_a_pause_another_kind_or_another_edit(document
     do("start_earlier")
     assert rows() == 3
     document.project.tracks.edit(
-        document.id, document.author, document.segments, TRACK, "elsewhere"
+        document.id, document.author, document.editor.segments, TRACK, "elsewhere"
     )
     document.reread()
     document.select(2)
     do("start_earlier")
     assert rows() == 5
-    document.undo()
+    document.editor.undo_everywhere()
     assert shown(document) == TIMES
     do("start_earlier")
     do("start_later")  # back where the run began
     assert shown(document) == TIMES
-    document.undo()
-    assert document.segments != TRACK
+    document.editor.undo_everywhere()
+    assert document.editor.segments != TRACK
 
 
 def test_a_run_of_nudges_gives_back_what_it_passed_over(document, do):
@@ -226,14 +226,14 @@ def test_a_run_of_nudges_gives_back_what_it_passed_over(document, do):
 
 
 def test_a_nudge_over_a_neighbour_keeps_the_segment(document, do):
-    document.paint(4.99, 5.0, "grab")
+    document.editor.paint(4.99, 5.0, "grab")
     document.select(3)
     do("start_earlier")
-    assert document.segments[document.selected].action == "release"
+    assert document.editor.segments[document.selected].action == "release"
 
 
 def test_nudges_stop_at_the_ends(document, do):
-    document.paint(9.99, 10.0, "grab")
+    document.editor.paint(9.99, 10.0, "grab")
     document.select(3)
     do("end_later")
     do("move_later")
@@ -241,19 +241,19 @@ def test_nudges_stop_at_the_ends(document, do):
 
 
 def test_edges_to_the_cursor(document, do, said):
-    document.seek(4.0)
+    document.view.seek(4.0)
     do("end_to_cursor")
     assert shown(document)[1] == (2.0, 4.0, "hold")
-    document.seek(4.5)
+    document.view.seek(4.5)
     do("start_to_cursor")
     assert shown(document)[2] == (4.5, 6.0, "release")
-    document.seek(1.5)
+    document.view.seek(1.5)
     do("start_to_cursor")
     assert shown(document)[0] == (1.5, 2.0, "grab")
-    document.seek(0.5)
+    document.view.seek(0.5)
     do("end_to_cursor")
     assert said[-1] == ("There is no segment before the cursor.", True)
-    document.seek(9.0)
+    document.view.seek(9.0)
     do("start_to_cursor")
     assert said[-1] == ("There is no segment after the cursor.", True)
 
@@ -263,16 +263,16 @@ def test_zooming_to_the_selection(document, do, said):
     assert said[-1][1]
     document.select(2)
     do("zoom_selection")
-    assert (document.start, document.end) == pytest.approx((4.75, 6.25))
-    document.set_range(0.0, 2.0)
+    assert (document.view.start, document.view.end) == pytest.approx((4.75, 6.25))
+    document.view.set_range(0.0, 2.0)
     do("zoom_selection")
-    assert (document.start, document.end) == pytest.approx((0.0, 2.5))
+    assert (document.view.start, document.view.end) == pytest.approx((0.0, 2.5))
 
 
 def test_copying_from_the_only_other_author(document, do, said):
     do("copy_from")
     assert said[-1] == ("Ines has no segment at the cursor; mark a range to copy.", True)
-    document.seek(7.5)
+    document.view.seek(7.5)
     do("copy_from")
     assert shown(document) == [*TIMES, (7.0, 8.0, "hold")]
     do("copy_from")
@@ -280,13 +280,13 @@ def test_copying_from_the_only_other_author(document, do, said):
 
 
 def test_an_empty_track_is_begun_with_all_that_another_author_has(document, do):
-    document.erase(*document.bounds)
-    before = document.cursor
+    document.editor.erase(*document.view.bounds)
+    before = document.view.cursor
     do("copy_from")
-    theirs = [(s.start, s.end, s.action) for s in document.others["Ines"]]
+    theirs = [(s.start, s.end, s.action) for s in document.other_tracks["Ines"]]
     assert shown(document) == theirs
-    assert document.cursor == before
-    document.undo()
+    assert document.view.cursor == before
+    document.editor.undo_everywhere()
     menu = copy_menu(None, document, 0.0)  # where nobody has a segment
     menu.actions()[0].trigger()
     assert shown(document) == theirs
@@ -301,18 +301,20 @@ def test_of_several_authors_enter_copies_from_the_same_one_as_last(app):
         copy = commands.handlers(document, tracks, Player(document), tracks)["copy_from"]
 
         def copied(*keys):
-            document.erase(*document.bounds)
+            document.editor.erase(*document.view.bounds)
             copy()
             for key in keys:
                 QTest.keyClick(tracks.menu, key)
-            return document.segments
+            return document.editor.segments
 
         assert copied(Qt.Key.Key_Return) == (ben,)
         assert copied(Qt.Key.Key_Down, Qt.Key.Key_Return) == (ines,)
         assert copied(Qt.Key.Key_Return) == (ines,)
         told = []
-        document.said.connect(lambda sentence, _: told.append(sentence))
-        document.seek(4.0)  # where nobody has a segment: no menu of which nothing can be chosen
+        document.message_shown.connect(lambda sentence, _: told.append(sentence))
+        document.view.seek(
+            4.0
+        )  # where nobody has a segment: no menu of which nothing can be chosen
         tracks.menu = None
         copy()
         assert tracks.menu is None
@@ -322,13 +324,13 @@ def test_of_several_authors_enter_copies_from_the_same_one_as_last(app):
 
 def test_esc_takes_back_one_thing_after_the_other(document, do):
     document.select(0)
-    document.set_range(3.0, 4.0)
+    document.view.set_range(3.0, 4.0)
     document.begin_stroke("grab", 0.0)
     document.set_action("hold")
     do("cancel")
-    assert (document.stroke, document.range is None, document.selected) == (None, False, 0)
+    assert (document.stroke, document.view.range is None, document.selected) == (None, False, 0)
     do("cancel")
-    assert (document.range, document.selected) == (None, 0)
+    assert (document.view.range, document.selected) == (None, 0)
     do("cancel")
     assert (document.selected, document.action) == (None, "hold")
     do("cancel")
@@ -336,21 +338,21 @@ def test_esc_takes_back_one_thing_after_the_other(document, do):
 
 
 def test_moving_in_time(document, do):
-    document.seek(5.0)
+    document.view.seek(5.0)
     do("step_forward")
-    assert document.cursor == pytest.approx(5.01)
+    assert document.view.cursor == pytest.approx(5.01)
     do("step_back")
     do("leap_forward")
-    assert document.cursor == pytest.approx(5.2)
+    assert document.view.cursor == pytest.approx(5.2)
     do("leap_back")
-    assert document.cursor == pytest.approx(5.0)
+    assert document.view.cursor == pytest.approx(5.0)
     do("to_end")
-    assert document.cursor == 10.0
+    assert document.view.cursor == 10.0
     do("to_start")
-    assert document.cursor == 0.0
-    document.set_span(0.0, 1.0)
+    assert document.view.cursor == 0.0
+    document.view.set_span(0.0, 1.0)
     do("pan_right")
-    assert document.start == pytest.approx(0.2)
-    document.set_frame_times(np.arange(0, 10, 0.04))
+    assert document.view.start == pytest.approx(0.2)
+    document.view.set_frame_times(np.arange(0, 10, 0.04))
     do("leap_forward")
-    assert document.cursor == pytest.approx(0.4)
+    assert document.view.cursor == pytest.approx(0.4)

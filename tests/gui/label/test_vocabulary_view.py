@@ -32,7 +32,7 @@ def stored(document):
 def test_a_row_for_each_action_with_what_the_track_has_of_it(view, document, until):
     assert [view.model.name(row) for row in range(3)] == ["grab", "hold", "release"]
     assert view.model.counts == {"grab": (2, 1.25), "hold": (1, 2.5), "release": (1, 2.0)}
-    document.paint(9.0, 9.5, "grab")
+    document.editor.paint(9.0, 9.5, "grab")
     until(lambda: view.model.counts["grab"] == (3, 1.75))
     spoken = view.model.index(0).data(Qt.ItemDataRole.AccessibleTextRole)
     assert spoken == "grab, key 1, 3 segments, 1.8 seconds"
@@ -59,12 +59,12 @@ def test_escape_and_another_project_empty_the_line_of_a_new_action(view, documen
 
 
 def test_a_click_fills_the_marked_range(view, document):
-    document.set_range(8.5, 9.0)
+    document.view.set_range(8.5, 9.0)
     click(view, 1)
-    assert document.segments[-1].action == "hold"
-    assert (document.segments[-1].start, document.segments[-1].end) == (8.5, 9.0)
+    assert document.editor.segments[-1].action == "hold"
+    assert (document.editor.segments[-1].start, document.editor.segments[-1].end) == (8.5, 9.0)
     assert document.action is None
-    assert document.range is None
+    assert document.view.range is None
 
 
 def test_the_brush_is_clearly_marked(app, view, document):
@@ -191,11 +191,11 @@ def test_colours_for_every_eye_come_first(app, view):
 
 
 def test_the_menu_offers_what_can_be_done(view, document):
-    document.set_range(8.5, 9.0)
+    document.view.set_range(8.5, 9.0)
     menu = view.menu("hold")
     by_text = {action.text(): action for action in menu.actions()}
     by_text["Fill the marked range"].trigger()
-    assert document.segments[-1].action == "hold"
+    assert document.editor.segments[-1].action == "hold"
     by_text["Use as brush"].trigger()
     assert document.action == "hold"
     assert {"Change key…", "Colour", "Rename…", "Remove"} <= set(by_text)
@@ -216,7 +216,7 @@ def test_an_empty_vocabulary_is_begun_from_the_glossary(app, tmp_path):
 
 def test_hidden_it_counts_nothing(app, document):
     view = ActionList(document)
-    document.paint(9.0, 9.5, "grab")
+    document.editor.paint(9.0, 9.5, "grab")
     assert not view._counting.isActive()
     assert view.model.counts == {}
     with shown(app, view):
@@ -252,7 +252,7 @@ def test_suggestions_stay_until_the_coder_paints_or_has_enough(app, tmp_path):
                     assert view.list.isVisible()
                 assert document.vocabulary.names == ("grab", "hold")
                 if ending == "painting":
-                    document.paint(0.0, 1.0, "grab")
+                    document.editor.paint(0.0, 1.0, "grab")
                 else:
                     QTest.mouseClick(view.suggestions.enough, Qt.MouseButton.LeftButton)
                 assert not view.suggestions.isVisible()

@@ -44,8 +44,8 @@ def test_contacts_are_found_again_when_the_same_demonstration_is_opened_again(
     for _ in range(2):
         document.open_project(path)
         document.open_demonstration("early")
-        until(lambda: len(document.contacts))
-        assert min(abs(document.contacts - 0.5)) < 0.05
+        until(lambda: len(document.view.contacts))
+        assert min(abs(document.view.contacts - 0.5)) < 0.05
 
 
 def test_contacts_of_a_demonstration_that_was_left_reach_no_other(
@@ -58,7 +58,7 @@ def test_contacts_of_a_demonstration_that_was_left_reach_no_other(
     document.open_project(tmp_path / "empty.forcelab")
     until(lambda: not workspace.jobs.busy)
     app.processEvents()  # what is still to be delivered
-    assert len(document.contacts) == 0
+    assert len(document.view.contacts) == 0
 
 
 def test_the_lists_keep_their_width_while_the_timeline_is_lent(app, workspace, path, until):

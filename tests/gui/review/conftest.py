@@ -18,7 +18,7 @@ def document(kept):
     kept.open_demonstration(kept.infos[0].id)
     kept.told.clear()
     yield kept
-    kept.set_outcome(None)
+    kept.review.set_run(None)
     for assignment in kept.project.coding.assignments():
         kept.project.coding.unassign(assignment.demonstration, assignment.author)
 

@@ -80,9 +80,9 @@ def test_how_up_to_date_the_recogniser_is_always_stands_there(bar, learning, doc
     learning.train()
     until(lambda: not learning.training)
     assert bar.standing.text == "up to date"
-    document.paint(6, 7, "grab")
+    document.editor.paint(6, 7, "grab")
     until(lambda: bar.standing.text.startswith("1 edit or new demonstration since"))
-    document.paint(7, 8, "hold")
+    document.editor.paint(7, 8, "hold")
     until(lambda: bar.standing.text.startswith("2 edits or new demonstrations since"))
     for width in (1300, 700, 420):
         bar.resize(width, 40)
@@ -96,7 +96,7 @@ def test_whose_labels_are_trained_on_stands_beside_the_button_among_several(
     assert not bar.author.isVisible()
     document.set_author("Root")
     assert bar.author.text == "Labels of Ann"  # Root has labelled nothing yet
-    document.paint(0, 3, "grab")
+    document.editor.paint(0, 3, "grab")
     assert bar.author.text == "Labels of Ann"  # of one demonstration, while Ann has more
     other = next(i for i in document.infos if i.task == "foam" and i.id != document.id)
     document.project.tracks.edit(other.id, "Root", (), (Segment(0.0, 3.0, "grab"),), "made")
@@ -139,7 +139,7 @@ def test_what_has_no_room_is_in_the_menu(bar, learning, work, until, app):
     work.kept = (kept(2), kept(1))
     work.outcomes = {n: outcome_of(learning.document.project, n) for n in (1, 2)}
     learning.list_runs()
-    until(lambda: learning.document.outcome is not None)
+    until(lambda: learning.document.review.run is not None)
     bar.resize(420, 40)
     app.processEvents()
     assert not bar.settings.isVisible()
@@ -153,7 +153,7 @@ def test_what_has_no_room_is_in_the_menu(bar, learning, work, until, app):
         "Compare two runs…",
     ]
     bar._menu.actions()[2].menu().actions()[1].trigger()
-    until(lambda: learning.document.outcome.number == 1)
+    until(lambda: learning.document.review.run.number == 1)
     bar._menu.actions()[0].trigger()
     assert learning.automatic
     assert bar.automatic.isChecked()
@@ -193,7 +193,7 @@ def test_the_runs_can_be_chosen(bar, learning, work, document, until):
     told = run_text(replace(kept(7), preset="fast"))  # two runs of a task are told apart
     assert told.startswith("7: foam · fast · F1 90 %")
     bar.runs.activated.emit(1)
-    until(lambda: document.outcome.number == 1)
+    until(lambda: document.review.run.number == 1)
     assert bar.runs.currentData() == 1
     bar.runs.resize(400, 30)
     assert bar.runs.shown_text == bar.runs.currentText() == run_text(kept(1))
@@ -234,7 +234,7 @@ def test_the_run_that_is_reviewed_is_removed_once_that_is_agreed_to(
     until(lambda: not learning.jobs.busy)
     assert [run.id for run in project.runs.summaries()] == numbers
     asked().remove.click()
-    until(lambda: document.outcome is not None and document.outcome.number == numbers[1])
+    until(lambda: document.review.run is not None and document.review.run.number == numbers[1])
     until(lambda: bar.runs.currentData() == numbers[1])
     assert bar.runs.count() == 2
     assert [run.id for run in project.runs.summaries()] == numbers[:2]

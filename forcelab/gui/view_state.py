@@ -1,4 +1,4 @@
-"""Where one looks: cursor, visible span, marked range, and what is offered to snap to."""
+"""How the open demonstration is looked at: cursor, visible span, marked range, playback."""
 
 from __future__ import annotations
 
@@ -33,46 +33,47 @@ class Snap:
 
 
 class ViewState(QObject):
-    """The part of the window's state that says where one looks; all times in seconds.
+    """Cursor, span, range and the like; all times in seconds.
 
     Attributes
     ----------
     demonstration : Demonstration or None
-        What is looked at.
+        The one that is open.
     cursor : float
     start, end : float
         The visible span.
     range : tuple of float or None
         The marked range.
-    range_in : float or None
-        Its beginning, while it has no end.
+    range_start : float or None
+        Its start, while it has no end.
     hint : Snap or None
         The snap target that is being offered.
     peek : float or None
-        What is looked at instead of the cursor, as an edge while it is dragged.
+        The time shown instead of the cursor's, such as that of an edge while it is dragged.
     frame_times : ndarray, shape (f,), or None
         Force times of the video's frames, once they are known.
     contacts : ndarray, shape (e,)
         Times of contact events, once they are known.
     playing : bool
-        Whether the cursor is being moved by playback.
+        Whether playback moves the cursor.
     speed : float
         Seconds of the demonstration that pass in one second.
     snapping : bool
-        Whether painted times jump to what is near.
+        Whether painted times snap to edges, contacts and frames nearby.
     fine_nudges : bool
         Whether keys move edges and segments by finer steps.
+    copied_from : str
+        The author whose segments were copied last.
     """
 
     cursor_moved = Signal(float)
     span_changed = Signal(float, float)
     range_changed = Signal()
     hint_changed = Signal()
-    peeked = Signal()
+    peek_changed = Signal()
     frame_times_changed = Signal()
     playing_changed = Signal()
     snapping_changed = Signal()
-    said = Signal(str, bool)
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -80,15 +81,16 @@ class ViewState(QObject):
         self.fine_nudges = False
         self.playing = False
         self.speed = 1.0
-        self._look_anew(None)
+        self.copied_from = ""
+        self.reset(None)
 
-    def _look_anew(self, demonstration: Demonstration | None) -> None:
-        """Look at another demonstration from its start; nobody is told yet."""
+    def reset(self, demonstration: Demonstration | None) -> None:
+        """Show another demonstration from its start; emits no signal."""
         self.demonstration: Demonstration | None = demonstration
         self.start, self.end = self.bounds
         self.cursor = self.start
         self.range: tuple[float, float] | None = None
-        self.range_in: float | None = None
+        self.range_start: float | None = None
         self.hint: Snap | None = None
         self.peek: float | None = None
         self.frame_times: NDArray[np.float64] | None = None
@@ -102,7 +104,7 @@ class ViewState(QObject):
         return self.demonstration.start, self.demonstration.end
 
     def seek(self, time: float) -> None:
-        """Move the cursor to a time in seconds; the visible span follows it."""
+        """Move the cursor; the visible span follows it."""
         low, high = self.bounds
         time = min(max(float(time), low), high)
         if time != self.cursor:
@@ -118,7 +120,7 @@ class ViewState(QObject):
         return max(SHORTEST_SPAN, FEWEST_SAMPLES * self.demonstration.period)
 
     def set_span(self, start: float, end: float) -> None:
-        """Show ``[start, end]`` in seconds, kept within the demonstration."""
+        """Show ``[start, end]``, kept within the demonstration."""
         low, high = self.bounds
         length = min(max(end - start, self.shortest_span), high - low)
         start = min(max((start + end - length) / 2, low), high - length)
@@ -156,34 +158,34 @@ class ViewState(QObject):
             if times is None or not len(times):
                 continue
             # A time within float dust of a frame is on that frame.
-            here = int(np.searchsorted(times, time + SHORTEST_MARK, side="right")) - 1
-            on_it = here >= 0 and time - times[here] <= SHORTEST_MARK
-            target = here + count if count > 0 or on_it else here + count + 1
-            there = float(times[min(max(target, 0), len(times) - 1)])
-            if (there - time) * count > 0:
-                return there
+            current = int(np.searchsorted(times, time + SHORTEST_MARK, side="right")) - 1
+            on_it = current >= 0 and time - times[current] <= SHORTEST_MARK
+            target = current + count if count > 0 or on_it else current + count + 1
+            target_time = float(times[min(max(target, 0), len(times) - 1)])
+            if (target_time - time) * count > 0:
+                return target_time
         return self.bounds[1] if count > 0 else self.bounds[0]
 
     def mark_in(self) -> None:
-        """Begin the range at the cursor, or move its beginning there."""
+        """Start the range at the cursor, or move its start there."""
         self._mark(self.cursor, self.range[1] if self.range else None)
 
     def mark_out(self) -> None:
         """End the range at the cursor, or move its end there."""
-        begun = self.range[0] if self.range else self.range_in
-        self._mark(begun if begun is not None else self.bounds[0], self.cursor)
+        start = self.range[0] if self.range else self.range_start
+        self._mark(start if start is not None else self.bounds[0], self.cursor)
 
     def set_range(self, start: float, end: float) -> None:
-        """Mark a range, the times given in any order."""
+        """Mark a range, the times in any order."""
         low, high = self.bounds
         start, end = sorted((min(max(start, low), high), min(max(end, low), high)))
-        self.range_in, self.range = None, (start, end) if end > start else None
+        self.range_start, self.range = None, (start, end) if end > start else None
         self.range_changed.emit()
 
     def clear_range(self) -> None:
         """Mark nothing."""
-        if self.range is not None or self.range_in is not None:
-            self.range = self.range_in = None
+        if self.range is not None or self.range_start is not None:
+            self.range = self.range_start = None
             self.range_changed.emit()
 
     def set_hint(self, hint: Snap | None) -> None:
@@ -193,51 +195,43 @@ class ViewState(QObject):
             self.hint_changed.emit()
 
     @property
-    def seen(self) -> float:
-        """The time whose picture is wanted: the cursor's, or what is looked at instead."""
+    def displayed_time(self) -> float:
+        """The time whose picture is shown: that of the peek, or else the cursor's."""
         return self.cursor if self.peek is None else self.peek
 
     def set_peek(self, time: float | None) -> None:
-        """Look at another time for a while; the cursor stays."""
+        """Show another time for a while; the cursor stays."""
         if time != self.peek:
             self.peek = time
-            self.peeked.emit()
+            self.peek_changed.emit()
 
     def set_snapping(self, snapping: bool) -> None:
-        """Whether painted times jump to what is near."""
+        """Let painted times snap to what is near, or not."""
         if snapping != self.snapping:
             self.snapping = snapping
             self.snapping_changed.emit()
 
     def set_frame_times(self, times: NDArray[np.float64] | None) -> None:
-        """Tell when the video's frames are, in force time."""
+        """Set the times of the video's frames, in force time."""
         self.frame_times = times
         self.frame_times_changed.emit()
 
-    def set_contacts(self, times: NDArray[np.float64]) -> None:
-        """Tell when contact events are."""
-        self.contacts = times
-
     def set_playing(self, playing: bool) -> None:
-        """Say whether the cursor is being moved by playback."""
+        """Set the playing flag; the cursor is moved by playback."""
         if playing != self.playing:
             self.playing = playing
             self.playing_changed.emit()
 
     def set_speed(self, speed: float) -> None:
-        """Say how fast playback is."""
+        """Set the speed of playback."""
         if speed != self.speed:
             self.speed = speed
             self.playing_changed.emit()
 
-    def say(self, sentence: str, trouble: bool = False) -> None:
-        """Tell the user one sentence, in passing."""
-        self.said.emit(sentence, trouble)
-
     def _mark(self, start: float, end: float | None) -> None:
-        """Mark a range, or only its beginning."""
+        """Mark a range, or only its start."""
         if end is None or end <= start:
-            self.range, self.range_in = None, start
+            self.range, self.range_start = None, start
             self.range_changed.emit()
         else:
             self.set_range(start, end)
