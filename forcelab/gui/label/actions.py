@@ -47,7 +47,7 @@ from forcelab.gui.icons import icon
 from forcelab.gui.item_views import NOWHERE, Index, RowList, SideList, write_row
 from forcelab.gui.label.segment_commands import fill_range, rename_action
 from forcelab.gui.label.swatches import paint_key, paint_swatch, style_of, swatch_icon
-from forcelab.gui.label.track_rows import track_spans
+from forcelab.gui.label.track_spans import track_spans
 from forcelab.gui.layout import placeholder, set_enabled_with_reason
 from forcelab.gui.theme import colours, themes
 from forcelab.vocabulary import COLOURS, Vocabulary
@@ -123,7 +123,7 @@ class ActionModel(QAbstractListModel):
 
 
 @cache
-def action_menu_entries() -> dict[str, Entry]:
+def glossary_by_action() -> dict[str, Entry]:
     """The glossary by action; empty where its file is missing or broken, which others tell."""
     try:
         return {entry.action: entry for entry in glossary()}
@@ -133,7 +133,7 @@ def action_menu_entries() -> dict[str, Entry]:
 
 def _tooltip(name: str) -> str:
     """What the glossary says of an action; at least its name, which may be cut on screen."""
-    entry = action_menu_entries().get(name)
+    entry = glossary_by_action().get(name)
     if entry is None:
         return name
     starts, ends, unlike = (
@@ -348,7 +348,7 @@ class ActionSuggestions(QScrollArea):
         column.addWidget(self.enough)
         # Below each other: side by side the longer names are cut off in a narrow list.
         self.buttons: dict[str, QPushButton] = {}
-        for name, entry in action_menu_entries().items():
+        for name, entry in glossary_by_action().items():
             button = QPushButton(name)
             button.setToolTip(entry.sentence)
             button.clicked.connect(lambda _=False, name=name: self.chosen.emit(name))
@@ -408,7 +408,7 @@ class ActionList(SideList):
         self.entry = _Entry(placeholderText="Add an action", clearButtonEnabled=True)
         self.entry.setAccessibleName("Name of an action to add")
         self.entry.returnPressed.connect(self._add_typed)
-        completer = QCompleter(list(action_menu_entries()), self)
+        completer = QCompleter(list(glossary_by_action()), self)
         completer.setCaseSensitivity(Qt.CaseSensitivity.CaseInsensitive)
         self.entry.setCompleter(completer)
         self.plus = add = QToolButton()

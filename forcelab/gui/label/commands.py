@@ -12,7 +12,8 @@ from forcelab.gui.document import Document
 from forcelab.gui.key_events import is_typing
 from forcelab.gui.label import segment_commands
 from forcelab.gui.label.playback import Player
-from forcelab.gui.label.tracks import TrackPanel, ask_largest_gap, copy_menu
+from forcelab.gui.label.track_menus import ask_largest_gap, copy_menu
+from forcelab.gui.label.tracks import TrackPanel
 
 #: How many video frames a larger step is; without video it is this share of the visible span.
 JUMP_FRAMES = 10

@@ -16,9 +16,9 @@ from forcelab.gui.label.segment_commands import fill_range
 from forcelab.gui.label.track_gestures import (
     SAME_TIME,
     is_on_target,
-    rounded,
+    round_to_sample,
+    snap_or_round,
     snap_targets,
-    snapped,
 )
 from forcelab.vocabulary import KEYS
 
@@ -234,10 +234,10 @@ class KeyLabelling(QObject):
             earliest = document.bounds[0] if document.stroke is None else document.stroke.start
             # A stroke begun while paused was not late: it must not be turned around.
             meant = max(document.cursor - late, min(earliest, document.cursor))
-            return rounded(meant, targets) if document.snapping else meant
+            return round_to_sample(meant, targets) if document.snapping else meant
         if not document.snapping or is_on_target(document.cursor, targets):
             return document.cursor
-        return snapped(document.cursor, self._scale(), targets)
+        return snap_or_round(document.cursor, self._scale(), targets)
 
 
 def _pressed_key_name(event: QKeyEvent) -> str:

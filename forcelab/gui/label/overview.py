@@ -35,7 +35,7 @@ from forcelab.gui.label.lanes import (
 )
 from forcelab.gui.label.ruler import LONGEST_IN_SECONDS, clock_time
 from forcelab.gui.label.traces import ForcePanel
-from forcelab.gui.label.track_rows import paint_row
+from forcelab.gui.label.track_painting import paint_row
 from forcelab.gui.theme import colours, themes
 from forcelab.gui.time_panel import ZOOM_STEP, PixmapCache, TimePanel
 

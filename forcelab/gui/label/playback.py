@@ -104,7 +104,7 @@ class Player(QObject):
         else:
             self.start()
 
-    def play_stretch(self, start: float, end: float) -> None:
+    def play_span(self, start: float, end: float) -> None:
         """Play ``[start, end]``, in seconds, once; over and over with :attr:`loop` on."""
         if end > start:
             self._play((start, end), start)
@@ -121,10 +121,10 @@ class Player(QObject):
             under = (i for i, s in enumerate(document.segments) if s.start <= here < s.end)
             index = next(under, None)
         if document.range is not None:
-            self.play_stretch(*document.range)
+            self.play_span(*document.range)
         elif index is not None:
             segment = document.segments[index]
-            self.play_stretch(segment.start, segment.end)
+            self.play_span(segment.start, segment.end)
         else:
             self.start()
 

@@ -53,8 +53,8 @@ from forcelab.gui.icons import icon
 from forcelab.gui.item_views import NOWHERE, Index, SideList
 from forcelab.gui.label.segment_commands import for_current_segment
 from forcelab.gui.label.swatches import paint_swatch, style_of
-from forcelab.gui.label.track_rows import MARK, origin_text, paint_proposed
-from forcelab.gui.label.tracks import relabel_menu, shown_name
+from forcelab.gui.label.track_menus import add_relabel_menu, shown_name
+from forcelab.gui.label.track_painting import MARK, origin_text, paint_proposed
 from forcelab.gui.layout import PageOrPlaceholder, search_field, whole_rows
 from forcelab.gui.theme import colours, themes
 from forcelab.labels import Segment, Segments
@@ -643,7 +643,7 @@ class SegmentTable(SideList):
             return None
         document, segment = self.document, self.document.segments[number]
         menu = QMenu(self)
-        relabel_menu(menu, document, segment)
+        add_relabel_menu(menu, document, segment)
         fill = menu.addAction("Mark as range")
         fill.triggered.connect(lambda: document.set_range(segment.start, segment.end))
         show_only = f"Show only '{shown_name(menu, segment.action)}'"

@@ -33,10 +33,10 @@ from forcelab.signals.contacts import ContactEvent, finding_contacts
 class CompactRows(Protocol):
     """A panel that can do with less height where room is short."""
 
-    def set_slim(self, slim: bool) -> None:
+    def set_compact(self, compact: bool) -> None:
         """Whether it is to do with less."""
 
-    def least_height(self, slim: bool) -> int:
+    def least_height(self, *, compact: bool) -> int:
         """Its least height in pixels, so or so."""
 
 
@@ -48,8 +48,8 @@ class Timeline(QWidget):
     ruler, overview, transport : QWidget
         Above and below the panels.
     panels : sequence of QWidget
-        Which share the room between them. The first one is always there, slim where the second one
-        would have no room else; of the others, and of the overview after them, those are hidden
+        Which share the room between them. The first one is always there, compact where the second
+        one would have no room else; of the others, and of the overview after them, those are hidden
         that have no room.
     shares : sequence of int
         How much of the room each panel gets.
@@ -97,7 +97,7 @@ class Timeline(QWidget):
     def minimumSizeHint(self) -> QSize:
         """Wide enough for all, high enough for what never gives way."""
         wide = max(_minimum_height(widget).width() for widget in (*self._always, *self._optional))
-        return QSize(wide, self._least_always(slim=True))
+        return QSize(wide, self._least_always(compact=True))
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Show what has room."""
@@ -116,7 +116,7 @@ class Timeline(QWidget):
     def _fit(self) -> None:
         """Hide what has no room, or is not wanted."""
         always = self._always[1]
-        room = self.height() - self._least_always(slim=False)
+        room = self.height() - self._least_always(compact=False)
         if isinstance(always, CompactRows):
             first = next((panel for panel in self._optional if panel not in self._unwanted), None)
             needed = (
@@ -124,9 +124,9 @@ class Timeline(QWidget):
                 if first is None
                 else _minimum_height(first).height() + self.splitter.handleWidth()
             )
-            slim = self._fitted and room < needed
-            always.set_slim(slim)
-            room = self.height() - self._least_always(slim)
+            compact = self._fitted and room < needed
+            always.set_compact(compact)
+            room = self.height() - self._least_always(compact=compact)
         roomy = True
         for widget in self._optional:
             if widget not in self._unwanted:
@@ -136,10 +136,10 @@ class Timeline(QWidget):
             widget.setVisible(roomy and widget not in self._unwanted)
         always.setVisible(always not in self._unwanted)
 
-    def _least_always(self, slim: bool) -> int:
+    def _least_always(self, *, compact: bool) -> int:
         """The least height of what never gives way."""
         return sum(
-            widget.least_height(slim)
+            widget.least_height(compact=compact)
             if isinstance(widget, CompactRows)
             else _minimum_height(widget).height()
             for widget in self._always
@@ -181,7 +181,7 @@ class LabelWorkspace(DockedWindow):
         self.history = HistoryView(document)
         self.overview = Overview(document, self.force)
         self.transport = Transport(document, self.player)
-        self.tracks.play_requested.connect(self.player.play_stretch)
+        self.tracks.play_requested.connect(self.player.play_span)
         self.toggles: dict[str, QAction] = {}
         self._sought = ""
         panels = (self.tracks, self.force, self.scalogram)

@@ -44,7 +44,7 @@ from forcelab.gui.figures.pairs import (
     paint_pair,
 )
 from forcelab.gui.figures.tracks import LabelStyle, difference_box
-from forcelab.gui.label.track_rows import crowded_runs, outline
+from forcelab.gui.label.track_painting import crowded_runs, outline
 from forcelab.gui.review.pair_entries import PairEntry
 from forcelab.gui.theme import Colours, colours, themes
 from forcelab.gui.widgets import ARROW_STEPS, ENTER_KEYS, is_plain

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from forcelab.gui.document import Snap
-from forcelab.gui.label.track_gestures import SnapTargets, is_on_target, rounded, snap
+from forcelab.gui.label.track_gestures import SnapTargets, is_on_target, round_to_sample, snap
 from forcelab.labels import Segment
 
 SAMPLES = np.arange(1000) / 100
@@ -56,13 +56,13 @@ def test_the_start_and_end_of_the_demonstration_are_edges():
 
 def test_an_empty_document_offers_nothing():
     assert snap(0.5, 1e6, SnapTargets(samples=np.empty(0))) is None
-    assert rounded(0.5, SnapTargets(samples=np.empty(0))) == 0.5
+    assert round_to_sample(0.5, SnapTargets(samples=np.empty(0))) == 0.5
 
 
 def test_a_time_that_snaps_to_nothing_is_rounded_to_its_sample():
-    assert rounded(2.0049, targets()) == 2.0
-    assert rounded(2.0051, targets()) == 2.01
-    assert rounded(9.996, targets(marks=(0.0, 10.0))) == 10.0
+    assert round_to_sample(2.0049, targets()) == 2.0
+    assert round_to_sample(2.0051, targets()) == 2.01
+    assert round_to_sample(9.996, targets(marks=(0.0, 10.0))) == 10.0
 
 
 def test_a_time_of_an_event_an_edge_a_frame_or_a_sample_is_on_target():
@@ -78,7 +78,7 @@ def test_a_time_of_an_event_an_edge_a_frame_or_a_sample_is_on_target():
 
 def test_in_a_gap_of_the_recording_a_time_stays():
     gap = SnapTargets(samples=np.array([0.0, 0.01, 0.02, 5.0, 5.01]), period=0.01)
-    assert rounded(3.0, gap) == 3.0
+    assert round_to_sample(3.0, gap) == 3.0
 
 
 times = st.floats(0.0, 10.0)
@@ -108,6 +108,6 @@ def test_it_is_the_nearest_of_the_best_kind_in_reach(time, scale, contacts, fram
 @given(times)
 def test_rounding_moves_by_half_a_sample_at_most_and_is_done_once(time):
     there = targets(marks=(0.0, 10.0))
-    once = rounded(time, there)
+    once = round_to_sample(time, there)
     assert abs(once - time) <= 0.005 + 1e-12
-    assert rounded(once, there) == once
+    assert round_to_sample(once, there) == once

@@ -64,13 +64,13 @@ class Rows(Part):
 
     def __init__(self):
         super().__init__(10)
-        self.slim = False
+        self.compact = False
 
-    def set_slim(self, slim):
-        self.slim = slim
+    def set_compact(self, compact):
+        self.compact = compact
 
-    def least_height(self, slim):
-        return 30 if slim else 50
+    def least_height(self, compact):
+        return 30 if compact else 50
 
 
 def test_the_first_panel_is_slim_where_the_second_one_would_have_no_room_else(app, parts):
@@ -82,6 +82,6 @@ def test_the_first_panel_is_slim_where_the_second_one_would_have_no_room_else(ap
     timeline.setParent(around)
     around.show()
     assert timeline.minimumSizeHint().height() == 80
-    told = [(seen(timeline, parts, height), rows.slim) for height in (200, 180, 100, 200)]
+    told = [(seen(timeline, parts, height), rows.compact) for height in (200, 180, 100, 200)]
     assert told == [("rtfb", False), ("rtfb", True), ("rtb", True), ("rtfb", False)]
     around.close()

@@ -14,7 +14,7 @@ from PySide6.QtWidgets import QApplication
 from forcelab.gui.document import Snap
 from forcelab.gui.figures import text
 from forcelab.gui.key_events import kept_keys
-from forcelab.gui.label import tracks
+from forcelab.gui.label import track_menus, tracks
 from forcelab.gui.label.tracks import TrackPanel
 from forcelab.labels import Segment
 from forcelab.vocabulary import Vocabulary
@@ -472,7 +472,7 @@ def test_a_menu_does_not_keep_its_panel(document):
     document.set_range(3.2, 3.7)
     for made in (
         lambda panel: panel.menu_at(panel.rows()[0], 1.5),
-        lambda panel: tracks.range_menu(panel, document),
+        lambda panel: track_menus.range_menu(panel, document),
     ):
         panel = TrackPanel(document)
         panel.menu, gone = made(panel), weakref.ref(panel)
@@ -529,12 +529,12 @@ def test_a_change_of_another_author_does_not_end_a_drag(document, hand):
 
 def test_words_under_the_pointer_and_for_screen_readers(document, panel):
     def words(time, y):
-        return panel.words_at(QPointF(Hand(panel, y).at(time)))
+        return panel.tooltip_at(QPointF(Hand(panel, y).at(time)))
 
     assert words(1.5, 20) == "Ann: grab 1.000–2.000 s (1.000 s)"
     assert words(7.5, OTHER_ROW) == "Ines: hold 7.030–8.000 s (0.970 s)"
     assert words(4.0, 20) == ""
-    assert panel.words_at(QPointF(20, OTHER_ROW)) == "Ines"
+    assert panel.tooltip_at(QPointF(20, OTHER_ROW)) == "Ines"
     document.select(1)
     assert panel.accessibleDescription() == "hold 2.000–3.000 s (1.000 s)"
     document.select(None)
@@ -544,11 +544,11 @@ def test_words_under_the_pointer_and_for_screen_readers(document, panel):
 def test_the_pointer_tells_who_proposed_a_segment(document, panel):
     document._edit(lambda t: t.accept((Segment(4.0, 5.0, "hold"),), "model paper 12"))
     at = QPointF(Hand(panel, 20).at(4.5))
-    assert panel.words_at(at) == ("Ann: hold 4.000–5.000 s (1.000 s)\nproposed by model paper 12")
+    assert panel.tooltip_at(at) == ("Ann: hold 4.000–5.000 s (1.000 s)\nproposed by model paper 12")
     document.move_edge(document.index_of(Segment(4.0, 5.0, "hold")), "start", 4.2)
-    assert panel.words_at(at).endswith("proposed by model paper 12, changed since")
+    assert panel.tooltip_at(at).endswith("proposed by model paper 12, changed since")
     document.relabel(document.index_of(Segment(4.2, 5.0, "hold")), "release")
-    assert "proposed" not in panel.words_at(at)
+    assert "proposed" not in panel.tooltip_at(at)
 
 
 def test_an_empty_track_says_how_to_begin_until_the_first_stroke(app):

@@ -12,7 +12,7 @@ from PySide6.QtCore import QRectF
 from PySide6.QtGui import QColor, QImage, QPainter
 
 from forcelab.gui.figures.axes import Axis
-from forcelab.gui.label.track_rows import crowded_runs, paint_row, styles_of, visible
+from forcelab.gui.label.track_painting import crowded_runs, paint_row, styles_of, visible
 from forcelab.gui.label.tracks import TrackPanel
 from forcelab.gui.theme import colours
 from forcelab.labels import Segment
@@ -112,11 +112,11 @@ def test_room_grows_with_the_authors(document, panel):
 
 def test_slim_rows_all_lie_in_the_panel_and_are_full_again_where_there_is_room(document, panel):
     document.others = {f"coder {i}": TRACK for i in range(5)}
-    full = panel.least_height(slim=False)
-    panel.set_slim(True)
-    slim = panel.least_height(slim=True)
-    assert panel.minimumSizeHint().height() == slim < 0.6 * full
-    for height in (slim, full - 10, full + 40):
+    full = panel.least_height(compact=False)
+    panel.set_compact(True)
+    compact = panel.least_height(compact=True)
+    assert panel.minimumSizeHint().height() == compact < 0.6 * full
+    for height in (compact, full - 10, full + 40):
         panel.resize(600, height)
         rows = panel.rows()
         assert rows[-1].box.bottom() <= height
@@ -124,7 +124,7 @@ def test_slim_rows_all_lie_in_the_panel_and_are_full_again_where_there_is_room(d
         assert all(row.box.height() >= 5 for row in rows)
         panel.grab()
     high = rows[-1].box.height()
-    panel.set_slim(False)
+    panel.set_compact(False)
     assert panel.rows()[-1].box.height() == high
 
 

@@ -11,7 +11,8 @@ from forcelab.gui.commands import COMMANDS
 from forcelab.gui.label import commands, segment_commands
 from forcelab.gui.label.history import HistoryModel
 from forcelab.gui.label.playback import Player
-from forcelab.gui.label.tracks import TrackPanel, copy_menu
+from forcelab.gui.label.track_menus import copy_menu
+from forcelab.gui.label.tracks import TrackPanel
 from forcelab.labels import Segment
 
 TRACK = (Segment(1.0, 2.0, "grab"), Segment(2.0, 3.0, "hold"), Segment(5.0, 6.0, "release"))
