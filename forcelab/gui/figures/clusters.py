@@ -38,28 +38,11 @@ AXIS_ROOM = 36.0
 
 @dataclass(frozen=True, eq=False)
 class ClusterFigure(Figure):
-    """One signal, drawn once for each clustering.
+    """One signal in `unit`, drawn once for each clustering.
 
-    Parameters
-    ----------
-    title : str
-        At the top.
-    times : ndarray, shape (n,)
-        In seconds, strictly increasing, n >= 2.
-    signal : ndarray, shape (n,)
-        In `unit`.
-    rows : tuple of (str, ndarray of int), arrays of shape (n,)
-        What the features were, and the cluster of every sample from 0; at most as many clusters
-        as there are colours (4).
-    unit : str
-        Of the signal.
-    theme : Theme
-        Colours apart from the clusters'.
-
-    Raises
-    ------
-    InputError
-        If there is no row, the lengths disagree or there are more clusters than colours.
+    `times` (s) are increasing and have as many samples as the signal and each row's codes. `rows`
+    are the features' names and the cluster of every sample from 0; there are no more clusters than
+    curve colours.
     """
 
     title: str
@@ -83,22 +66,20 @@ class ClusterFigure(Figure):
 
     @property
     def size(self) -> QSizeF:
-        """Width and height in pixels."""
         height = MARGIN + HEADING + len(self.rows) * ROW - 8 + AXIS_ROOM + MARGIN
         return QSizeF(LEFT + PLOT_WIDTH + MARGIN, height)
 
     @property
     def axis(self) -> Axis:
-        """The time axis, from seconds to pixels."""
+        """The time axis."""
         return Axis(float(self.times[0]), float(self.times[-1]), LEFT, LEFT + PLOT_WIDTH)
 
     def box(self, row: int) -> QRectF:
-        """Where the bar of clusters of a row lies, in pixels."""
+        """The bar of clusters of a row, in pixels."""
         top = MARGIN + HEADING + row * ROW + NAME_LINE + PLOT_HEIGHT + 6
         return QRectF(LEFT, top, PLOT_WIDTH, BAR)
 
     def paint(self, painter: QPainter) -> None:
-        """Draw a signal, its clusters and its name for each row, and the time axis."""
         self.paint_title(painter)
         for row in range(len(self.rows)):
             self._paint_row(painter, row)
@@ -106,7 +87,6 @@ class ClusterFigure(Figure):
         draw_bottom(painter, self.axis, bottom, "time (s)", self.theme)
 
     def _paint_row(self, painter: QPainter, row: int) -> None:
-        """Draw one row."""
         name, codes = self.rows[row]
         bar = self.box(row)
         bottom = bar.top() - 6

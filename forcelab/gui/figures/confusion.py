@@ -23,17 +23,7 @@ PADDING = 2.0
 
 @dataclass(frozen=True, eq=False, slots=True)
 class CellLabels:
-    """Texts of all cells, row after row.
-
-    Parameters
-    ----------
-    face, below_face : QFont
-        Of the first and of the second line.
-    labels : list of str
-        The first line.
-    below : list of str, optional
-        The second line; None where it has no room.
-    """
+    """The texts of all cells, row after row; `below` is the second line if it has room."""
 
     face: QFont
     labels: list[str]
@@ -42,7 +32,7 @@ class CellLabels:
 
 
 def count_labels(counts: Sequence[str], cell: float) -> CellLabels:
-    """Counts in the largest face that lets all of them into cells of a side; cut if none does."""
+    """Counts in the largest font that fits all into cells of a side; cut if none does."""
     room = cell - 2 * PADDING
     faces = (text.font(11), text.font(9), text.font(8))
     face = next((face for face in faces if text.widest(counts, face) <= room), faces[-1])
@@ -90,7 +80,7 @@ UNITS = {"samples": "samples", "s": "time in seconds", "segments": "segments"}
 
 @dataclass(frozen=True, slots=True)
 class MatrixLabels:
-    """What is written around a matrix; `last` is the name of its last column."""
+    """The texts around a matrix; `last` is the name of its last column."""
 
     human: str = "human"
     predicted: str = "predicted"
@@ -102,34 +92,11 @@ class MatrixLabels:
 class ConfusionMatrix(Figure):
     """Counts of samples, seconds or segments by human and predicted action.
 
-    Parameters
-    ----------
-    title : str
-        At the top.
-    actions : tuple of str, length k >= 1
-        In the order of rows and columns.
-    counts : array_like, shape (k, k + 1)
-        Rows are human, columns predicted; the last column counts what is predicted unlabelled.
-        Whole numbers unless the unit is seconds.
-    theme : Theme
-        Colours apart from the cells'. On a dark ground the cells' shades run from dark to light.
-    unit : {"samples", "s", "segments"}
-        What is counted.
-    share : {"row", "column", "counts"}
-        What colours and per cents are shares of; with ``"counts"`` no per cent is written, and
-        colours are shares of the largest cell.
-    room : float
-        Width in pixels that the cells should take together, as far as their sizes allow.
-    headed : bool
-        Whether title, key and the scale of colours stand around it; without them it is as small
-        as it can be.
-    words : Words
-        What is written around the cells.
-
-    Raises
-    ------
-    InputError
-        If there is no action, the shape does not fit or a count is negative.
+    `counts` has the shape (k, k + 1): rows are human, columns predicted, the last column counts
+    what is predicted unlabelled. Colours and per cents are shares of a row, of a column, or,
+    without per cents, of the largest cell. The cells take about `room` pixels together, as far as
+    their sizes allow. Without being `headed` by title, key and scale it is as small as it can be.
+    On a dark ground the cells' shades run from dark to light.
     """
 
     title: str
@@ -157,10 +124,7 @@ class ConfusionMatrix(Figure):
 
     @property
     def shares(self) -> NDArray[np.float64]:
-        """Counts over their row's or column's total, or the largest; shape (k, k + 1).
-
-        Zero where there is nothing to have a share of.
-        """
+        """Counts over their row's or column's total, or the largest; shape (k, k + 1)."""
         wholes = self._wholes
         return np.divide(self.counts, wholes, out=np.zeros(self.counts.shape), where=wholes > 0)
 
@@ -175,7 +139,6 @@ class ConfusionMatrix(Figure):
 
     @property
     def size(self) -> QSizeF:
-        """Width and height in pixels."""
         margin, wide = self._margin, self._totals_right
         if self.headed:
             bar = self._bar_left + BAR_WIDTH + 48
@@ -183,14 +146,13 @@ class ConfusionMatrix(Figure):
         return QSizeF(wide + margin, self._matrix.bottom() + margin)
 
     def box(self, row: int, column: int) -> QRectF:
-        """Where a cell lies, in pixels."""
         matrix, cell = self._matrix, self._cell
         apart = APART if column == len(self.actions) else 0.0
         left = matrix.left() + column * cell + apart
         return QRectF(left, matrix.top() + row * cell, cell, cell).adjusted(0.5, 0.5, -0.5, -0.5)
 
     def cell_at(self, point: QPointF) -> tuple[int, int] | None:
-        """Row and column of the cell at a point in pixels; None beside all of them."""
+        """Row and column of the cell at a point in pixels, if any."""
         matrix, cell, k = self._matrix, self._cell, len(self.actions)
         x = point.x() - matrix.left()
         if x >= k * cell:
@@ -218,7 +180,6 @@ class ConfusionMatrix(Figure):
 
     @property
     def _margin(self) -> float:
-        """What is left free around everything, in pixels."""
         return MARGIN if self.headed else TIGHT
 
     @property
@@ -228,7 +189,6 @@ class ConfusionMatrix(Figure):
 
     @property
     def _key(self) -> str:
-        """What colours and per cents say."""
         return KEYS[self.share].format(UNITS[self.unit])
 
     @cached_property
@@ -261,7 +221,6 @@ class ConfusionMatrix(Figure):
 
     @cached_property
     def _totals(self) -> tuple[str, ...]:
-        """The rows' totals as text."""
         return tuple(self._counted(total) for total in self.counts.sum(axis=1).tolist())
 
     def _counted(self, count: float) -> str:
@@ -275,17 +234,14 @@ class ConfusionMatrix(Figure):
 
     @property
     def _totals_right(self) -> float:
-        """Right edge of the totals, in pixels."""
         column = text.widest((*self._totals, self.words.total), text.font(10))
         return self._matrix.right() + 12 + column
 
     @property
     def _bar_left(self) -> float:
-        """Left edge of the scale of colours, in pixels."""
         return self._totals_right + 32
 
     def _paint_names(self, painter: QPainter) -> None:
-        """Draw the names of rows and columns, and the totals."""
         matrix, face, small = self._matrix, text.font(), text.font(10)
         last = len(self.actions)
         for column, name in enumerate(self._names):
@@ -343,7 +299,6 @@ class ConfusionMatrix(Figure):
                 text.draw_text(painter, x, y + 9, below, face=texts.below_face, ink=ink, align=0.5)
 
     def _paint_bar(self, painter: QPainter) -> None:
-        """Draw the scale of colours."""
         matrix = self._matrix
         high = min(BAR_HEIGHT, matrix.height())
         box = QRectF(self._bar_left, matrix.top(), BAR_WIDTH, high)

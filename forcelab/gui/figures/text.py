@@ -53,15 +53,7 @@ MEASURED = 8192
 def ensure_application() -> QGuiApplication:
     """Make sure that Qt can draw text, without a display if there is none.
 
-    Returns
-    -------
-    QGuiApplication
-        The one that runs, or a new one. Keep it as long as anything is drawn.
-
-    Raises
-    ------
-    InputError
-        If the system has no font at all, or libraries that Qt needs are missing.
+    Keep the application as long as anything is drawn. Missing fonts or libraries are an InputError.
     """
     application = QGuiApplication.instance()
     if not isinstance(application, QGuiApplication):
@@ -92,13 +84,7 @@ def _application() -> QGuiApplication:
 
 @cache
 def font(size: float = 11.0, *, bold: bool = False) -> QFont:
-    """The figures' font at `size` pixels. Shared: not to be changed.
-
-    Raises
-    ------
-    InputError
-        If the system has no font at all.
-    """
+    """The figures' font at `size` pixels. Shared: not to be changed."""
     ensure_application()
     face = QFont(list(FAMILIES))
     face.setPixelSize(round(size))
@@ -172,20 +158,7 @@ def draw_text(
 ) -> None:
     """Draw one line of text with the middle of its capital letters at height `y`.
 
-    Parameters
-    ----------
-    painter : QPainter
-        Where to draw.
-    x, y : float
-        In pixels. `x` is the left end of the text, its middle or its right end, as of `align`.
-    line : str
-        The text.
-    face : QFont
-        As of :func:`font`.
-    ink : QColor
-        The text's colour.
-    align : float
-        0 left, 0.5 centred, 1 right.
+    `x` is the left end of the text (`align` 0), its middle (0.5) or its right end (1).
     """
     painter.setFont(face)
     painter.setPen(ink)
@@ -218,7 +191,7 @@ def ink_on(ground: QColor) -> QColor:
 
 
 def contrast(one: QColor, other: QColor) -> float:
-    """How far two colours stand out against each other, from 1 to 21 (WCAG 2.2)."""
+    """Contrast of two colours, from 1 to 21 (WCAG 2.2)."""
     darker, lighter = sorted((_luminance(one), _luminance(other)))
     return (lighter + 0.05) / (darker + 0.05)
 

@@ -40,7 +40,7 @@ _left = attrgetter("left")
 
 @dataclass(frozen=True, slots=True)
 class FadeOverlay:
-    """From `left` to `right` in pixels a bar is lighter; `opacity` from 0, not, to 1, gone."""
+    """A part of a bar, in pixels, that is lighter; `opacity` from 0, not, to 1, gone."""
 
     left: float
     right: float
@@ -48,25 +48,16 @@ class FadeOverlay:
 
 
 def opacity(probability: float) -> float:
-    """How thick the veil over a prediction is."""
+    """How much of a prediction's colour is faded."""
     return float(_levels(np.array([probability]))[0] * THICKEST / LEVELS)
 
 
 def fade_overlays(
     certainty: Certainty, segments: Segments, axis: Axis, box: QRectF
 ) -> tuple[FadeOverlay, ...]:
-    """The veils over a bar, from left to right; none where a prediction is sure.
+    """The fades over a bar, from left to right; none where a prediction is sure.
 
-    Parameters
-    ----------
-    certainty : Certainty
-        How probable each action is.
-    segments : tuple of Segment
-        What is predicted; an action that `certainty` does not know is not veiled.
-    axis : Axis
-        From seconds to pixels.
-    box : QRectF
-        The bar.
+    An action that `certainty` does not know is not faded.
     """
     if not segments or not len(certainty.values) or box.width() <= 0:
         return ()
@@ -103,19 +94,19 @@ def paint_fade(
 
 
 def fade_at(found: tuple[FadeOverlay, ...], x: float) -> float:
-    """How thick the veil at a pixel is; 0 where there is none."""
+    """The opacity of the fade at a pixel; 0 where there is none."""
     i = bisect_right(found, x, key=_left) - 1
     return found[i].opacity if i >= 0 and x < found[i].right else 0.0
 
 
 def _levels(probabilities: NDArray[np.float64]) -> NDArray[np.int64]:
-    """Thickness of the veils, in steps."""
+    """Opacities in steps."""
     shares = np.clip((SURE - probabilities) / (SURE - UNSURE), 0.0, 1.0)
     return np.rint(shares * LEVELS).astype(np.int64)
 
 
 def _edges(segments: Segments, axis: Axis, box: QRectF) -> NDArray[np.float64]:
-    """Pixels at which the thickness may change: a grid, and the edges of segments."""
+    """Pixels at which the opacity may change: a grid, and the edges of segments."""
     grid = np.append(np.arange(box.left(), box.right(), COLUMN), box.right())
     bounds = np.array([(s.start, s.end) for s in segments]).ravel()
     scale = (axis.finish - axis.begin) / (axis.end - axis.start)
@@ -124,13 +115,12 @@ def _edges(segments: Segments, axis: Axis, box: QRectF) -> NDArray[np.float64]:
 
 
 def _times(pixels: NDArray[np.float64], axis: Axis) -> NDArray[np.float64]:
-    """Seconds of pixels."""
     share = (pixels - axis.begin) / (axis.finish - axis.begin)
     return np.asarray(axis.start + share * (axis.end - axis.start))
 
 
 def _segment_steps(certainty: Certainty, codes: NDArray[np.int64]) -> NDArray[np.float64]:
-    """The probability in each bin of what is predicted there; 1 where nothing is known of it."""
+    """The probability in each bin of what is predicted there; 1 where it is not known."""
     known = (codes >= 0) & (codes < len(certainty.actions))
     own = np.ones(len(codes))
     own[known] = (
@@ -150,7 +140,7 @@ PADDING = 3.0
 
 @dataclass(frozen=True, slots=True)
 class LabelStyle:
-    """How an action is drawn: what stands in its bars, its colour and its texture.
+    """How an action is drawn: the sign in its bars, its colour and its texture.
 
     The sign is the key that paints the action, or a number where nothing is painted; empty where
     there is neither.
@@ -188,27 +178,9 @@ def paint_track(
     inscribe: Inscription | None = None,
     veils: tuple[FadeOverlay, ...] = (),
 ) -> None:
-    """Draw one author's segments.
+    """Draw one author's segments, which are in order and never overlap; nothing outside of `box`.
 
-    Parameters
-    ----------
-    painter : QPainter
-        Where to draw.
-    box : QRectF
-        From the start to the end of the demonstration; nothing is drawn outside.
-    axis : Axis
-        From seconds to pixels.
-    segments : sequence of Segment
-        In order, never overlapping.
-    looks : mapping of str to Look
-        One for each action.
-    theme : Theme
-        Colours of unlabelled time, frames and lines.
-    inscribe : callable, optional
-        Writes into each bar of a pixel or more, given painter, bar, action and look; by default
-        the action's sign.
-    veils : tuple of Veil, optional
-        Where the bars are lighter, as of :func:`forcelab.gui.figures.tracks.fade_overlays`.
+    `inscribe` writes into each bar of a pixel or more; by default the action's sign.
     """
     inscribe = inscribe or _sign
     painter.fillRect(box, QColor(theme.unlabelled))
@@ -251,7 +223,7 @@ def paint_track(
 def _faded(
     look: LabelStyle, bar: QRectF, veils: tuple[FadeOverlay, ...], theme: Theme
 ) -> LabelStyle:
-    """How an action looks in the middle of a bar: what is written there is to be read."""
+    """An action's style in the middle of a bar, on which its sign must be legible."""
     share = fade_at(veils, bar.center().x()) if veils and bar.width() >= SIGN else 0.0
     if not share:
         return look
@@ -259,7 +231,7 @@ def _faded(
 
 
 def plate(painter: QPainter, bar: QRectF, width: float, look: LabelStyle) -> None:
-    """Clear a stretch of texture in the middle of a bar, for what is written there."""
+    """Clear a part of the texture in the middle of a bar, for a text."""
     if look.texture:
         ground = QRectF(0, 0, width, bar.height())
         ground.moveCenter(bar.center())
@@ -346,7 +318,7 @@ def _room(label: str) -> float:
 
 @lru_cache(maxsize=1024)
 def _ink(ground: int) -> QColor:
-    """What is read on a colour, given as of :meth:`QColor.rgb`."""
+    """The colour of text on a ground, given as of :meth:`QColor.rgb`."""
     return text.ink_on(QColor.fromRgb(ground))
 
 
@@ -378,7 +350,7 @@ def difference_box(band: QRectF, axis: Axis, mark: Interval) -> QRectF:
 def paint_differences(
     painter: QPainter, band: QRectF, axis: Axis, marks: Sequence[Difference], colour: QColor
 ) -> None:
-    """Draw the marks of differing stretches.
+    """Draw the marks of differences.
 
     A wrong action is a thick bar between two posts, a displaced edge a bar without them, what was
     not predicted a thin line: they are told apart without colour.
@@ -417,15 +389,7 @@ def styles_in_order(actions: Iterable[str], vocabulary: Vocabulary) -> dict[str,
 
 @dataclass(frozen=True)
 class Legend:
-    """A legend laid out in a width.
-
-    Parameters
-    ----------
-    looks : mapping of str to Look
-        The actions in order.
-    room : float
-        Width in pixels.
-    """
+    """A legend of actions laid out in a width of `room` pixels."""
 
     looks: Mapping[str, LabelStyle]
     room: float
@@ -439,11 +403,9 @@ class Legend:
 
     @property
     def height(self) -> float:
-        """Height in pixels."""
         return math.ceil(len(self.looks) / self.columns[0]) * LEGEND_LINE
 
     def paint(self, painter: QPainter, left: float, top: float, theme: Theme) -> None:
-        """Draw swatches and names."""
         columns, column = self.columns
         for i, (name, look) in enumerate(self.looks.items()):
             x = left + i % columns * column

@@ -54,12 +54,9 @@ from forcelab.vocabulary import COLOURS, Vocabulary
 
 
 class ActionModel(QAbstractListModel):
-    """A row for every action of the open demonstration's task.
+    """The actions of the open demonstration's task.
 
-    Attributes
-    ----------
-    counts : dict of str to (int, float)
-        By action, how many of the coder's segments have it and how many seconds they cover.
+    `counts` has the number and total duration (s) of the coder's segments by action.
     """
 
     def __init__(self, document: Document, parent: QObject | None = None) -> None:
@@ -69,7 +66,7 @@ class ActionModel(QAbstractListModel):
         self._actions = document.vocabulary.actions
 
     def refresh(self) -> None:
-        """Show the vocabulary as it is now; rows that stay keep selection and place."""
+        """Show the vocabulary as it is now; remaining rows keep selection and scroll position."""
         actions = self.document.vocabulary.actions
         kept = min(len(actions), len(self._actions))
         if len(actions) > kept:
@@ -89,20 +86,17 @@ class ActionModel(QAbstractListModel):
         self.redraw()
 
     def redraw(self) -> None:
-        """Have every row drawn again."""
         if self._actions:
             self.dataChanged.emit(self.index(0), self.index(len(self._actions) - 1))
 
     def name(self, row: int) -> str | None:
-        """The action of a row."""
         return self._actions[row].name if 0 <= row < len(self._actions) else None
 
     def rowCount(self, parent: Index = NOWHERE) -> int:
-        """How many actions there are."""
         return 0 if parent.isValid() else len(self._actions)
 
     def data(self, index: Index, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
-        """An action's name, and all about it as its tooltip."""
+        """The action's name; the glossary's entry as its tooltip."""
         if not index.isValid() or index.row() >= len(self._actions):
             return None
         action = self._actions[index.row()]
@@ -124,7 +118,7 @@ class ActionModel(QAbstractListModel):
 
 @cache
 def glossary_by_action() -> dict[str, Entry]:
-    """The glossary by action; empty where its file is missing or broken, which others tell."""
+    """The glossary by action; empty where its file is missing or broken (others report it)."""
     try:
         return {entry.action: entry for entry in glossary()}
     except InputError:
@@ -132,7 +126,7 @@ def glossary_by_action() -> dict[str, Entry]:
 
 
 def _tooltip(name: str) -> str:
-    """What the glossary says of an action; at least its name, which may be cut on screen."""
+    """The glossary's entry for an action; at least its name, which may be cut on screen."""
     entry = glossary_by_action().get(name)
     if entry is None:
         return name
@@ -149,18 +143,9 @@ def _tooltip(name: str) -> str:
 
 
 class KeyDialog(QDialog):
-    """Waits for the key that shall paint an action; says at once why one cannot.
+    """Waits for the key that is to paint an action, and says at once why one cannot.
 
-    Parameters
-    ----------
-    vocabulary : Vocabulary
-    name : str
-        The action.
-
-    Attributes
-    ----------
-    key : str or None
-        The one that was accepted; empty for no key any more.
+    `key` is the accepted one; empty to take the action's key away, None while none was accepted.
     """
 
     def __init__(self, vocabulary: Vocabulary, name: str, parent: QWidget | None = None) -> None:
@@ -204,7 +189,7 @@ class KeyDialog(QDialog):
 
 
 def ask_name(old: str, parent: QWidget) -> str | None:
-    """Ask for another name of an action; None if it shall keep its own."""
+    """Ask for another name of an action; None to keep its own."""
     name, given = QInputDialog.getText(
         parent,
         "Rename action",
@@ -216,7 +201,7 @@ def ask_name(old: str, parent: QWidget) -> str | None:
 
 
 def colour_menu(current: str, choose: Callable[[str], object], around: QMenu) -> QMenu:
-    """The colours that every viewer tells apart, then any other; below another menu."""
+    """Add a submenu of the colours that every viewer tells apart, and any other."""
     menu, parent = around.addMenu("Colour"), around.parentWidget()
     names = (
         "Blue",
@@ -255,7 +240,7 @@ class ActionRows(RowList):
         self.setMouseTracking(True)
 
     def contextMenuEvent(self, event: QContextMenuEvent) -> None:
-        """Offer what can be done with the action that was pointed at or chosen."""
+        """Open the menu of the action under the pointer, or of the current one."""
         by_mouse = event.reason() == QContextMenuEvent.Reason.Mouse
         index = self.indexAt(event.pos()) if by_mouse else self.currentIndex()
         name = self._model.name(index.row())
@@ -268,18 +253,15 @@ class ActionRows(RowList):
 
 
 class _Delegate(QStyledItemDelegate):
-    """Draws one action."""
-
     def __init__(self, model: ActionModel, parent: QWidget) -> None:
         super().__init__(parent)
         self._model = model
 
     def sizeHint(self, option: QStyleOptionViewItem, index: Index) -> QSize:
-        """A key cap with some room."""
         return QSize(120, round(option.fontMetrics.height() * 1.9))
 
     def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: Index) -> None:
-        """Draw key, look, name and amounts; the brush on the accent's colour."""
+        """Draw key, swatch, name and amounts; the brush on the accent's colour."""
         document = self._model.document
         action = document.vocabulary.actions[index.row()]
         theme = colours()
@@ -322,15 +304,7 @@ class _Delegate(QStyledItemDelegate):
 
 
 class ActionSuggestions(QScrollArea):
-    """One button for each action that the vocabulary lacks.
-
-    Attributes
-    ----------
-    chosen : Signal(str)
-        An action is to be added.
-    dismissed : Signal
-        There are enough of them.
-    """
+    """One button for each action that the vocabulary lacks."""
 
     chosen = Signal(str)
     dismissed = Signal()
@@ -361,7 +335,7 @@ class ActionSuggestions(QScrollArea):
         self.leave_out(())
 
     def leave_out(self, names: Collection[str]) -> None:
-        """Offer no action of these names, which the vocabulary has."""
+        """Hide the buttons of these actions, which the vocabulary has."""
         for name, button in self.buttons.items():
             button.setVisible(name not in names)
         self.enough.setVisible(bool(names))
@@ -376,14 +350,13 @@ FILTER_DELAY_MS = 80
 
 
 class _Entry(QLineEdit):
-    """The name of an action to add; Escape empties it and leaves it."""
+    """The name of an action to add; Escape empties the field and leaves it."""
 
     def keeps(self, event: QKeyEvent) -> bool:
-        """Escape is for the line; in the window it means something else."""
+        """Escape is for this field; in the window it means something else."""
         return event.key() == Qt.Key.Key_Escape
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Escape; everything else edits."""
         if self.keeps(event):
             self.clear()
             self.clearFocus()  # where keys are text, the next one would not paint
@@ -444,7 +417,7 @@ class ActionList(SideList):
         self._refresh()
 
     def _show_stroke(self) -> None:
-        """Mark the row of the action that a key has begun, and only that one anew."""
+        """Mark the row of the action that a key has begun, and redraw only rows that change."""
         stroke = self.document.stroke
         names = self.document.vocabulary.names
         now = names.index(stroke.action) if stroke is not None and stroke.action in names else -1
@@ -460,7 +433,7 @@ class ActionList(SideList):
     # What one can do with an action
 
     def use(self, name: str) -> None:
-        """Fill the marked range with an action, or take it up as the brush, or put it down."""
+        """Fill the marked range with an action, or set or clear it as the brush."""
         document = self.document
         if document.range is not None:
             fill_range(document, name)
@@ -468,11 +441,10 @@ class ActionList(SideList):
             self._toggle(name)
 
     def _toggle(self, name: str) -> None:
-        """Take an action up as the brush, or put it down."""
+        """Set the action as the brush, or clear the brush if it is that already."""
         self.document.set_action(None if self.document.action == name else name)
 
     def add(self, name: str) -> bool:
-        """Add an action; the others stay as they are."""
         name = " ".join(name.split())
         if not name:
             return False
@@ -482,15 +454,14 @@ class ActionList(SideList):
         return self.document.add_actions(name)
 
     def rename(self, name: str, new: str) -> bool:
-        """Give an action another name, in all segments of the coder's that have it."""
+        """Rename an action in all of the coder's segments."""
         return rename_action(self.document, name, new, self)
 
     def recolour(self, name: str, colour: str) -> bool:
-        """Give an action another colour."""
         return self._change(lambda: self.document.vocabulary.recoloured(name, colour))
 
     def remove(self, name: str) -> bool:
-        """Take an action that no segment has out of the vocabulary."""
+        """Remove an action that no segment has from the vocabulary."""
         project, demonstration = self.document.project, self.document.demonstration
         if project is None or demonstration is None:
             return False
@@ -502,7 +473,6 @@ class ActionList(SideList):
         return self._change(lambda: self.document.vocabulary.removed(name))
 
     def menu(self, name: str) -> QMenu:
-        """What can be done with an action."""
         document = self.document
         menu = QMenu(self)
         brush = menu.addAction("Use as brush")
@@ -526,7 +496,7 @@ class ActionList(SideList):
     # Inside
 
     def _change(self, change: Callable[[], Vocabulary]) -> bool:
-        """Store the vocabulary as changed; what cannot be is told in one sentence."""
+        """Store a changed vocabulary; an error is shown as one sentence."""
         try:
             changed = change()
         except InputError as error:
@@ -535,7 +505,6 @@ class ActionList(SideList):
         return self.document.set_vocabulary(changed)
 
     def _ask_key(self, name: str) -> None:
-        """Let a key be pressed for an action."""
         dialog = KeyDialog(self.document.vocabulary, name, self)
         dialog.exec()
         if (key := dialog.key) is not None:
@@ -544,12 +513,10 @@ class ActionList(SideList):
         dialog.deleteLater()
 
     def _ask_name(self, name: str) -> None:
-        """Let an action's name be typed."""
         if (new := ask_name(name, self)) is not None:
             self.rename(name, new)
 
     def _add_typed(self) -> None:
-        """Add the action whose name was typed."""
         if self.add(self.entry.text()):
             self.entry.clear()
             self.list.scrollToBottom()
@@ -577,7 +544,7 @@ class ActionList(SideList):
         self._count_soon()
 
     def _show_parts(self) -> None:
-        """Show the actions, what else could be one, or both."""
+        """Show the actions, the suggestions, or both."""
         suggesting = self._suggested is not None
         there = self.document.demonstration is not None
         self.list.setVisible(there and (bool(self.document.vocabulary.names) or not suggesting))
@@ -588,12 +555,11 @@ class ActionList(SideList):
         self.nothing.setHidden(there)
 
     def _suggest_no_more(self) -> None:
-        """The actions there are do for this task."""
         self._suggested = None
         self._show_parts()
 
     def _follow_painting(self) -> None:
-        """Who paints has all the actions it takes to begin."""
+        """Drop the suggestions once the coder paints."""
         document = self.document
         if self._suggested is not None and (document.segments or document.stroke is not None):
             self._suggest_no_more()
@@ -604,6 +570,5 @@ class ActionList(SideList):
             self._counting.start()
 
     def _count(self) -> None:
-        """Count the coder's segments."""
         if self.isVisible():
             self.model.count()

@@ -29,16 +29,7 @@ def handlers(
 ) -> dict[str, Callable[[], object]]:
     """What commands do, by their id in the table (:mod:`forcelab.gui.commands`).
 
-    Parameters
-    ----------
-    document : Document
-        What is looked at and painted on.
-    tracks : TrackPanel
-        Where a drag may be on that is to be cancelled.
-    player : Player
-        Plays it.
-    window : QWidget
-        Above which dialogs and menus open.
+    Dialogs and menus open above `window`; cancelling ends a drag in `tracks`.
     """
     nudges: dict[str, Callable[[], object]] = {}
     for what in ("start", "end", "both"):
@@ -85,7 +76,7 @@ def handlers(
 
 
 def _cancel(document: Document, tracks: TrackPanel) -> None:
-    """Take back the last thing begun: typing, a drag, a stroke, a range, a selection, a brush."""
+    """Cancel the last thing begun: typing, a drag, a stroke, a range, a selection, a brush."""
     field = QApplication.focusWidget()
     if field is not None and is_typing(field):
         field.clearFocus()  # where keys are text, the next one would not paint
@@ -102,7 +93,7 @@ def _cancel(document: Document, tracks: TrackPanel) -> None:
 
 
 def _fill_gaps(document: Document, window: QWidget) -> None:
-    """Ask how long a gap may be that is filled, if there is anything to fill."""
+    """Ask for the longest gap to fill, if there is anything to fill."""
     if document.segments:
         ask_largest_gap(window, document)
     else:
@@ -110,7 +101,6 @@ def _fill_gaps(document: Document, window: QWidget) -> None:
 
 
 def _jump(document: Document, direction: int) -> None:
-    """Make a larger step."""
     demonstration, frames = document.demonstration, document.frame_times
     if demonstration is None:
         return
@@ -122,7 +112,6 @@ def _jump(document: Document, direction: int) -> None:
 
 
 def _pan(document: Document, share: float) -> None:
-    """Show earlier or later time."""
     document.pan(share * (document.end - document.start))
 
 

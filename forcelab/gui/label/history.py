@@ -32,7 +32,7 @@ PAGE, NEW = 200, 4
 
 
 class EditState(Enum):
-    """What an edit has come to."""
+    """What has become of an edit."""
 
     DONE = "done"
     UNDONE = "undone"  # redo can bring it back
@@ -40,18 +40,10 @@ class EditState(Enum):
 
 
 def edit_states(newest_first: Sequence[Edit]) -> dict[int, EditState]:
-    """What edits have come to, from the latest of a track's edits alone.
+    """What has become of edits, by number, for those that are neither an undo nor a redo.
 
-    Parameters
-    ----------
-    newest_first : sequence of Edit
-        The track's latest edits without a hole. Whatever happened to them came after them, so
-        earlier edits say nothing about it.
-
-    Returns
-    -------
-    dict of int to Standing
-        By number, for those among them that are neither an undo nor a redo.
+    Needs the track's latest edits without a hole: whatever happened to them came after them, so
+    earlier edits say nothing about it.
     """
     found: dict[int, EditState] = {}
     redone: set[int] = set()  # undos that were taken back
@@ -76,12 +68,7 @@ def edit_states(newest_first: Sequence[Edit]) -> dict[int, EditState]:
 class HistoryModel(QAbstractListModel):
     """A row for every edit of the coder's track; undo and redo show in the rows they concern.
 
-    A long history is read by pages, as one scrolls down.
-
-    Attributes
-    ----------
-    rows : list of Edit
-        What has been read, newest first.
+    A long history is read by pages as the list is scrolled; `rows` are newest first.
     """
 
     def __init__(self, document: Document, parent: QObject | None = None) -> None:
@@ -94,7 +81,7 @@ class HistoryModel(QAbstractListModel):
         self._complete = False
 
     def refresh(self) -> None:
-        """Read what is new."""
+        """Read new edits."""
         track = (self.document.id, self.document.author)
         newest = self._edits[0].id if self._edits and track == self._track else None
         # After a stroke there is one edit more: to read a page each time would hold up the next.
@@ -115,13 +102,11 @@ class HistoryModel(QAbstractListModel):
         self.endResetModel()
 
     def clear(self) -> None:
-        """Show nothing."""
         self.beginResetModel()
         self.rows, self._edits, self._standings, self._complete = [], [], {}, False
         self.endResetModel()
 
     def standing(self, row: int) -> EditState:
-        """What the edit of a row has come to."""
         return self._standings[self.rows[row].id]
 
     def steps_to(self, row: int) -> int:
@@ -136,11 +121,9 @@ class HistoryModel(QAbstractListModel):
     # What Qt asks
 
     def canFetchMore(self, parent: Index) -> bool:
-        """Whether there are older edits."""
         return not parent.isValid() and bool(self._edits) and not self._complete
 
     def fetchMore(self, parent: Index) -> None:
-        """Read older edits."""
         if not self.canFetchMore(parent):
             return
         page = self._page(self._edits[-1].id)
@@ -153,11 +136,10 @@ class HistoryModel(QAbstractListModel):
             self.endInsertRows()
 
     def rowCount(self, parent: Index = NOWHERE) -> int:
-        """How many edits have been read."""
         return 0 if parent.isValid() else len(self.rows)
 
     def data(self, index: Index, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
-        """The sentence of an edit; when and by what it came as its tooltip."""
+        """The sentence of an edit; its time and state as the tooltip."""
         if not index.isValid() or index.row() >= len(self.rows):
             return None
         edit, standing = self.rows[index.row()], self.standing(index.row())
@@ -169,13 +151,15 @@ class HistoryModel(QAbstractListModel):
                 f"\n{_edit_state(standing)}" if _edit_state(standing) else ""
             )
         if role == Qt.ItemDataRole.AccessibleTextRole:
-            return ", ".join(filter(None, (clock(edit.time), edit.what, _edit_state(standing))))
+            return ", ".join(
+                filter(None, (time_of_edit(edit.time), edit.what, _edit_state(standing)))
+            )
         return None
 
     # Inside
 
     def _page(self, before: int | None, latest: int | None = None) -> list[Edit]:
-        """The latest edits before one, newest first."""
+        """The latest edits before edit number `before`, newest first."""
         document = self.document
         if document.project is None or not document.id:
             return []
@@ -189,18 +173,18 @@ class HistoryModel(QAbstractListModel):
         return list(reversed(edits))
 
     def _keep_older(self, page: list[Edit]) -> None:
-        """Add a page to what has been read."""
+        """Append a page of older edits."""
         self._complete = len(page) < PAGE
         self._edits += page
         self._sort_out()
 
     def _sort_out(self) -> None:
-        """Tell edits from undos and redos, and what has become of them."""
+        """Tell edits from undos and redos, and what has become of each."""
         self._standings = edit_states(self._edits)
         self.rows = [edit for edit in self._edits if edit.id in self._standings]
 
 
-def clock(time: datetime) -> str:
+def time_of_edit(time: datetime) -> str:
     """The time of day, with the date where that is not today."""
     here = time.astimezone()
     if here.date() == date.today():
@@ -209,7 +193,6 @@ def clock(time: datetime) -> str:
 
 
 def _edit_state(standing: EditState) -> str:
-    """What has become of an edit, in words."""
     return {
         EditState.DONE: "",
         EditState.UNDONE: "undone; redo brings it back",
@@ -257,12 +240,10 @@ class HistoryView(SideList):
         self._show_reach()
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Read what there is by now."""
         super().showEvent(event)
         self.refresh()
 
     def hideEvent(self, event: QHideEvent) -> None:
-        """Let go of it."""
         super().hideEvent(event)
         self.model.clear()
 
@@ -288,7 +269,7 @@ class HistoryView(SideList):
             document.say_here(". ".join(farther))
 
     def _chosen(self, index: QModelIndex) -> None:
-        """Go back or forth to the edit that was chosen."""
+        """Go to the edit that was activated."""
         if not 0 <= index.row() < len(self.model.rows):
             return
         chosen = self.model.rows[index.row()]
@@ -297,19 +278,18 @@ class HistoryView(SideList):
         self.go_to(next((row for row, edit in rows if edit.id == chosen.id), -1))
 
     def _refresh_soon(self) -> None:
-        """Look again when nothing was painted for a moment: strokes come first."""
+        """Refresh when painting pauses: strokes come first."""
         if self.isVisible():
             self._soon.start()
 
     def refresh(self) -> None:
-        """Show what has been done by now."""
         self._soon.stop()
         if self.isVisible():
             self.model.refresh()
             self._show_reach()
 
     def _show_reach(self) -> None:
-        """Say what undo and redo would do."""
+        """Show in buttons and label what undo and redo would do."""
         rows = range(len(self.model.rows))
         nothing = "Nothing was edited here yet. Every edit can be undone."
         self._pages.say("" if rows else nothing)
@@ -324,7 +304,6 @@ class HistoryView(SideList):
         self._reach.setText(f"{count} undone" if count else "")
 
     def _button(self, name: str, text: str, verb: Callable[[], object]) -> QToolButton:
-        """A button with an icon."""
         button = QToolButton()
         button.setIcon(icon(name))
         button.setAccessibleName(text)
@@ -344,11 +323,9 @@ class _Delegate(QStyledItemDelegate):
         self._model = model
 
     def sizeHint(self, option: QStyleOptionViewItem, index: Index) -> QSize:
-        """One line of text with some room."""
         return QSize(100, round(option.fontMetrics.height() * 1.6))
 
     def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: Index) -> None:
-        """Draw one edit."""
         row = index.row()
         edit, standing = self._model.rows[row], self._model.standing(row)
         theme = colours()
@@ -364,7 +341,7 @@ class _Delegate(QStyledItemDelegate):
         font.setStrikeOut(standing == EditState.ABANDONED)
         font.setItalic(standing != EditState.DONE)
         inner = box.adjusted(self.PADDING, 0, -self.PADDING, 0)
-        write_row(painter, inner, (edit.what, clock(edit.time)), (ink, aside), font)
+        write_row(painter, inner, (edit.what, time_of_edit(edit.time)), (ink, aside), font)
         above = row > 0 and self._model.standing(row - 1) == EditState.UNDONE
         if above and standing == EditState.DONE:
             painter.fillRect(QRectF(box.left(), box.top(), box.width(), 2), QColor(theme.accent))

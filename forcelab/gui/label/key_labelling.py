@@ -34,26 +34,17 @@ class KeyLabelling(QObject):
     * gives the selected segment its action, if nothing is playing;
     * otherwise begins a stroke at the cursor.
 
-    A key that is let go ends what it has begun if it was held (``settings.hold_ms``) and the cursor
-    has moved meanwhile. Esc forgets a stroke.
+    A key that is released ends what it has begun if it was held (``settings.hold_ms``) and the
+    cursor has moved meanwhile. Esc cancels a stroke.
 
-    While playing, what is meant is what was seen ``settings.reaction_ms`` ago: positions are that
-    much before the cursor, times the speed, for releases as well. While paused, it is the cursor:
-    as it is where it stands exactly on a sample, a frame or an edge, because then it was sent
-    there; anywhere else it snaps like the pointer (:mod:`forcelab.gui.label.track_gestures`).
+    While playing, the coder reacts to what was seen ``settings.reaction_ms`` ago: positions are
+    that much before the cursor, times the speed, for releases as well. While paused, it is the
+    cursor: as it is where it stands exactly on a sample, a frame or an edge, because then it was
+    sent there; anywhere else it snaps like the pointer (:mod:`forcelab.gui.label.track_gestures`).
 
-    Parameters
-    ----------
-    document : Document
-        What is painted on.
-    window : QWidget
-        Keys pressed in it and in whatever is inside it count, but not where keys are text.
-    pixels_per_second : callable
-        How far one is zoomed in; tells how near a target must be.
-    clock : callable
-        Seconds of a clock that never jumps.
-    shown : callable, optional
-        Whether what is painted on can be seen; keys do nothing while it cannot.
+    Keys count in `window` and in what is inside it, except where keys are text, and only while
+    `shown` says that the track can be seen. `pixels_per_second` is the zoom, by which targets are
+    near; `clock` gives seconds and never jumps.
     """
 
     def __init__(
@@ -83,7 +74,7 @@ class KeyLabelling(QObject):
         document.demonstration_changed.connect(self.let_go)
 
     def press(self, key: str) -> bool:
-        """An action's key went down; gives whether it is one, or could be and is none."""
+        """Act on a key; gives whether it was an action's key, or could be one and is not."""
         document = self.document
         action = self._action(key)
         if document.demonstration is not None and not document.vocabulary and key in KEYS:
@@ -104,7 +95,7 @@ class KeyLabelling(QObject):
         return True
 
     def cancel(self) -> bool:
-        """Forget the stroke; gives whether there was one."""
+        """Cancel the stroke; gives whether there was one."""
         self._held = None
         if self.document.stroke is None:
             return False
@@ -112,13 +103,13 @@ class KeyLabelling(QObject):
         return True
 
     def let_go(self) -> None:
-        """Forget that a key is down: its release will not be heard. The stroke goes on."""
+        """Forget the held key, whose release will not arrive; the stroke goes on."""
         self._held = None
 
     # Qt
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Take the keys of actions, and Esc while a stroke is on."""
+        """Take the keys of actions, and Esc during a stroke."""
         kind = event.type()
         if kind == QEvent.Type.WindowDeactivate:
             self.let_go()
@@ -130,7 +121,6 @@ class KeyLabelling(QObject):
         return False
 
     def _key_press(self, watched: QObject, event: QKeyEvent) -> bool:
-        """A key went down somewhere in the window."""
         # A spin box lets letters through that are no numbers; they are no strokes either.
         focus = QApplication.focusWidget()
         if is_typing(focus) or (isinstance(watched, QWidget) and is_typing(watched)):
@@ -148,7 +138,7 @@ class KeyLabelling(QObject):
         return self.press(key)
 
     def _key_release(self, event: QKeyEvent) -> bool:
-        """A key seems to be up; where the segment ends is what it is now, however sure that is."""
+        """Handle a release, which may be a repeat: the segment ends at the present position."""
         key = _pressed_key_name(event)
         if self._held is None or self._held[0] != key:
             return False
@@ -157,14 +147,14 @@ class KeyLabelling(QObject):
         return True
 
     def _follow_focus(self, _: QWidget | None, now: QWidget | None) -> None:
-        """Listen where the keys go now."""
+        """Filter the keys of the widget that has the focus."""
         if now is None or not self._inside(now):
             self.let_go()
         else:
             now.installEventFilter(self)  # a second time changes nothing
 
     def _inside(self, widget: QWidget | None) -> bool:
-        """Whether a widget is in the window, or in a list that was taken out of it."""
+        """Whether a widget is in the window, or in a dock that floats."""
         while widget is not None and widget is not self.window:
             apart = widget.isWindow() and not isinstance(widget, QDockWidget)
             if apart or isinstance(widget, QMenuBar):
@@ -175,7 +165,7 @@ class KeyLabelling(QObject):
     # Strokes
 
     def _say_unknown(self, key: str) -> bool:
-        """Say that no action has a key that could paint one; gives whether that was to be said."""
+        """Report that no action has this key, if one could; gives whether it was reported."""
         document = self.document
         could_paint = document.demonstration is not None and document.vocabulary and key
         # Letters typed into a list look for its rows.
@@ -196,7 +186,7 @@ class KeyLabelling(QObject):
         return next((action.name for action in actions if key and action.key == key), None)
 
     def _press_again(self, action: str, key: str) -> None:
-        """A key went down while a stroke is on."""
+        """Handle a key that is pressed during a stroke."""
         stroke = self.document.stroke
         assert stroke is not None
         position = self._position()
@@ -210,7 +200,6 @@ class KeyLabelling(QObject):
             self._begin(action, key, position)
 
     def _begin(self, action: str, key: str, position: float) -> None:
-        """Begin a stroke with a key."""
         self.document.select(None)
         self.document.begin_stroke(action, position)
         self._held = key, self._clock(), self.document.cursor
@@ -226,7 +215,7 @@ class KeyLabelling(QObject):
             self.document.end_stroke(position)
 
     def _position(self) -> float:
-        """The time that is meant, in seconds."""
+        """Where a stroke starts or ends, in seconds."""
         document = self.document
         targets = snap_targets(document)
         if document.playing:

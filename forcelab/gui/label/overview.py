@@ -114,34 +114,31 @@ class Overview(QWidget):
         return QRectF(left - spare, 0.0, right - left + 2 * spare, self.height())
 
     def sizeHint(self) -> QSize:
-        """As wide as the panels, of fixed height."""
         return QSize(900, HEIGHT)
 
     # Drawing
 
     def invalidate(self, *_: object) -> None:
-        """Say that the picture is stale."""
+        """Redraw everything."""
         self._curves.forget()
         self._tracks_changed()
 
     def _tracks_changed(self) -> None:
-        """Say that the coder's track is another one."""
+        """Redraw the coder's track."""
         self._whole.forget()
         self.update()
 
     def changeEvent(self, event: QEvent) -> None:
-        """Draw anew when fonts or the palette change."""
         if event.type() in (QEvent.Type.FontChange, QEvent.Type.PaletteChange):
             self.invalidate()
         super().changeEvent(event)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Draw anew."""
         self.invalidate()
         super().resizeEvent(event)
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Draw the kept picture, the window and the cursor."""
+        """Draw the cached picture, the window and the cursor."""
         size, ratio = self.size(), self.devicePixelRatioF()
         curves = self._curves.picture(size, ratio, None, self._draw)
         whole = self._whole.picture(size, ratio, None, partial(self._draw_with_track, curves))
@@ -216,7 +213,7 @@ class Overview(QWidget):
             paint_glitches(painter, x, upwards, (box.top(), box.bottom()), colours())
 
     def _paint_window(self, painter: QPainter) -> None:
-        """Draw what is visible, what is being chosen, and the cursor."""
+        """Draw the visible span, the span that is being chosen, and the cursor."""
         now, plot, box = colours(), self.plot, self.window_box
         veil = translucent(now.panel, 0.6)
         painter.fillRect(QRectF(plot.left(), 1, box.left() - plot.left(), HEIGHT), veil)
@@ -240,7 +237,6 @@ class Overview(QWidget):
         painter.drawLine(QLineF(x, 0, x, HEIGHT))
 
     def _moved_on(self, *_: object) -> None:
-        """Draw window and cursor where they are now."""
         if self.isVisible():
             self.update()
 
@@ -250,7 +246,7 @@ class Overview(QWidget):
         return min(max(self.axis.value(x), low), high)
 
     def handle_at(self, x: float) -> Handle:
-        """What is taken hold of at a pixel."""
+        """Which part of the window a drag from a pixel would move."""
         box = self.window_box
         inside = min(REACH, box.width() / 4)
         if box.left() - REACH <= x <= box.left() + inside:
@@ -261,7 +257,7 @@ class Overview(QWidget):
         return "body" if box.left() < x < box.right() and not whole else "new"
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        """Take hold of the window, of one of its edges, or begin another span."""
+        """Begin to drag the window, one of its edges, or another span."""
         if event.button() == Qt.MouseButton.LeftButton and self.document.demonstration is not None:
             self._held = self.handle_at(event.position().x())
             self._press = event.position()
@@ -323,7 +319,7 @@ class Overview(QWidget):
         event.accept()
 
     def _hint(self, x: float) -> None:
-        """Let the pointer tell what can be taken hold of."""
+        """Show by the pointer what a drag would move."""
         shapes = {
             "start": Qt.CursorShape.SizeHorCursor,
             "end": Qt.CursorShape.SizeHorCursor,

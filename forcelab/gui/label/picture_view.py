@@ -30,19 +30,16 @@ MARGIN = 6.0
 
 
 def scaled(image: QImage, size: QSize) -> QImage:
-    """The picture in so many pixels; in any thread."""
+    """The picture in a size in pixels; may be called in any thread."""
     keep, smooth = Qt.AspectRatioMode.IgnoreAspectRatio, Qt.TransformationMode.SmoothTransformation
     return image.scaled(size, keep, smooth)
 
 
 class PictureView(QWidget):
-    """A picture, or a sentence in its place, and a caption below.
+    """A picture, or a message in its place, and a caption below.
 
-    Attributes
-    ----------
-    fits : Signal(QSize)
-        In how many pixels of the screen pictures are shown from now on; an empty size while they
-        are enlarged.
+    `fits` tells in which size, in pixels of the screen, pictures are shown from now on; an empty
+    size while they are enlarged.
     """
 
     fits = Signal(QSize)
@@ -63,17 +60,17 @@ class PictureView(QWidget):
 
     @property
     def caption(self) -> str:
-        """What is said below the picture."""
+        """The text below the picture."""
         return ""
 
     @property
     def message(self) -> str:
-        """What is said in place of the picture; empty while there is one."""
+        """The text in place of the picture; empty while there is one."""
         return ""
 
     @property
     def troubled(self) -> bool:
-        """Whether what is said is that something went wrong."""
+        """Whether the message reports a failure."""
         return False
 
     @property
@@ -83,17 +80,12 @@ class PictureView(QWidget):
 
     @property
     def image(self) -> QImage | None:
-        """The picture that is shown."""
         return self._image
 
     def set_image(self, image: QImage | None, fitted: QImage | None = None) -> None:
         """Show another picture, enlarged as the one before.
 
-        Parameters
-        ----------
-        image : QImage or None
-        fitted : QImage, optional
-            The same in the size that :attr:`fits` told last, where it is there already.
+        `fitted` is the same in the size that :attr:`fits` told last, where it is ready.
         """
         self._image = image
         self._scaled = None if fitted is None else self._on_screen(fitted)
@@ -108,12 +100,12 @@ class PictureView(QWidget):
 
     @property
     def _stage(self) -> QRectF:
-        """Where the picture may be: all but the caption, and what stands above."""
+        """The area of the picture: all but the caption, and what is above."""
         below, above = self.fontMetrics().height() + MARGIN, self.above
         return QRectF(0, above, self.width(), max(self.height() - below - above, 1.0))
 
     def _picture_box(self) -> QRectF:
-        """Where the whole picture lies, beyond the stage when zoomed in."""
+        """Where the picture lies, beyond the stage when zoomed in."""
         assert self._image is not None
         stage = self._stage
         size = QSizeF(self._image.size()).scaled(
@@ -124,7 +116,6 @@ class PictureView(QWidget):
         return QRectF(QPointF(left, top), size)
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint the picture or a sentence, and the caption."""
         look, stage = colours(), self._stage
         with QPainter(self) as painter:
             painter.fillRect(self.rect(), QColor(look.panel))
@@ -142,7 +133,7 @@ class PictureView(QWidget):
             painter.drawText(below, Qt.AlignmentFlag.AlignCenter, text)
 
     def _paint_words(self, painter: QPainter, stage: QRectF, words: str) -> None:
-        """Write a sentence in place of the picture; a long path is broken anywhere."""
+        """Write a message in place of the picture; a long path is broken anywhere."""
         inner = stage.adjusted(2 * MARGIN, MARGIN, -2 * MARGIN, -MARGIN)
         wrap = Qt.TextFlag.TextWordWrap
         if painter.boundingRect(inner, wrap, words).width() > inner.width():
@@ -175,34 +166,25 @@ class PictureView(QWidget):
         return self._scaled
 
     def _on_screen(self, image: QImage) -> QPixmap:
-        """A picture whose pixels are those of the screen."""
+        """A pixmap whose pixels are those of the screen."""
         pixmap = QPixmap.fromImage(image)
         pixmap.setDevicePixelRatio(self.devicePixelRatioF())
         return pixmap
 
     def _tell_fit(self, size: QSize) -> None:
-        """Tell in which size pictures are shown, if it is another one."""
+        """Emit the size in which pictures are shown, if it has changed."""
         if size != self._fits:
             self._fits = size
             self.fits.emit(size)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Scale anew."""
         super().resizeEvent(event)
         self._scaled = None
 
     # Looking closer
 
     def zoom_by(self, factor: float, about: QPointF | None = None) -> None:
-        """Enlarge the picture, keeping the point under the pointer where it is.
-
-        Parameters
-        ----------
-        factor : float
-            Above 1 to see more detail.
-        about : QPointF, optional
-            In the widget's pixels; by default its middle.
-        """
+        """Enlarge the picture by a factor, keeping the pixel `about` (the middle) in place."""
         if self._image is None:
             return
         about = self._stage.center() if about is None else about
@@ -224,7 +206,7 @@ class PictureView(QWidget):
         self.update()
 
     def _move_middle(self, x: float, y: float) -> None:
-        """Which point of the picture, in shares of it, is in the middle of the stage."""
+        """Put a point of the picture, in shares of it, into the middle of the stage."""
         size, stage = self._picture_box().size(), self._stage
         half_x = min(stage.width() / size.width() / 2, 0.5)
         half_y = min(stage.height() / size.height() / 2, 0.5)
@@ -232,18 +214,15 @@ class PictureView(QWidget):
         self.update()
 
     def wheelEvent(self, event: QWheelEvent) -> None:
-        """Zoom at the pointer."""
         self.zoom_by(NOTCH ** (event.angleDelta().y() / 120), event.position())
         event.accept()
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        """Take hold of the picture."""
         if event.button() == Qt.MouseButton.LeftButton and self._zoom > 1:
             self._dragged = event.position()
             self.setCursor(Qt.CursorShape.ClosedHandCursor)
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        """Move the picture with the pointer."""
         if self._dragged is not None and self._image is not None:
             moved, size = event.position() - self._dragged, self._picture_box().size()
             self._dragged = event.position()
@@ -253,20 +232,16 @@ class PictureView(QWidget):
             )
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
-        """Let go of the picture."""
         self._dragged = None
         self.unsetCursor()
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
-        """Show the whole picture."""
         self.fit()
 
     def contextMenuEvent(self, event: QContextMenuEvent) -> None:
-        """Offer what can be done with the picture."""
         self.menu().exec(event.globalPos())
 
     def menu(self) -> QMenu:
-        """What can be done with the picture."""
         menu = QMenu(self)
         menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         copy = menu.addAction("Copy frame", self.copy_frame)
@@ -281,11 +256,11 @@ class PictureView(QWidget):
         return menu
 
     def copy_frame(self) -> None:
-        """Put the frame that is shown onto the clipboard."""
+        """Copy the shown frame to the clipboard."""
         if self._image is not None:
             QGuiApplication.clipboard().setImage(self._image)
 
 
 def _placed(centre: float, share: float, size: float, room: float) -> float:
-    """Where a side begins: in the middle of the room, or moved when there is more than room."""
+    """Where a side begins: centred in the room, or scrolled where the picture is larger."""
     return centre - size / 2 if size <= room else centre - share * size

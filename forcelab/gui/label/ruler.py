@@ -70,11 +70,9 @@ class Ruler(TimePanel):
         self.setToolTip("Drag to move the cursor")
 
     def sizeHint(self) -> QSize:
-        """As wide as the panels, of fixed height."""
         return QSize(900, HEIGHT)
 
     def paint_content(self, painter: QPainter, plot: QRectF) -> None:
-        """Draw numbers and their marks."""
         now, axis = colours(), self.axis
         marks = clock_marks(axis, NUMBER) if self._clock else axis.marks(NUMBER, upright=False)
         painter.fillRect(plot, QColor(now.panel))
@@ -95,11 +93,9 @@ class Ruler(TimePanel):
             text.draw_text(painter, middle.x(), middle.y(), label, face=face, ink=ink, align=0.5)
 
     def gutter_shows(self) -> object:
-        """The unit."""
         return self._clock
 
     def paint_gutter(self, painter: QPainter, box: QRectF) -> None:
-        """Say what the numbers are."""
         now = colours()
         painter.fillRect(box, QColor(now.panel))
         unit = "min:s" if self._clock else "s"
@@ -110,7 +106,7 @@ class Ruler(TimePanel):
         painter.drawLine(QLineF(box.left(), box.bottom() - 0.5, box.right(), box.bottom() - 0.5))
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Draw the panel, and over its cursor what time it is there."""
+        """Draw the panel, and a tag with the cursor's time."""
         super().paintEvent(event)
         x = self.x_at(self.document.cursor)
         # Half a pixel of room: the ends of the axis are pixels only up to rounding.
@@ -144,21 +140,19 @@ class Ruler(TimePanel):
         return "{} s".format(text.signed(f"{self.document.cursor:.{decimals}f}"))
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        """Take hold of the cursor."""
         if event.button() == Qt.MouseButton.LeftButton:
             self._scrub(event)
         else:
             super().mousePressEvent(event)
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        """Move the cursor along."""
         if event.buttons() & Qt.MouseButton.LeftButton:
             self._scrub(event)
         else:
             super().mouseMoveEvent(event)
 
     def _scrub(self, event: QMouseEvent) -> None:
-        """Move the cursor to the pointer, no further than to the ends of what is visible."""
+        """Move the cursor to the pointer, no further than to the ends of the visible span."""
         x = min(max(event.position().x(), self.plot.left()), self.plot.right())
         self.document.seek(self.time_at(x))
 
@@ -171,5 +165,5 @@ class Ruler(TimePanel):
 
     @property
     def _clock(self) -> bool:
-        """Whether times are told in minutes and seconds."""
+        """Whether times are in minutes and seconds."""
         return self.document.end - self.document.start > LONGEST_IN_SECONDS

@@ -55,12 +55,7 @@ if TYPE_CHECKING:
 
 
 class ScalogramButton(QToolButton):
-    """Shows the channel; its menu chooses channel, magnitude or phase, and the range of colours.
-
-    Signals
-    -------
-    channel_chosen(str), phase_chosen(bool), steady_chosen(bool)
-    """
+    """Shows the channel; its menu chooses channel, magnitude or phase, and the range of colours."""
 
     channel_chosen = Signal(str)
     phase_chosen = Signal(bool)
@@ -81,7 +76,7 @@ class ScalogramButton(QToolButton):
         self.setMenu(self._choices)
 
     def offer(self, channels: Sequence[str], channel: str, phase: bool, steady: bool) -> None:
-        """Say what can be chosen, and what is chosen."""
+        """Fill the menu and mark what is chosen."""
         room = max(self.width() - 18, 10)
         name = self.fontMetrics().elidedText(channel, NAMES, room)
         # The wide space keeps the name clear of the arrow.
@@ -104,7 +99,6 @@ class ScalogramButton(QToolButton):
         same.triggered.connect(self.steady_chosen)
 
     def _add(self, name: str, on: bool, group: QActionGroup | None = None) -> QAction:
-        """One line of the menu."""
         action = QAction(name, self._choices, checkable=True, checked=on)
         if group is not None:
             group.addAction(action)
@@ -120,20 +114,9 @@ CACHED_SCALOGRAMS = 1 << 21
 
 @dataclass(frozen=True, slots=True)
 class ScalogramRequest:
-    """What a picture is wanted of.
+    """The channel, span (s) and resolution of a picture of phases or magnitudes.
 
-    Parameters
-    ----------
-    demonstration : Demonstration
-    channel : str
-    span : tuple of two floats
-        Seconds.
-    rows, columns : int
-    phase : bool
-        Phases instead of magnitudes.
-    folder : Path, optional
-        The demonstration's own, where what long spans are put together from is kept; None where
-        nothing may be, or need be.
+    `folder` is where tiles of long spans are cached; None where they may not or need not be.
     """
 
     demonstration: Demonstration
@@ -146,7 +129,7 @@ class ScalogramRequest:
 
 
 def cache_folder(document: Document) -> Path | None:
-    """Where something is kept beside the demonstration; None where nothing may or need be."""
+    """Where tiles are cached beside the demonstration; None where they may not or need not be."""
     project, shown = document.project, document.demonstration
     if (
         project is None
@@ -159,18 +142,13 @@ def cache_folder(document: Document) -> Path | None:
 
 
 def compute(wish: ScalogramRequest, known: Survey | None) -> Generator[Progress, None, Scalogram]:
-    """Compute what is wished for; a job.
+    """Compute a picture; a job.
 
-    Of a long recording it goes on with the tiles of what is not seen, after the exact picture, so
-    that whoever pans or zooms later does not wait for them. One core is left to the window then.
+    Of a long recording it goes on with the tiles outside the visible span, after the exact picture,
+    so that later panning and zooming need not wait for them. One core is left to the window then.
     Its thread keeps its priority: one that waits its turn with Python's lock in its hand would
-    hold up the window. In the end they are kept, and the next session begins with them.
-
-    Parameters
-    ----------
-    wish : Wish
-    known : Survey, optional
-        Of the channel, from an earlier picture.
+    hold up the window. In the end they are cached, and the next session begins with them.
+    `known` is the channel's survey from an earlier picture.
     """
     # In the job's thread these imports, most of a second the first time, delay nobody.
     from forcelab.signals.scalogram import LONG, Step, keep, kept, row_scales, scalogram, survey
@@ -206,25 +184,11 @@ LOADING_DELAY_MS = 40
 
 
 class ScalogramLoader(QObject):
-    """Has pictures computed in the background.
+    """Computes pictures in the background.
 
-    Parameters
-    ----------
-    jobs : Jobs
-        Runs the computing.
-    wish : callable
-        What is wanted a picture of, when it is begun; None for nothing.
-
-    Attributes
-    ----------
-    view : Survey or None
-        What is known of the channel, for the pictures that come next.
-    wanted : bool
-        Whether a picture is waited for.
-    came : Signal(Scalogram)
-        A picture, the coarse one first where there is one.
-    refused : Signal(str)
-        Why there is none.
+    `request` gives what to compute when a job begins; None for nothing. `view` is the channel's
+    survey for later pictures; `pending` tells whether a picture is awaited. `loaded` brings a
+    picture, a coarse one first where there is one; `refused` says why there is none.
     """
 
     came = Signal(object)
@@ -243,7 +207,7 @@ class ScalogramLoader(QObject):
         self._timer.timeout.connect(self._begin)
 
     def ask(self) -> None:
-        """Have a picture made of what is seen then."""
+        """Compute a picture of what is visible when the span has come to rest."""
         self.wanted = True
         self._timer.start()
         if self.view is not None and self._job is not None:
@@ -252,7 +216,7 @@ class ScalogramLoader(QObject):
             self._job = None
 
     def stop(self) -> None:
-        """Compute nothing any more."""
+        """Cancel what is computed."""
         self._timer.stop()
         self.wanted, self._shown = False, None
         if self._job is not None:
@@ -260,11 +224,11 @@ class ScalogramLoader(QObject):
             self._job = None
 
     def forget(self) -> None:
-        """The pictures are of another channel from now on."""
+        """Drop the survey: the channel is another one."""
         self.view = None
 
     def _begin(self) -> None:
-        """Start computing."""
+        """Start a job."""
         wish = self._wish()
         if wish is None:
             self.stop()
@@ -291,7 +255,7 @@ class ScalogramLoader(QObject):
         )
 
     def _emit_picture(self, picture: Scalogram) -> None:
-        """Give a newer picture away."""
+        """Emit a newer picture."""
         if picture is not self._shown:
             self._shown, self.view = picture, picture.view
             self.came.emit(picture)
@@ -302,7 +266,7 @@ SPIKE = 0.5
 
 
 def readout_value(picture: Scalogram, rows: Rows, time: float, y: float) -> str:
-    """What is known at a time and a height, such as ``12.3 Hz at 4.250 s: |W| = 0.42``.
+    """The value at a time and a height, such as ``12.3 Hz at 4.250 s: |W| = 0.42``.
 
     The transform's own measure, without the channel's unit: a tone of 1 N has more the wider the
     wavelet is.
@@ -323,11 +287,7 @@ def readout_value(picture: Scalogram, rows: Rows, time: float, y: float) -> str:
 def readout_note(picture: Scalogram, high: float) -> str:
     """What was approximated or left out in the picture; empty where that is nothing.
 
-    Parameters
-    ----------
-    picture : Scalogram
-    high : float
-        Decimal logarithm of the magnitude for the last colour.
+    `high` is the decimal logarithm of the magnitude for the last colour.
     """
     if picture.coarse:
         return "coarse picture; computing the exact one…"
@@ -335,7 +295,7 @@ def readout_note(picture: Scalogram, high: float) -> str:
 
 
 def _omitted_text(picture: Scalogram, high: float) -> str:
-    """What the colours do not tell apart or show."""
+    """What the colours leave out or do not tell apart."""
     source, notes = picture.view.source, []
     number = source.left_out(source.place(picture.start), source.place(picture.end))
     if number:
@@ -350,7 +310,7 @@ def _omitted_text(picture: Scalogram, high: float) -> str:
 
 
 def _resolution_text(picture: Scalogram) -> str:
-    """How much of the recording each pixel is about."""
+    """How much of the recording each pixel stands for."""
     samples = (picture.end - picture.start) * picture.view.source.rate
     each = samples / picture.values.shape[1]
     if each < 2:
@@ -361,7 +321,7 @@ def _resolution_text(picture: Scalogram) -> str:
 
 
 def readout_ends(low: float, high: float, phase: bool) -> tuple[str, str]:
-    """What stands beside the legend's ends; `low` and `high` are decimal logarithms."""
+    """The texts at the legend's ends; `low` and `high` are decimal logarithms."""
     if phase:
         return "\N{MINUS SIGN}\N{GREEK SMALL LETTER PI}", "\N{GREEK SMALL LETTER PI}"
     return amount_text(10.0**low), f"|W| {amount_text(10.0**high)}"
@@ -376,12 +336,7 @@ BUTTON = 24
 class ScalogramPanel(TimePanel):
     """One channel's scalogram on the common time axis.
 
-    Attributes
-    ----------
-    channel : str
-        The one that is shown; empty without a demonstration.
-    picture : Scalogram or None
-        The newest picture.
+    `channel` is empty without a demonstration; `picture` is the newest one.
     """
 
     def __init__(self, document: Document, jobs: Jobs) -> None:
@@ -421,17 +376,15 @@ class ScalogramPanel(TimePanel):
 
     @property
     def settled(self) -> bool:
-        """Whether what is shown is what was asked for."""
+        """Whether the newest requested picture is shown."""
         return not self._asking.wanted
 
     def set_channel(self, name: str) -> None:
-        """Show another channel."""
         if name != self.channel and name in self.channels:
             self.channel = name
             self._forget()
 
     def set_phase(self, phase: bool) -> None:
-        """Show phases, or magnitudes."""
         if phase != self._phase:
             self._phase = phase
             self._drop()
@@ -445,7 +398,7 @@ class ScalogramPanel(TimePanel):
     # Qt
 
     def sizeHint(self) -> QSize:
-        """Wide, and high enough to tell octaves apart."""
+        """High enough to tell octaves apart."""
         return QSize(900, 170)
 
     def minimumSizeHint(self) -> QSize:
@@ -453,34 +406,28 @@ class ScalogramPanel(TimePanel):
         return QSize(240, 64)
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Compute what is seen now."""
         super().showEvent(event)
         self._ask()
 
     def hideEvent(self, event: QHideEvent) -> None:
-        """Stop computing what nobody sees."""
         super().hideEvent(event)
         self._asking.stop()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Compute for the new size."""
         super().resizeEvent(event)
         self._button.setGeometry(2, 2, self.GUTTER - 6, BUTTON)
         self._write_button()
         self._ask()
 
     def contextMenuEvent(self, event: QContextMenuEvent) -> None:
-        """The same menu as that of the button."""
         self._button.menu().popup(event.globalPos())
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        """Show the value under the pointer."""
         super().mouseMoveEvent(event)
         self._pointer = event.position()
         self.update()
 
     def leaveEvent(self, event: QEvent) -> None:
-        """Show no value any more."""
         super().leaveEvent(event)
         self._pointer = None
         self.update()
@@ -498,11 +445,9 @@ class ScalogramPanel(TimePanel):
         drawing.draw_marks(painter, plot, [rows.y(scale) for scale in scales.MARKED], now)
 
     def gutter_shows(self) -> object:
-        """The axis in Hz, and what stands at the legend's ends."""
         return self._rows, self._ends(), self._phase
 
     def paint_gutter(self, painter: QPainter, box: QRectF) -> None:
-        """Draw the axis in Hz and the legend of the colours."""
         painter.fillRect(box, QColor(colours().panel))
         drawing.draw_frequencies(painter, box.right(), self._rows, colours(), BUTTON + 8.0)
         bar = QRectF(4.5, BUTTON + 10.5, 6, box.bottom() - BUTTON - 18)
@@ -511,7 +456,7 @@ class ScalogramPanel(TimePanel):
             drawing.draw_bar(painter, bar, ends, self._phase, colours())
 
     def paint_overlay(self, painter: QPainter, plot: QRectF) -> None:
-        """Say what is under the pointer, and what was approximated or went wrong."""
+        """Show the value under the pointer, and what was approximated or went wrong."""
         if self._trouble:
             drawing.draw_plate(painter, plot.topLeft(), self._trouble, colours(), plot)
             return
@@ -524,7 +469,7 @@ class ScalogramPanel(TimePanel):
                 drawing.draw_plate(painter, self._pointer + QPointF(12, 14), line, colours(), plot)
 
     def value_at(self, x: float, y: float) -> str:
-        """What is known at a point of the panel, such as ``12.3 Hz at 4.250 s: 0.42 N``."""
+        """The value at a point of the panel, such as ``12.3 Hz at 4.250 s: 0.42 N``."""
         if self.picture is None:
             return ""
         return readout_value(self.picture, self._rows, self.time_at(x), y)
@@ -556,7 +501,7 @@ class ScalogramPanel(TimePanel):
         self._drop()
 
     def _drop(self) -> None:
-        """Drop all pictures, also the one that is being made."""
+        """Drop all pictures, also the one that is being computed."""
         self._asking.stop()
         self._layers.clear()
         self.picture = None
@@ -565,11 +510,11 @@ class ScalogramPanel(TimePanel):
         self._ask()
 
     def _write_button(self) -> None:
-        """Print the channel on the button, and mark in its menu what is chosen."""
+        """Show the channel on the button, and mark in its menu what is chosen."""
         self._button.offer(self.channels, self.channel, self._phase, self._steady)
 
     def _ask(self, *_: object) -> None:
-        """Have a picture of what is seen made, once the span has come to rest."""
+        """Request a picture of the visible span, once it has come to rest."""
         # To Qt the panels of a minimised window are visible.
         self._owed = self.window().isMinimized()
         if self.isVisible() and self.channel and not self._owed:
@@ -578,7 +523,7 @@ class ScalogramPanel(TimePanel):
             self._asking.stop()
 
     def _wish(self) -> ScalogramRequest | None:
-        """What a picture is wanted of; None for nothing."""
+        """The request for the visible span; None for nothing."""
         demonstration = self.document.demonstration
         low, high = self.document.bounds
         span = max(self.document.start, low), min(self.document.end, high)
@@ -597,7 +542,6 @@ class ScalogramPanel(TimePanel):
         )
 
     def _refused(self, sentence: str) -> None:
-        """Say why there is no picture."""
         self._trouble = sentence
         self.invalidate()
 
@@ -615,7 +559,7 @@ class ScalogramPanel(TimePanel):
         self.invalidate()
 
     def _ends(self) -> tuple[str, str] | None:
-        """What stands at the ends of the colours' legend; None where nothing is known of them."""
+        """The texts at the legend's ends; None where the range is not known."""
         if not self._phase and self._asking.view is None:
             return None
         return readout_ends(*self._range(), self._phase)

@@ -84,17 +84,9 @@ def _linear(lightness: Real, chroma: Real, hue: Real) -> Real:
 
 
 def oklch_to_srgb(lightness: Real, chroma: Real, hue: Real) -> Bytes:
-    """Colours of the screen for OKLCH, with the largest chroma up to `chroma` that it can show.
+    """Colours (RGB, shape (n, 3)) for OKLCH, with the largest chroma up to `chroma` that fits.
 
-    Parameters
-    ----------
-    lightness, chroma, hue : ndarray, shape (n,)
-        Lightness from 0 to 1; hue in radians.
-
-    Returns
-    -------
-    ndarray of uint8, shape (n, 3)
-        Red, green and blue.
+    Lightness from 0 to 1, hue in radians; all of shape (n,).
     """
     low, high = np.zeros_like(chroma), chroma.copy()
     for _ in range(20):
@@ -111,14 +103,10 @@ def oklch_to_srgb(lightness: Real, chroma: Real, hue: Real) -> Bytes:
 
 @cache
 def magnitude_colours(dark: bool, count: int = 255) -> Bytes:
-    """A sequence from the least to the largest magnitude, for a dark or a light theme.
+    """A sequence from the least to the largest magnitude, shape (count, 3). Not to be changed.
 
     On dark it rises from the ground to light, on light it falls from white to dark; lightness is
-    linear in both. Shared: not to be changed.
-
-    Returns
-    -------
-    ndarray of uint8, shape (count, 3)
+    linear in both.
     """
     stops = _ON_DARK if dark else _ON_LIGHT
     at = np.linspace(0.0, 1.0, len(stops))
@@ -129,14 +117,7 @@ def magnitude_colours(dark: bool, count: int = 255) -> Bytes:
 
 @cache
 def phase_colours(dark: bool, count: int = 255) -> Bytes:
-    """A circle of hues of one lightness, from -pi to pi; its ends are neighbours.
-
-    Shared: not to be changed.
-
-    Returns
-    -------
-    ndarray of uint8, shape (count, 3)
-    """
+    """A circle of hues of one lightness, from -pi to pi, shape (count, 3). Not to be changed."""
     hue = 2 * np.pi * np.arange(count) / count
     lightness = np.full(count, 0.68 if dark else 0.74)
     return oklch_to_srgb(lightness, np.full(count, 0.115), hue)
@@ -163,18 +144,9 @@ SMALL = 10.0
 
 @dataclass(frozen=True, slots=True)
 class Rows:
-    """The vertical axis: logarithms of scales, the smallest on top.
+    """The vertical axis: logarithms of scales (samples), the smallest on top, in pixels.
 
-    Parameters
-    ----------
-    top, bottom : float
-        Pixels.
-    smallest, largest : float
-        Scales in samples at top and bottom.
-    factor : float
-        Periods over scales, of the wavelet.
-    rate : float
-        Samples a second.
+    `factor` is the wavelet's period over its scale, `rate` the samples a second.
     """
 
     top: float
@@ -190,7 +162,7 @@ class Rows:
         return self.top + share * (self.bottom - self.top)
 
     def hertz(self, scale: float) -> float:
-        """The frequency that a scale answers to most."""
+        """The frequency at which a scale's response is largest."""
         return self.rate / (self.factor * scale)
 
     def scale(self, y: float) -> float:
@@ -214,14 +186,14 @@ def magnitudes(values: NDArray[np.float32], low: float, high: float, dark: bool)
 
 
 def _coloured(places: NDArray[np.float32], table: NDArray[np.uint8]) -> QImage:
-    """Places in a table of colours as an image."""
+    """Indices into a table of colours as an image."""
     known = np.isfinite(places)
     codes = np.where(known, np.clip(places, 0, NOTHING - 1), NOTHING)
     return _as_image(_bar_text(table)[codes.astype(np.uint8)])
 
 
 def _bar_text(table: NDArray[np.uint8]) -> NDArray[np.uint32]:
-    """Pixels of the table's colours, and one that is transparent."""
+    """The table's colours as pixels, and a transparent one."""
     words = np.zeros(NOTHING + 1, dtype=np.uint32)
     red, green, blue = table.astype(np.uint32).T
     words[:NOTHING] = 0xFF000000 | red << 16 | green << 8 | blue
@@ -245,7 +217,7 @@ def draw_cone(
     span: tuple[float, float],
     bounds: tuple[float, float],
 ) -> None:
-    """Hatch where the ends of the recording bear upon the coefficients."""
+    """Hatch the coefficients that the ends of the recording influence."""
     per_pixel = (span[1] - span[0]) / plot.width()
     xs = np.arange(plot.left(), plot.right() + 2, 2.0)
     times = span[0] + (xs - plot.left()) * per_pixel
@@ -313,7 +285,7 @@ def draw_frequencies(
 
 
 def amount_text(value: float) -> str:
-    """A number in as few characters as tell it: ``110``, ``0.003``, ``2e-07``."""
+    """A number in few characters: ``110``, ``0.003``, ``2e-07``."""
     if not 1e-4 <= value < 1e5:
         return f"{value:.1g}"
     digits = max(0, 1 - math.floor(math.log10(value)))
@@ -343,9 +315,9 @@ def draw_plate(
     *,
     quiet: bool = False,
 ) -> None:
-    """A line of text on a plate that covers what is behind it, kept inside `area`.
+    """Write a line on a plate that covers what is behind it, kept inside `area`.
 
-    `quiet` is for what is said in passing: smaller, and the picture shows through.
+    A `quiet` one is smaller, and the picture shows through.
     """
     face = text.font(SMALL if quiet else 11.0)
     line = text.elided(line, face, max(area.width() - 16, 1.0))
@@ -371,11 +343,7 @@ ORDER = ("whole", "fine", "coarse")
 def colour_range(picture: Scalogram, steady: bool) -> tuple[float, float]:
     """Decimal logarithms of the magnitudes for the first and the last colour.
 
-    Parameters
-    ----------
-    picture : Scalogram
-    steady : bool
-        Take the range of the whole demonstration, so that colours do not jump while panning.
+    They are those of the whole demonstration where they are to be `steady` while panning.
     """
     view = picture.view
     known = picture.values[np.isfinite(picture.values)]
@@ -393,7 +361,6 @@ class ScalogramLayers:
         self._kept: dict[str, tuple[Scalogram, QImage]] = {}
 
     def clear(self) -> None:
-        """Forget all pictures."""
         self._kept.clear()
 
     def take(self, picture: Scalogram, *, whole: bool, steady: bool) -> None:
@@ -415,9 +382,9 @@ class ScalogramLayers:
     def paint(
         self, painter: QPainter, plot: QRectF, start: float, end: float, *, smooth: bool
     ) -> None:
-        """Draw what lies between two times, in seconds, where it belongs in `plot`.
+        """Draw what lies between two times (s) into `plot`.
 
-        What is not `smooth` is drawn in half the time, for as long as it is being moved.
+        Drawing that is not `smooth`, for while it is moved, takes half the time.
         """
         for kind in ORDER:
             if kind in self._kept:
@@ -425,7 +392,7 @@ class ScalogramLayers:
                     _paint(painter, plot, (start, end), seen, smooth, *self._kept[kind])
 
     def _visible_region(self, kind: str, start: float, end: float) -> list[tuple[float, float]]:
-        """Where a picture is not covered: a fine one hides what lies below it."""
+        """Where a picture is not covered by a finer one."""
         if kind != "whole" or "fine" not in self._kept:
             return [(start, end)]
         above, _ = self._kept["fine"]
@@ -433,7 +400,6 @@ class ScalogramLayers:
 
 
 def _layer_image(picture: Scalogram, steady: bool) -> QImage:
-    """A picture in the theme's colours."""
     return image(picture, *colour_range(picture, steady), colours().dark)
 
 
@@ -446,7 +412,7 @@ def _paint(
     picture: Scalogram,
     layer: QImage,
 ) -> None:
-    """Draw the part of a picture that is seen where its time is in the visible span."""
+    """Draw the `seen` part of a picture."""
     first, last = max(picture.start, seen[0]), min(picture.end, seen[1])
     if last <= first:
         return

@@ -26,7 +26,7 @@ def rename_action(document: Document, name: str, new: str, parent: QWidget) -> b
     """Rename an action of the open demonstration's task in all of the coder's tracks.
 
     Asks first where it is merged into another action, and where the coder's segments in other
-    tasks have it too. What cannot be is told in the status line.
+    tasks have it too. Errors are shown in the status line.
     """
     project, demonstration = document.project, document.demonstration
     if project is None or demonstration is None:
@@ -53,7 +53,7 @@ def rename_action(document: Document, name: str, new: str, parent: QWidget) -> b
 def _confirm_rename(
     here: ActionRename, everywhere: ActionRename, parent: QWidget
 ) -> Collection[str] | None:
-    """Ask whether an action is to be renamed, and in which tasks; None where it is not."""
+    """Ask whether to rename an action, and in which tasks; None to leave it."""
     box = QMessageBox(parent)
     box.setIcon(QMessageBox.Icon.Question)
     box.setTextFormat(Qt.TextFormat.PlainText)  # names are anybody's
@@ -99,7 +99,7 @@ def current_segment(document: Document) -> int | None:
 
 
 def for_current_segment(document: Document, segment: Segment, verb: Callable[[int], bool]) -> bool:
-    """Do something to one of the coder's segments, whatever its number is by now."""
+    """Apply a verb to one of the coder's segments by its current index, which may have changed."""
     index = document.index_of(segment)
     if index is None:
         sentence = "That segment was changed elsewhere; look at it anew."
@@ -161,7 +161,7 @@ def fill_range(document: Document, action: str) -> bool:
 
 
 def merge_segments(document: Document) -> bool:
-    """Make one of the segments in the marked range; without one, of the segment and the next."""
+    """Merge the segments in the marked range; without one, the segment and the next."""
     segments = document.segments
     if document.range is not None:
         start, end = document.range
@@ -195,10 +195,10 @@ def fill_gaps(document: Document, longest: float) -> bool:
 
 
 def copy_candidates(document: Document, author: str, time: float) -> tuple[float, float] | None:
-    """What is taken over from another author at a time: start and end in seconds; None for nothing.
+    """The span (s) to copy from another author at a time; None for nothing.
 
-    That is the marked range. Without one it is everything while one's own track is empty; later on
-    what lies along the selected segment, and elsewhere the other author's segment there.
+    That is the marked range. Without one it is everything while the coder's track is empty; later
+    on what lies along the selected segment, and elsewhere the other author's segment there.
     """
     other = document.others.get(author, ())
     if document.range is not None:
@@ -213,7 +213,7 @@ def copy_candidates(document: Document, author: str, time: float) -> tuple[float
 
 
 def copy_from(document: Document, author: str) -> bool:
-    """Take over what another author has at the cursor (:func:`copy_candidates`)."""
+    """Copy what another author has at the cursor (:func:`copy_candidates`)."""
     stretch = copy_candidates(document, author, document.cursor)
     if stretch is None:
         return report_refusal(
@@ -223,7 +223,7 @@ def copy_from(document: Document, author: str) -> bool:
 
 
 def start_to_cursor(document: Document) -> bool:
-    """Let the segment start at the cursor; on unlabelled time, the next segment."""
+    """Move the segment's start to the cursor; on unlabelled time, that of the next segment."""
     index = current_segment(document)
     if index is None:
         index = bisect_right(document.segments, document.cursor, key=_start)
@@ -233,7 +233,7 @@ def start_to_cursor(document: Document) -> bool:
 
 
 def end_to_cursor(document: Document) -> bool:
-    """Let the segment end at the cursor; on unlabelled time, the previous segment."""
+    """Move the segment's end to the cursor; on unlabelled time, that of the previous segment."""
     index = current_segment(document)
     if index is None:
         index = bisect_right(document.segments, document.cursor, key=_end) - 1
@@ -243,7 +243,7 @@ def end_to_cursor(document: Document) -> bool:
 
 
 def nudge(document: Document, what: Literal["start", "end", "both"], count: int) -> bool:
-    """Move an edge of the segment, or all of it, by a step."""
+    """Move an edge of the segment, or all of it, by a number of steps."""
     index = current_segment(document)
     if index is None:
         return report_refusal(
@@ -254,7 +254,7 @@ def nudge(document: Document, what: Literal["start", "end", "both"], count: int)
 
 
 def set_fine_nudges(document: Document, fine: bool) -> bool:
-    """Move edges and segments by finer steps from now on, or by the usual ones."""
+    """Switch between finer steps and the usual ones."""
     document.fine_nudges = fine
     step = 1000 * (FINE_NUDGE if fine else NUDGE)
     document.say_here(f"Edges move by {step:g} ms.")
@@ -262,7 +262,7 @@ def set_fine_nudges(document: Document, fine: bool) -> bool:
 
 
 def zoom_selection(document: Document) -> bool:
-    """Show the marked range, or else the segment, with something on either side."""
+    """Zoom to the marked range, or else to the segment."""
     if document.range is not None:
         zoom_to(document, *document.range)
         return True
@@ -274,7 +274,7 @@ def zoom_selection(document: Document) -> bool:
 
 
 def zoom_to(document: Document, start: float, end: float) -> None:
-    """Show a stretch with something on either side."""
+    """Show a span (s) with a margin on either side."""
     margin = MARGIN * (end - start)
     low, high = document.bounds
     document.set_span(max(start - margin, low), min(end + margin, high))
@@ -290,7 +290,6 @@ def _seek_to(document: Document, index: int) -> bool:
 
 
 def _starts_at_cursor(document: Document, index: int) -> bool:
-    """Whether a segment starts where the cursor is."""
     return abs(document.segments[index].start - document.cursor) <= SAME_TIME
 
 

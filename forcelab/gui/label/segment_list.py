@@ -76,17 +76,8 @@ _ORDERS: dict[int, Callable[[Segment], Any]] = {
 class SegmentModel(QAbstractTableModel):
     """Rows for a table of the coder's segments, filtered and sorted.
 
-    Parameters
-    ----------
-    document : Document
-        Whose track is shown, and which carries out what is typed into a cell.
-
-    Attributes
-    ----------
-    rows : tuple of Segment
-        What is shown, from the first row to the last.
-    origins : mapping of Segment to Origin
-        Those of the track's segments that a model proposed.
+    `rows` are the shown segments from the first row to the last; `origins` has those of the track's
+    segments that a model proposed.
     """
 
     def __init__(self, document: Document, parent: QObject | None = None) -> None:
@@ -102,7 +93,7 @@ class SegmentModel(QAbstractTableModel):
     # What is shown
 
     def refresh(self) -> None:
-        """Show the track as it is now, telling views about the rows that differ only."""
+        """Show the track as it is now, telling views only about rows that differ."""
         self._source, self.origins = self.document.segments, self.document.origins()
         self._renew()
         self.follow(self.document.cursor)
@@ -128,20 +119,18 @@ class SegmentModel(QAbstractTableModel):
         self.rows = rows
 
     def clear(self) -> None:
-        """Show nothing."""
         self.beginResetModel()
         self.rows, self._source, self._current, self.origins = (), (), None, {}
         self.endResetModel()
 
     def set_filter(self, text: str) -> None:
-        """Show only segments whose action contains this text, in capitals or not."""
+        """Show only segments whose action contains this text, ignoring case."""
         text = text.strip().casefold()
         if text != self._filter:
             self._filter = text
             self._renew()
 
     def sort(self, column: int, order: Qt.SortOrder = Qt.SortOrder.AscendingOrder) -> None:
-        """Put the rows in the order of a column."""
         self._column, self._descending = column, order == Qt.SortOrder.DescendingOrder
         self.beginResetModel()
         self.rows = self._arranged()
@@ -168,7 +157,7 @@ class SegmentModel(QAbstractTableModel):
             return None
 
     def number_of(self, row: int) -> int | None:
-        """Which of the document's segments a row shows, from 0; None if it is there no more."""
+        """The index of a row's segment in the document; None if it is no longer there."""
         if not 0 <= row < len(self.rows):
             return None
         return self.document.index_of(self.rows[row])
@@ -179,7 +168,7 @@ class SegmentModel(QAbstractTableModel):
         return self._column in (NUMBER, START, END) and not self._descending
 
     def _arranged(self) -> Segments:
-        """The segments that the filter lets through, in order."""
+        """The filtered segments, in order."""
         rows = self._source
         if self._filter:
             wanted = {
@@ -197,17 +186,14 @@ class SegmentModel(QAbstractTableModel):
     # What Qt asks
 
     def rowCount(self, parent: Index = NOWHERE) -> int:
-        """How many segments are shown."""
         return 0 if parent.isValid() else len(self.rows)
 
     def columnCount(self, parent: Index = NOWHERE) -> int:
-        """Number, action, start, end and duration."""
         return 0 if parent.isValid() else 5
 
     def headerData(
         self, section: int, orientation: Qt.Orientation, role: int = Qt.ItemDataRole.DisplayRole
     ) -> Any:
-        """The names of the columns."""
         if orientation != Qt.Orientation.Horizontal:
             return None
         if role == Qt.ItemDataRole.TextAlignmentRole:
@@ -226,7 +212,6 @@ class SegmentModel(QAbstractTableModel):
         return None
 
     def data(self, index: Index, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
-        """What a cell shows."""
         if not index.isValid() or index.row() >= len(self.rows):
             return None
         segment, column = self.rows[index.row()], index.column()
@@ -240,17 +225,15 @@ class SegmentModel(QAbstractTableModel):
         return None
 
     def _more(self, segment: Segment, with_action: bool) -> str | None:
-        """Who proposed a segment, below the action where that may be cut off in its cell."""
+        """Which model proposed a segment, below the action if that may be cut off."""
         action = segment.action if with_action else ""
         proposed = origin_text(self.origins.get(segment))
         return "\n".join(filter(None, (action, proposed))) or None
 
     def under_cursor(self, segment: Segment) -> bool:
-        """Whether a segment lies under the cursor."""
         return segment is self._current
 
     def shown(self, row: int, column: int) -> str:
-        """The text of a cell."""
         if column == NUMBER:
             number = self.number_of(row)
             return "" if number is None else str(number + 1)
@@ -262,7 +245,7 @@ class SegmentModel(QAbstractTableModel):
         return _SHOWN if index.column() == NUMBER else _EDITABLE
 
     def setData(self, index: Index, value: Any, role: int = Qt.ItemDataRole.EditRole) -> bool:
-        """Carry out what was typed; what cannot be is told in one sentence."""
+        """Carry out what was typed; an error is shown as one sentence."""
         number = self.number_of(index.row())
         typed = str(value).strip()
         if role != Qt.ItemDataRole.EditRole or number is None:
@@ -279,7 +262,7 @@ class SegmentModel(QAbstractTableModel):
         return self._moved(number, index.column(), time)
 
     def _moved(self, number: int, column: int, time: float) -> bool:
-        """Give a segment another start, end or duration, within the demonstration."""
+        """Move a segment's start or end, or set its duration, within the demonstration."""
         segment = self.document.segments[number]
         if column == DURATION:
             time += segment.start
@@ -293,12 +276,12 @@ class SegmentModel(QAbstractTableModel):
 
 
 def _as_typed(time: float) -> str:
-    """A time as one would type it: to the microsecond, without zeros at the end."""
+    """A time as it is typed: to the microsecond, without zeros at the end."""
     return f"{time:.6f}".rstrip("0").rstrip(".")
 
 
 def _time(segment: Segment, column: int) -> float:
-    """What a column shows of a segment, in seconds."""
+    """A column's value of a segment (s)."""
     if column == START:
         return segment.start
     return segment.end if column == END else segment.end - segment.start
@@ -352,7 +335,6 @@ class SegmentRowList(QTableView):
         self._drop_columns()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Leave columns away where actions could not be read otherwise."""
         super().resizeEvent(event)
         self._drop_columns()
 
@@ -369,7 +351,7 @@ class SegmentRowList(QTableView):
                 self.setColumnHidden(column, room < 0)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Leave keys that label and play to the window; others move about in the table."""
+        """Leave keys that label and play to the window; others navigate in the table."""
         text, editing = event.text(), self.state() == QAbstractItemView.State.EditingState
         if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter) and not editing:
             here = self.currentIndex()
@@ -387,7 +369,7 @@ class _Header(QHeaderView):
         super().__init__(Qt.Orientation.Horizontal, parent)
 
     def initStyleOptionForIndex(self, option: QStyleOptionHeader, logicalIndex: int) -> None:
-        """Leave the sign away that Qt would draw over a name that is flush right."""
+        """Omit the sign that Qt would draw over a name that is flush right."""
         super().initStyleOptionForIndex(option, logicalIndex)
         option.sortIndicator = QStyleOptionHeader.SortIndicator.None_
 
@@ -452,7 +434,7 @@ class _Delegate(QStyledItemDelegate):
         painter.drawText(box, side, text)
 
     def _style(self, name: str) -> LabelStyle:
-        """How an action is drawn, looked up once."""
+        """How an action is drawn, cached."""
         vocabulary = self._model.document.vocabulary
         if vocabulary is not self._vocabulary or colours() is not self._theme:
             self._vocabulary, self._theme, self._looks = vocabulary, colours(), {}
@@ -461,7 +443,7 @@ class _Delegate(QStyledItemDelegate):
         return self._looks[name]
 
     def createEditor(self, parent: QWidget, option: QStyleOptionViewItem, index: Index) -> QWidget:
-        """A list of the actions, or a line for a number."""
+        """A list of the actions, or a field for a number."""
         if index.column() != ACTION:
             return super().createEditor(parent, option, index)
         editor = QComboBox(parent)
@@ -470,7 +452,6 @@ class _Delegate(QStyledItemDelegate):
         return editor
 
     def setEditorData(self, editor: QWidget, index: Index) -> None:
-        """Begin with what is there."""
         if isinstance(editor, QComboBox):
             editor.setCurrentText(str(index.data()))
             editor.showPopup()
@@ -478,14 +459,13 @@ class _Delegate(QStyledItemDelegate):
             super().setEditorData(editor, index)
 
     def setModelData(self, editor: QWidget, model: QAbstractItemModel, index: Index) -> None:
-        """Hand over what was chosen or typed."""
         if isinstance(editor, QComboBox):
             model.setData(cast(QModelIndex, index), editor.currentText())
         else:
             super().setModelData(editor, model, index)
 
     def _chosen(self, editor: QComboBox) -> None:
-        """An action was chosen from the list: that is all there is to edit."""
+        """Choosing an action from the list ends editing."""
         self.commitData.emit(editor)
         self.closeEditor.emit(editor)
 
@@ -523,20 +503,18 @@ class SegmentTable(SideList):
         self._say_empty()
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Catch up with what happened while it was hidden."""
+        """Show what changed while it was hidden."""
         super().showEvent(event)
         self._refresh()
         self._show_selection()
 
     def hideEvent(self, event: QHideEvent) -> None:
-        """Let go of the rows."""
         super().hideEvent(event)
         self._syncing = True
         self.model.clear()
         self._syncing = False
 
     def _refresh(self) -> None:
-        """Show the track as it is now."""
         if not self.isVisible():
             return
         self._syncing = True
@@ -548,17 +526,15 @@ class SegmentTable(SideList):
         self._show_selection()
 
     def _follow(self, cursor: float) -> None:
-        """Mark the segment under the cursor."""
         if self.isVisible():
             self.model.follow(cursor)
 
     def _repaint(self) -> None:
-        """Draw the rows again, which look otherwise now."""
+        """Redraw the rows, which look different now."""
         self.table.setPalette(self.palette())
         self.table.viewport().update()
 
     def _filter_changed(self, text: str) -> None:
-        """Show what the filter lets through."""
         self._syncing = True
         self.model.set_filter(text)
         self._syncing = False
@@ -566,7 +542,7 @@ class SegmentTable(SideList):
         self._show_selection()
 
     def _say_empty(self) -> None:
-        """Say why there is nothing to see, where there is nothing."""
+        """Say why the table is empty, where it is."""
         if self.model.rows:
             text = ""
         elif self.document.demonstration is None:
@@ -579,7 +555,7 @@ class SegmentTable(SideList):
         self._pages.say(text)
 
     def _show_selection(self) -> None:
-        """Choose the row of the selected segment, and bring it into view."""
+        """Choose the row of the selected segment, and scroll to it."""
         if not self.isVisible():
             return
         number, track = self.document.selected, self.document.segments
@@ -611,7 +587,7 @@ class SegmentTable(SideList):
         self._syncing = False
 
     def _row_clicked(self, index: QModelIndex) -> None:
-        """Go to the start once more when the row that is chosen already is clicked."""
+        """Go to the start again when the chosen row is clicked."""
         number = self.model.number_of(index.row())
         if number is None:
             return
@@ -622,7 +598,6 @@ class SegmentTable(SideList):
     # Keys and menus
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Delete takes the chosen segment away."""
         number = self.model.number_of(self.table.currentIndex().row())
         if event.key() == Qt.Key.Key_Delete and number is not None:
             self.document.delete(number)
@@ -631,13 +606,12 @@ class SegmentTable(SideList):
         super().keyPressEvent(event)
 
     def contextMenuEvent(self, event: QContextMenuEvent) -> None:
-        """Offer what can be done with the chosen segment."""
         if (menu := self.menu()) is not None:
             menu.exec(event.globalPos())
             menu.deleteLater()
 
     def menu(self) -> QMenu | None:
-        """What can be done with the chosen segment; None where none is chosen."""
+        """The chosen segment's menu; None where none is chosen."""
         number = self.model.number_of(self.table.currentIndex().row())
         if number is None:
             return None

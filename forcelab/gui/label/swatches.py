@@ -34,7 +34,7 @@ def paint_swatch(painter: QPainter, box: QRectF, look: LabelStyle) -> None:
 
 
 def swatch_icon(colour: str, texture: int = 0) -> QIcon:
-    """A small picture of a look, for menus; twice as fine as the screen."""
+    """A small swatch for menus; twice as fine as the screen."""
     picture = QPixmap(32, 32)
     picture.setDevicePixelRatio(2.0)
     picture.fill(Qt.GlobalColor.transparent)

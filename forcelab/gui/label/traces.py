@@ -72,21 +72,10 @@ def number_format(value: float | None, span: float) -> str:
 
 @dataclass(frozen=True, slots=True)
 class LaneTexts:
-    """What is written of a lane.
+    """The texts of a lane, with names from `left` on in a gutter that ends at `right` (pixels).
 
     In a high lane a value at the cursor stands below the name of its channel, in a low one behind
     it; where there is no room for it in the gutter, it stands at the cursor.
-
-    Parameters
-    ----------
-    lane : Lane
-    axis : Axis
-        The lane's.
-    channels : sequence of Channel
-        All channels of the recording.
-    left, right : float
-        Where names start and where the gutter ends, in pixels.
-    theme : Colours
     """
 
     lane: Lane
@@ -102,13 +91,7 @@ class LaneTexts:
         return self._lines[0] == 1 and not self._behind_name
 
     def paint_names(self, painter: QPainter) -> list[QRectF]:
-        """Write the names of the channels, and the unit where there is room for it.
-
-        Returns
-        -------
-        list of QRectF
-            What they and the values at the cursor take up.
-        """
+        """Write the channels' names, and the unit where it has room; gives the boxes of texts."""
         lane, right, muted = self.lane, self.right, QColor(self.theme.muted)
         size = min(NAME, self._lines[1])
         small = text.font(min(NUMBER, size))
@@ -200,7 +183,6 @@ class LaneTexts:
         ]
 
     def _shown(self, column: int, values: Mapping[str, float | None]) -> str:
-        """The value of a channel in words."""
         span = self.axis.end - self.axis.start
         return number_format(values.get(self.channels[column].name), span)
 
@@ -216,36 +198,16 @@ Gaps = Real
 
 
 def _gaps(demonstration: Demonstration) -> Generator[Progress, None, Gaps]:
-    """Find the gaps of a demonstration."""
     yield Progress(0, 1, "looking for gaps")
     return np.array(demonstration.gaps, dtype=np.float64).reshape(-1, 2).T
 
 
 class ForceChannels(QObject):
-    """The channels of the open demonstration.
+    """The channels of the open demonstration, which of them are shown, and how.
 
-    Parameters
-    ----------
-    document : Document
-        Whose demonstration is drawn.
-    jobs : Jobs
-        Runs the reading of long demonstrations.
-
-    Attributes
-    ----------
-    channels : tuple of Channel
-        All of them, in the order of the recording.
-    gaps : ndarray, shape (2, g)
-        Starts and ends of the gaps in seconds, once they are known.
-    overlaid, autoscale : bool
-        Whether the channels of one unit share an axis; whether axes follow what is visible.
-
-    Signals
-    -------
-    choices_changed()
-        Other channels are shown, or in another way.
-    grown()
-        More was read.
+    `gaps` are the starts and ends (s) of the gaps, shape (2, g), once they are known; `overlaid`
+    channels of one unit share an axis, and with `autoscale` axes follow what is visible.
+    `choices_changed` tells of other channels or another way to show them, `grown` of more data.
     """
 
     choices_changed = Signal()
@@ -270,12 +232,10 @@ class ForceChannels(QObject):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The names of all channels."""
         return tuple(channel.name for channel in self.channels)
 
     @property
     def shown(self) -> tuple[str, ...]:
-        """The names of those that are shown."""
         return tuple(name for name in self.names if name not in self._hidden)
 
     @property
@@ -286,7 +246,7 @@ class ForceChannels(QObject):
         return sum(envelope.filled for envelope in wanted) / total if total else 1.0
 
     def envelope(self, name: str) -> Envelope:
-        """The envelope of a channel that is shown."""
+        """The envelope of a shown channel."""
         return self._envelopes[name]
 
     def glitches(self, name: str, start: float, end: float) -> tuple[Real, NDArray[np.bool_]]:
@@ -307,7 +267,7 @@ class ForceChannels(QObject):
         return Columns(demonstration.times, edges, GAP_PERIODS * demonstration.period)
 
     def drawn(self, names: Sequence[str], columns: Columns) -> dict[str, Extremes]:
-        """What is drawn of some channels that are shown, by their names."""
+        """The extremes of some shown channels in each column, by their names."""
         if not names:
             return {}
         found = drawn_together([self._envelopes[name] for name in names], columns)
@@ -333,7 +293,7 @@ class ForceChannels(QObject):
     # What is wanted
 
     def set_shown(self, name: str, shown: bool) -> None:
-        """Show or hide a channel; the choice is kept by its name."""
+        """Show or hide a channel; the choice is stored by its name."""
         if shown != (name in self._hidden):
             return
         self._hidden ^= {name}
@@ -341,7 +301,6 @@ class ForceChannels(QObject):
         self.choices_changed.emit()
 
     def show_all(self) -> None:
-        """Show every channel."""
         if self._hidden & set(self.names):
             self._hidden -= set(self.names)
             self._read()
@@ -360,13 +319,11 @@ class ForceChannels(QObject):
             self.choices_changed.emit()
 
     def save_choices(self) -> None:
-        """Remember what is wanted."""
         settings.store("force/hidden", sorted(self._hidden))
         settings.store("force/overlaid", self.overlaid)
         settings.store("force/autoscale", self.autoscale)
 
     def restore_choices(self) -> None:
-        """Want again what was remembered."""
         self._hidden = set(settings.strings("force/hidden"))
         self.overlaid = settings.flag("force/overlaid")
         self.autoscale = settings.flag("force/autoscale")
@@ -376,7 +333,7 @@ class ForceChannels(QObject):
     # Reading
 
     def _take(self) -> None:
-        """Take over another demonstration; a new video clock leaves its samples as they are."""
+        """Read another demonstration; a new video clock leaves its samples as they are."""
         demonstration = self._document.demonstration
         if demonstration is not None and self._document.id == self._id:
             return
@@ -412,16 +369,14 @@ class ForceChannels(QObject):
             self._jobs.run(read_envelopes(wanted), self._got_all, progress=self._got_some, key=key)
 
     def _got_gaps(self, gaps: Gaps) -> None:
-        """The gaps were found."""
         self.gaps = gaps
         self.grown.emit()
 
     def _got_all(self, _: object) -> None:
-        """All that is shown was read."""
         self.grown.emit()
 
     def _got_some(self, _: object) -> None:
-        """Some more was read; it is drawn now and then."""
+        """Redraw now and then while more is read."""
         now = time.monotonic()
         if now - self._drawn_at >= RANGE_MARGIN:
             self._drawn_at = now
@@ -437,10 +392,7 @@ NOTES = 260.0
 class ForcePanel(TimePanel):
     """All channels on the common time axis, each on its own vertical axis or one for each unit.
 
-    Attributes
-    ----------
-    source : ForceChannels
-        The channels and what is shown of them; the overview draws from it too.
+    The overview draws from `source`, too.
     """
 
     #: The values at the cursor stand beside it, and in the gutter.
@@ -476,13 +428,12 @@ class ForcePanel(TimePanel):
         return menu
 
     def contextMenuEvent(self, event: QContextMenuEvent) -> None:
-        """Offer the menu."""
         menu = self.menu()
         menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         menu.popup(event.globalPos())
 
     def event(self, event: QEvent) -> bool:
-        """Tell the whole name and the unit of a channel whose name is pointed at."""
+        """Show the whole name and the unit of a channel as a tooltip."""
         if isinstance(event, QHelpEvent) and event.type() == QEvent.Type.ToolTip:
             told = self._gutter_tip(event.pos().x(), event.pos().y())
             QToolTip.showText(event.globalPos(), told, self)
@@ -492,7 +443,7 @@ class ForcePanel(TimePanel):
     # Drawing
 
     def paint_content(self, painter: QPainter, plot: QRectF) -> None:
-        """Draw the curves, or what was read of them so far."""
+        """Draw the curves, as far as they are read."""
         now = colours()
         strips = lanes(
             self.source.channels, self.source.shown, plot.height(), overlaid=self.source.overlaid
@@ -532,11 +483,9 @@ class ForcePanel(TimePanel):
         self._paint_notes(painter, plot, columns, wild, now)
 
     def gutter_shows(self) -> object:
-        """Lanes, axes and channels."""
         return self._axes, self.source.channels
 
     def paint_gutter(self, painter: QPainter, box: QRectF) -> None:
-        """Draw names and vertical axes."""
         now = colours()
         painter.fillRect(box, QColor(now.panel))
         strips = [lane for lane, _ in self._axes]
@@ -547,7 +496,6 @@ class ForcePanel(TimePanel):
             paint_axis(painter, lane, axis, box.right(), taken, now)
 
     def paint_overlay(self, painter: QPainter, plot: QRectF) -> None:
-        """Write the values at the cursor."""
         cursor = self.document.cursor
         values, x = self.source.values_at(cursor), self.x_at(cursor)
         for lane, axis in self._axes:
@@ -565,26 +513,22 @@ class ForcePanel(TimePanel):
         return tags and self.x_at(self.document.cursor) > self.plot.right() - NOTES
 
     def _texts(self, lane: Lane, axis: Axis) -> LaneTexts:
-        """What is written of a lane."""
         return LaneTexts(lane, axis, self.source.channels, self._left, self.GUTTER, colours())
 
     def _marks_moved(self, *_: object) -> None:
-        """Put the notes to the other side when the cursor comes to where they are."""
+        """Move the notes to the other side when the cursor comes to where they are."""
         if self._noted_left != self._notes_left:
             self.invalidate()
         super()._marks_moved()
 
     @property
     def _left(self) -> float:
-        """Where names start."""
         return BESIDE if any(lane.group for lane, _ in self._axes) else ALONE
 
     def _times(self, x: Real) -> Real:
-        """The times of pixels."""
         return self.document.start + (x - self.GUTTER) * self.seconds_per_pixel
 
     def _sensor(self, group: str) -> str:
-        """What a group is called."""
         return f"sensor {group}" if group.isdigit() else group
 
     def _span(self, names: list[str], found: dict[str, Extremes]) -> tuple[float, float] | None:
@@ -606,7 +550,7 @@ class ForcePanel(TimePanel):
         canvas.dots(x[inside], values[inside], curve.axis, curve.colour, curve.box)
 
     def _paint_glitches(self, painter: QPainter, now: Colours) -> int:
-        """Draw where glitches are that the axes leave out, and count them."""
+        """Draw where glitches are that the axes leave out; gives their number."""
         document, number = self.document, 0
         for lane, _ in self._axes:
             for i in lane.channels:
@@ -620,7 +564,7 @@ class ForcePanel(TimePanel):
     def _paint_notes(
         self, painter: QPainter, plot: QRectF, columns: Columns, wild: int, now: Colours
     ) -> None:
-        """Say how much of the data is seen."""
+        """Write how much of the data is drawn."""
         notes = []
         if wild:
             one, many = (
@@ -638,7 +582,6 @@ class ForcePanel(TimePanel):
         paint_notes(painter, plot, notes, now, at_left=self._noted_left)
 
     def _gutter_tip(self, x: float, y: float) -> str:
-        """What is said of a place in the gutter."""
         for lane, _ in self._axes:
             if x < self.GUTTER and lane.top <= y <= lane.bottom:
                 return "\n".join(
@@ -649,7 +592,6 @@ class ForcePanel(TimePanel):
 
     @staticmethod
     def _entry(menu: QMenu, name: str, checked: bool) -> QAction:
-        """A line of the menu that is on or off."""
         entry = menu.addAction(name)
         entry.setCheckable(True)
         entry.setChecked(checked)

@@ -29,16 +29,10 @@ PADDING = 4
 
 
 class CameraSelection(QObject):
-    """The cameras of the open demonstration, and the one that is looked through.
+    """The cameras of the open demonstration, and the shown one.
 
-    Attributes
-    ----------
-    all : tuple of Camera
-        Nothing unless there are several; the first one's video is the demonstration's.
-    shown : int
-        The place of the one that is looked through.
-    changed : Signal()
-        There are others, or another one is looked through.
+    `all` is empty unless there are several; the first one's video is the demonstration's. `shown`
+    is an index into it.
     """
 
     changed = Signal()
@@ -54,20 +48,19 @@ class CameraSelection(QObject):
 
     @property
     def video(self) -> VideoReference | None:
-        """The video that is to be shown: of the demonstration, or of the chosen camera."""
+        """The video of the shown camera."""
         demonstration = self._document.demonstration
         if demonstration is None:
             return None
         return self.all[self.shown].video if self.shown else demonstration.video
 
     def show(self, place: int) -> None:
-        """Look through another camera."""
         if place != self.shown and 0 <= place < len(self.all):
             self.shown = place
             self.changed.emit()
 
     def show_next(self) -> None:
-        """Look through the next camera, after the last one through the first."""
+        """Show the next camera, after the last one the first."""
         if self.all:
             self.show((self.shown + 1) % len(self.all))
             self._document.say(f"Camera: {self.all[self.shown].name}")
@@ -75,7 +68,7 @@ class CameraSelection(QObject):
             self._document.say("No other camera filmed this demonstration.")
 
     def _look(self) -> None:
-        """Ask which cameras there are; the same one stays while the demonstration does."""
+        """Read the cameras; the shown one stays while the demonstration does."""
         document = self._document
         found: tuple[Camera, ...] = ()
         if document.project is not None and document.demonstration is not None:
@@ -104,13 +97,13 @@ class CameraChoice(QComboBox):
         self._fill()
 
     def fit(self, room: int) -> None:
-        """Be as wide as the names need, if so many pixels are enough."""
+        """Be as wide as the names need, at most `room` pixels."""
         # Not its size alone: a while after a change it takes the one that its names need.
         self.setMaximumWidth(max(room, 1))
         self.resize(self.sizeHint())
 
     def showPopup(self) -> None:
-        """Offer the names no wider than the field, elided; their tooltips have all of them."""
+        """Elide the names in the list to the field's width; their tooltips have all of them."""
         super().showPopup()
         popup = self.view().window()
         popup.setFixedWidth(self.width())
@@ -128,7 +121,6 @@ class CameraChoice(QComboBox):
         painter.drawControl(QStyle.ControlElement.CE_ComboBoxLabel, option)
 
     def _fill(self) -> None:
-        """Offer the cameras that there are."""
         self.clear()
         for place, camera in enumerate(self._cameras.all):
             self.addItem(camera.name)
@@ -153,18 +145,8 @@ Array = NDArray[np.float64]
 class VideoPanel(PictureView):
     """The frame of the demonstration's video at the cursor, and its number and time below.
 
-    Parameters
-    ----------
-    document : Document
-        What is open; its cursor is followed.
-    cameras : Cameras
-        Says which camera's video is shown.
-
-    Attributes
-    ----------
-    frame_shown : Signal(int)
-        The number (from 0) of a frame that is on the screen now; -1 for none. After a jump it may
-        be told twice: for a coarse picture of the frame, and for the frame itself.
+    `frame_shown` is the number (from 0) of a frame that is on the screen now; -1 for none. After a
+    jump it may come twice: for a coarse picture of the frame, and for the frame itself.
     """
 
     frame_shown = Signal(int)
@@ -186,7 +168,7 @@ class VideoPanel(PictureView):
         self._demonstration_changed()
 
     def _forget(self) -> None:
-        """Nothing is known of a video."""
+        """Reset all that is known of a video."""
         self._times: Array | None = None
         self._period = 0.0
         self._shown = self._requested = -1
@@ -205,12 +187,12 @@ class VideoPanel(PictureView):
 
     @property
     def shown_index(self) -> int:
-        """The number of the frame that is shown, from 0; -1 if none is."""
+        """The number of the shown frame, from 0; -1 for none."""
         return self._shown
 
     @property
     def settled(self) -> bool:
-        """Whether the panel shows all that there is to show at the cursor."""
+        """Whether the panel shows the frame at the cursor, or that there is none."""
         if self._open is None or self._trouble or not self.isVisible():
             return True
         known = self._times is not None
@@ -224,7 +206,6 @@ class VideoPanel(PictureView):
 
     @property
     def caption(self) -> str:
-        """What is said below the picture."""
         times, reference = self._times, self._reference
         if times is None or reference is None or self._shown < 0:
             return self._progress
@@ -239,7 +220,6 @@ class VideoPanel(PictureView):
 
     @property
     def message(self) -> str:
-        """What is said in place of the picture; empty while there is one."""
         reference = self._reference
         if self._trouble:
             return self._trouble
@@ -261,7 +241,7 @@ class VideoPanel(PictureView):
         return bool(self._trouble) or 0 <= self._requested == self._missing[0]
 
     def close_video(self, patience: float = STOP_TIMEOUT) -> bool:
-        """Let go of the video; gives whether no thread is left after so many seconds."""
+        """Close the video; gives whether no thread is left after at most `patience` seconds."""
         self._let_go()
         return self._frames is None or self._frames.close(patience)
 
@@ -276,12 +256,12 @@ class VideoPanel(PictureView):
 
     @property
     def _reference(self) -> VideoReference | None:
-        """The video of the open demonstration, by the camera that is looked through."""
+        """The video of the shown camera."""
         return self._cameras.video
 
     @property
     def _here(self) -> float:
-        """The cursor, or what is dragged, on the video's own clock, s."""
+        """The cursor, or the dragged time, on the video's own clock (s)."""
         reference = self._reference
         return 0.0 if reference is None else float(reference.clock.to_device(self.document.seen))
 
@@ -310,7 +290,7 @@ class VideoPanel(PictureView):
         self.update()
 
     def _source(self) -> VideoFrames:
-        """Where frames come from; made when the first video is met."""
+        """The decoder, created when the first video is shown."""
         if self._frames is None:
             self._frames = VideoFrames(self)
             self.fits.connect(self._frames.fit)
@@ -324,12 +304,12 @@ class VideoPanel(PictureView):
         return self._frames
 
     def _tell_times(self) -> None:
-        """Say when the frames are shown, on the force clock."""
+        """Give the document the times of the frames on the force clock."""
         if self._times is not None and self._reference is not None:
             self.document.set_frame_times(self._reference.clock.to_force(self._times))
 
     def _to_first_frame(self) -> None:
-        """Look at the first frame where a video begins a little late, and nobody has gone on."""
+        """Go to the first frame of a video that begins a little late, unless the cursor moved."""
         document, frames = self.document, self.document.frame_times
         demonstration = document.demonstration
         if demonstration is None or frames is None or not len(frames):
@@ -339,7 +319,7 @@ class VideoPanel(PictureView):
             document.seek(first)
 
     def _follow(self, _: float = 0.0, *, again: bool = False) -> None:
-        """Ask for the frame at the cursor."""
+        """Request the frame at the cursor."""
         if self._times is None:
             return
         number = last_at(self._times, self._here)
@@ -367,7 +347,7 @@ class VideoPanel(PictureView):
         self.update()
 
     def _named(self, sentence: str) -> str:
-        """What is said of the video, in the name that people know."""
+        """A sentence with the video called as coders know it."""
         reference, demonstration = self._reference, self.document.demonstration
         if reference is None or demonstration is None:
             return sentence
@@ -407,7 +387,6 @@ class VideoPanel(PictureView):
             self._show(image, number, sharp=False)
 
     def _show(self, image: QImage | None, number: int, *, sharp: bool = True) -> None:
-        """Put a picture on the screen."""
         self._sharp = sharp
         if image is None and self._image is None and self._shown == number:
             self.update()
@@ -420,15 +399,13 @@ class VideoPanel(PictureView):
         self.frame_shown.emit(number)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """The choice of a camera is as wide as the picture, if it must."""
         super().resizeEvent(event)
         self._fit_choice()
 
     def _fit_choice(self) -> None:
-        """Give the choice of a camera its room."""
         self._choice.fit(self.width() - 2 * CHOICE)
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Ask for the frame at the cursor, which was not followed while hidden."""
+        """Request the frame at the cursor, which was not followed while hidden."""
         super().showEvent(event)
         self._follow(again=True)

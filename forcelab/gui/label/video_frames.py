@@ -34,10 +34,7 @@ IDLE_SECONDS = 0.3
 class FrameThread:
     """A thread that reads one video.
 
-    Attributes
-    ----------
-    size : QSize
-        In which pictures are to be ready, too; empty for none. Set by the GUI's thread.
+    `size` is that in which pictures are to be ready, too; empty for none. Set by the GUI's thread.
     """
 
     def __init__(self, path: Path, told: SignalInstance) -> None:
@@ -59,7 +56,7 @@ class FrameThread:
         self._sketching: Generator[None, None, None] | None = None
 
     def want(self, number: int, direction: int) -> QImage | None:
-        """Take a request in place of the one before; gives the picture if it is there."""
+        """Replace the pending request; gives the picture if it is ready."""
         with self._changed:
             image = self._images.get(number)
             self._given = -1 if image is None else number
@@ -68,7 +65,7 @@ class FrameThread:
         return image
 
     def fitted(self, number: int) -> QImage | None:
-        """The picture of a frame in the size that is wanted; None where it is not there."""
+        """The picture of a frame in the requested size, if it is ready."""
         with self._changed:
             image = self._fitted.get(number)
         return image if image is not None and image.size() == self.size else None
@@ -80,14 +77,14 @@ class FrameThread:
             self._changed.notify()
 
     def _send(self, what: str, *values: object) -> None:
-        """Send to the GUI's thread."""
+        """Emit a signal of :class:`VideoFrames` in the GUI's thread."""
         try:
             self._told.emit(self, what, values)
         except RuntimeError:  # what PySide raises when the C++ object was deleted
             self._ended = True
 
     def _run(self) -> None:
-        """Read the video until the end is asked for; whoever holds this later holds no pictures."""
+        """Read the video until :meth:`end`; afterwards this holds no pictures."""
         try:
             reader = self._open()
             if reader is not None:
@@ -102,7 +99,7 @@ class FrameThread:
             self._images, self._fitted = {}, {}
 
     def _read(self, reader: VideoReader) -> None:
-        """Serve requests, in between look at the neighbours of the last one and make sketches."""
+        """Serve requests; in between decode neighbours of the last frame and make sketches."""
         from forcelab.video.reader import Sketches
 
         self._sketches = Sketches(self.path, reader.index)
@@ -143,7 +140,7 @@ class FrameThread:
         return None
 
     def _serve(self, reader: VideoReader) -> None:
-        """Decode the frame that is asked for, unless another one is asked for meanwhile."""
+        """Decode the requested frame, unless another one is requested meanwhile."""
         with self._changed:
             assert self._request is not None
             (number, direction), self._request = self._request, None
@@ -168,7 +165,7 @@ class FrameThread:
 
     @property
     def prepared(self) -> bool:
-        """Whether all sketches are made that will be."""
+        """Whether all sketches are made."""
         return self._sketches is not None and self._sketching is None
 
     def _sketch(self) -> bool:
@@ -182,7 +179,7 @@ class FrameThread:
         return True
 
     def _around(self, reader: VideoReader) -> tuple[list[int], int]:
-        """The neighbours of the last frame, the nearest first, and how many on a side there are."""
+        """The neighbours of the last frame, the nearest first, and the most on a side."""
         number, direction = self._served
         last = len(reader) - 1
         # The frame, both sides and what is passed fit together; a picture is a third larger.
@@ -211,7 +208,7 @@ class FrameThread:
         return False
 
     def _keep(self, number: int, image: QImage, around: list[int]) -> None:
-        """Keep a picture, and let go of those that are no neighbours of the last frame any more."""
+        """Keep a picture, and drop those that are no neighbours of the last frame any more."""
         size = self.size
         fitted = None if size.isEmpty() else scaled(image, size)
         near = {self._served[0], *around}
@@ -225,7 +222,7 @@ class FrameThread:
     def _reach(
         self, reader: VideoReader, number: int, passed: int | None, *, patient: bool
     ) -> Frame | None:
-        """Decode up to a frame; None if it is not wanted any more."""
+        """Decode up to a frame; None if another request makes it useless."""
         reaching = reader.reaching(number, passed)
         while not self._ended:
             wanted = self._request
@@ -241,7 +238,7 @@ class FrameThread:
 
 
 def _image(frame: Frame) -> QImage:
-    """A picture of its own in the form that Qt paints fastest."""
+    """A picture with memory of its own, in the form that Qt paints fastest."""
     height, width = frame.shape[:2]
     frame = np.ascontiguousarray(frame)
     image = QImage(frame.data, width, height, 3 * width, QImage.Format.Format_RGB888)
@@ -249,7 +246,7 @@ def _image(frame: Frame) -> QImage:
 
 
 def _sentence(error: Exception, path: Path) -> str:
-    """What is said of a video that cannot be opened."""
+    """Why a video cannot be opened."""
     if isinstance(error, ImportError):
         return f"'{path.name}' cannot be shown: OpenCV is not there ({error}); run forcelab doctor."
     if isinstance(error, OSError):
@@ -262,26 +259,7 @@ STOP_TIMEOUT = 5.0
 
 
 class VideoFrames(QObject):
-    """The frames of one video at a time.
-
-    Attributes
-    ----------
-    opened : Signal(ndarray)
-        The video can be shown: timestamps of its frames in seconds, shape (n,), on its own clock.
-    failed : Signal(str)
-        It cannot be shown at all, and why.
-    remarked : Signal(str)
-        What is to be said about it though it can be shown.
-    indexed : Signal(int, int)
-        How many frames' times are read, of how many.
-    frame_ready : Signal(int, QImage)
-        A frame's number from 0, and its picture. Before :attr:`opened` it is the first frame of a
-        video whose index takes long.
-    sketch_ready : Signal(int, QImage)
-        The same, smaller and coarser, while the frame itself takes long.
-    missed : Signal(int, str)
-        A frame that cannot be decoded, and why.
-    """
+    """The frames of one video at a time, numbered from 0, decoded in a thread."""
 
     opened = Signal(object)
     failed = Signal(str)
@@ -300,46 +278,30 @@ class VideoFrames(QObject):
         self._told.connect(self._relay, Qt.ConnectionType.QueuedConnection)
 
     def open(self, path: Path) -> None:
-        """Show another video from now on; what is under way for the one before is dropped."""
+        """Show another video from now on; pending work for the one before is dropped."""
         self.leave()
         self._decoder = FrameThread(path, self._told)
         self._decoder.size = self._size
         self._decoder.thread.start()
 
     def want(self, number: int, direction: int = 0) -> QImage | None:
-        """Ask for a frame; earlier requests that are not served yet are dropped.
+        """Request a frame in place of earlier requests; gives it if it is ready, without a signal.
 
-        A neighbour of the frame before is there already: it is given at once, and not told again.
-
-        Parameters
-        ----------
-        number : int
-            From 0.
-        direction : int
-            1 or -1 for where the next request is likely to go; 0 if that is not known.
-
-        Returns
-        -------
-        QImage or None
+        `direction` is 1 or -1 for where the next request is likely to go; 0 if that is not known.
         """
         return None if self._decoder is None else self._decoder.want(number, direction)
 
     def fit(self, size: QSize) -> None:
-        """Have pictures ready in another size, too, from now on; an empty one for none.
+        """Have pictures ready in another size (pixels of the screen), too; an empty one for none.
 
         To scale them costs the GUI's thread more than all else that a step makes it paint.
-
-        Parameters
-        ----------
-        size : QSize
-            In pixels of the screen.
         """
         self._size = size
         if self._decoder is not None:
             self._decoder.size = size
 
     def fitted(self, number: int) -> QImage | None:
-        """The picture of a frame in the size that was asked for last, if it is ready."""
+        """The picture of a frame in the requested size, if it is ready."""
         return None if self._decoder is None else self._decoder.fitted(number)
 
     @property
@@ -348,7 +310,7 @@ class VideoFrames(QObject):
         return self._decoder is not None and self._decoder.prepared
 
     def close(self, patience: float = STOP_TIMEOUT) -> bool:
-        """Let go of the video; gives whether no thread is left after so many seconds."""
+        """Close the video; gives whether no thread is left after at most `patience` seconds."""
         self.leave()
         deadline = time.monotonic() + patience
         for decoder in self._ending:
@@ -357,7 +319,7 @@ class VideoFrames(QObject):
         return not self._ending
 
     def leave(self) -> None:
-        """Let go of the video without waiting for the decoder to end."""
+        """Close the video without waiting for the decoder to end."""
         if self._decoder is not None:
             self._decoder.end()
             self._ending.append(self._decoder)
@@ -366,6 +328,6 @@ class VideoFrames(QObject):
 
     @Slot(object, object, object)
     def _relay(self, decoder: FrameThread, what: str, values: tuple[Any, ...]) -> None:
-        """Pass on what the present decoder tells; a former one is not heard any more."""
+        """Emit what the present decoder sends; a former one's signals are dropped."""
         if decoder is self._decoder:
             getattr(self, what).emit(*values)

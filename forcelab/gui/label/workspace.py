@@ -18,12 +18,13 @@ from forcelab.gui.label.actions import ActionList
 from forcelab.gui.label.history import HistoryView
 from forcelab.gui.label.key_labelling import KeyLabelling
 from forcelab.gui.label.overview import Overview
-from forcelab.gui.label.playback import Player, Transport
+from forcelab.gui.label.playback import Player
 from forcelab.gui.label.ruler import Ruler
 from forcelab.gui.label.scalogram import ScalogramPanel
 from forcelab.gui.label.segment_list import SegmentTable
 from forcelab.gui.label.traces import ForcePanel
 from forcelab.gui.label.tracks import TrackPanel
+from forcelab.gui.label.transport import Transport
 from forcelab.gui.label.video import CameraSelection, VideoPanel
 from forcelab.gui.layout import Dock, DockedWindow, placeholder
 from forcelab.signals.contacts import ContactEvent, finding_contacts
@@ -43,21 +44,9 @@ class CompactRows(Protocol):
 class Timeline(QWidget):
     """Ruler, panels, overview and transport.
 
-    Parameters
-    ----------
-    ruler, overview, transport : QWidget
-        Above and below the panels.
-    panels : sequence of QWidget
-        Which share the room between them. The first one is always there, compact where the second
-        one would have no room else; of the others, and of the overview after them, those are hidden
-        that have no room.
-    shares : sequence of int
-        How much of the room each panel gets.
-
-    Attributes
-    ----------
-    splitter : QSplitter
-        Between the panels.
+    The panels share the room between them by `shares`. The first one is always there, compact where
+    the second one would have no room else; of the others, and of the overview after them, those are
+    hidden that have no room.
     """
 
     def __init__(
@@ -85,7 +74,7 @@ class Timeline(QWidget):
             column.addWidget(widget, share)
 
     def set_wanted(self, panel: QWidget, wanted: bool) -> None:
-        """Show a panel where there is room for it, or do not."""
+        """Show a panel where there is room for it, or hide it."""
         if wanted:
             self._unwanted.discard(panel)
         else:
@@ -95,18 +84,17 @@ class Timeline(QWidget):
     # Qt
 
     def minimumSizeHint(self) -> QSize:
-        """Wide enough for all, high enough for what never gives way."""
+        """Wide enough for all, high enough for what is never hidden."""
         wide = max(_minimum_height(widget).width() for widget in (*self._always, *self._optional))
         return QSize(wide, self._least_always(compact=True))
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Show what has room."""
         super().resizeEvent(event)
         self._fitted = True
         self._fit()
 
     def event(self, event: QEvent) -> bool:
-        """A panel may need more room than before."""
+        """Fit again when a panel needs more room."""
         if event.type() == QEvent.Type.LayoutRequest:
             self._fit()
         return super().event(event)
@@ -114,7 +102,7 @@ class Timeline(QWidget):
     # Inside
 
     def _fit(self) -> None:
-        """Hide what has no room, or is not wanted."""
+        """Hide what has no room or was switched off."""
         always = self._always[1]
         room = self.height() - self._least_always(compact=False)
         if isinstance(always, CompactRows):
@@ -137,7 +125,7 @@ class Timeline(QWidget):
         always.setVisible(always not in self._unwanted)
 
     def _least_always(self, *, compact: bool) -> int:
-        """The least height of what never gives way."""
+        """The least height of what is never hidden."""
         return sum(
             widget.least_height(compact=compact)
             if isinstance(widget, CompactRows)
@@ -147,7 +135,6 @@ class Timeline(QWidget):
 
 
 def _minimum_height(widget: QWidget) -> QSize:
-    """The least size of a widget."""
     return widget.minimumSizeHint().expandedTo(widget.minimumSize())
 
 
@@ -156,14 +143,7 @@ LAYOUT = 1
 
 
 class LabelWorkspace(DockedWindow):
-    """Everything for labelling one demonstration.
-
-    Parameters
-    ----------
-    document : Document
-    jobs : Jobs
-        Runs what takes long.
-    """
+    """Everything for labelling one demonstration."""
 
     def __init__(self, document: Document, jobs: Jobs, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -214,18 +194,18 @@ class LabelWorkspace(DockedWindow):
 
     @property
     def settled(self) -> bool:
-        """Whether video and scalogram show what was asked for."""
+        """Whether video and scalogram show what was requested."""
         return self.video.settled and self.scalogram.settled
 
     def let_go(self) -> None:
-        """Stop what works in the background, before the window closes."""
+        """Stop playback and background work, before the window closes."""
         self.player.stop()
         self.video.close_video()
 
     # Lending
 
     def lend(self) -> tuple[QWidget, QWidget]:
-        """Give timeline and video to another workspace, until they are taken back."""
+        """Give timeline and video to another workspace, until :meth:`take_back`."""
         if self.centralWidget() is self._stack:
             # The lists spread over the room that is left.
             self._before_lending = self.saveState(LAYOUT)
@@ -233,7 +213,7 @@ class LabelWorkspace(DockedWindow):
         return self._stack, self.video
 
     def take_back(self) -> None:
-        """Have timeline and video again."""
+        """Take timeline and video back."""
         if self.centralWidget() is not self._stack:
             self.setCentralWidget(self._stack)
             self._stack.show()
@@ -246,7 +226,7 @@ class LabelWorkspace(DockedWindow):
     # Layout
 
     def restore_layout(self) -> None:
-        """Put the panels where they were when the window was last closed."""
+        """Restore the layout of the last session."""
         self.force.source.restore_choices()
         state = settings.data("label/layout")
         if state and self.restoreState(QByteArray(state), LAYOUT):
@@ -257,7 +237,7 @@ class LabelWorkspace(DockedWindow):
                 self.toggles[name].setChecked(False)
 
     def remember_layout(self) -> None:
-        """Keep where the panels are, and what they show."""
+        """Store the layout, and what panels show."""
         self.force.source.save_choices()
         settings.store("label/layout", bytes(self.saveState(LAYOUT).data()))
         settings.store("label/panels", bytes(self._splitter.saveState().data()))
@@ -275,7 +255,7 @@ class LabelWorkspace(DockedWindow):
     # Qt
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Share out the room once there is some, unless a layout was remembered."""
+        """Share out the room once there is some, unless a layout was restored."""
         super().showEvent(event)
         if not self._shared_out:
             self._shared_out = True
@@ -286,11 +266,11 @@ class LabelWorkspace(DockedWindow):
     # Inside
 
     def _add_panel(self, name: str, text: str, panel: QWidget) -> None:
-        """Have an action show and hide a panel of the timeline."""
+        """Add the action that shows and hides a panel of the timeline."""
         self._add_action(name, text, partial(self._timeline.set_wanted, panel))
 
     def _add_dock(self, name: str, text: str, content: QWidget) -> None:
-        """Put a list beside the panels; its action shows and hides it."""
+        """Put a list beside the panels, with the action that shows and hides it."""
         dock = Dock(text)
         dock.setObjectName(name)
         dock.setWidget(content)
@@ -301,7 +281,7 @@ class LabelWorkspace(DockedWindow):
         dock.installEventFilter(self)
 
     def _add_action(self, name: str, text: str, show: Callable[[bool], object]) -> None:
-        """The entry of a panel in the View menu."""
+        """Add the entry of a panel in the View menu."""
         action = QAction(text, self)
         action.setCheckable(True)
         action.setChecked(True)
@@ -309,7 +289,7 @@ class LabelWorkspace(DockedWindow):
         self.toggles[name] = action
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Remember that a list was closed by its own button."""
+        """Uncheck the action of a dock that was closed by its own button."""
         if event.type() == QEvent.Type.Close and isinstance(watched, QDockWidget):
             self.toggles[watched.objectName()].setChecked(False)
         return super().eventFilter(watched, event)
@@ -337,13 +317,13 @@ class LabelWorkspace(DockedWindow):
         self._splitter.setSizes([rows, rest * 5 // 8, rest * 3 // 8])
 
     def _show_docks(self) -> None:
-        """Show the lists that are wanted; a video only where there is one."""
+        """Show the docks whose action is checked; the video only where there is one."""
         for name, dock in self._docks.items():
             wanted = name != "video" or self.video.wanted
             dock.setVisible(wanted and self.toggles[name].isChecked())
 
     def _nothing(self) -> QWidget:
-        """What is said while no demonstration is open."""
+        """The page that is shown while no demonstration is open."""
         label = placeholder()
         choose = "Choose a demonstration on the left to label it."
         bring = "Import a recording, and it can be labelled here."
@@ -366,5 +346,4 @@ class LabelWorkspace(DockedWindow):
             self.jobs.run(finding, self._found, key="contacts")
 
     def _found(self, events: tuple[ContactEvent, ...]) -> None:
-        """Offer the contact events for snapping."""
         self.document.set_contacts(np.array([event.time for event in events]))

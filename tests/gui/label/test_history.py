@@ -8,7 +8,7 @@ from PySide6.QtCore import QModelIndex, Qt
 from PySide6.QtTest import QTest
 
 from forcelab.gui.label import history as history_module
-from forcelab.gui.label.history import EditState, HistoryView, clock, edit_states
+from forcelab.gui.label.history import EditState, HistoryView, edit_states, time_of_edit
 from forcelab.project import Project
 
 DONE, UNDONE, ABANDONED = EditState.DONE, EditState.UNDONE, EditState.ABANDONED
@@ -186,9 +186,10 @@ def test_another_coder_has_another_history(document, view):
 def test_time_of_day_today_and_else_the_date(document):
     paint(document, 1)
     time = document.history()[-1].time
-    assert clock(time) == f"{time.astimezone():%H:%M:%S}"
+    assert time_of_edit(time) == f"{time.astimezone():%H:%M:%S}"
     assert (
-        clock(time.replace(year=2020)) == f"{time.replace(year=2020).astimezone():%Y-%m-%d %H:%M}"
+        time_of_edit(time.replace(year=2020))
+        == f"{time.replace(year=2020).astimezone():%Y-%m-%d %H:%M}"
     )
 
 

@@ -10,7 +10,8 @@ from PySide6.QtTest import QTest
 
 from forcelab.errors import InputError
 from forcelab.gui import settings, theme
-from forcelab.gui.label.playback import SPEEDS, Player, Transport
+from forcelab.gui.label.playback import SPEEDS, Player
+from forcelab.gui.label.transport import Transport
 from forcelab.project import Project
 
 
