@@ -1,4 +1,4 @@
-"""Axes, curves, and names placed beside points and across nothing else."""
+"""Axes with their numbers, curves, and labels that cover nothing."""
 
 from __future__ import annotations
 
@@ -65,8 +65,8 @@ class Axis:
 
         Texts are `size` pixels high; along an `upright` axis they need room by height, not width.
         """
-        found = self._marks(size, upright, BREATH)
-        return found if len(found) > 1 else self._marks(size, upright, TIGHT)
+        marks = self._marks(size, upright, BREATH)
+        return marks if len(marks) > 1 else self._marks(size, upright, TIGHT)
 
     def _marks(self, size: float, upright: bool, breath: float) -> tuple[tuple[float, str], ...]:
         face = text.font(size)
@@ -126,19 +126,19 @@ def draw_bottom(
     above: bool = False,
 ) -> None:
     """Draw an axis along the bottom edge `y` of a plot, or along its top edge with `above`."""
-    way = -1.0 if above else 1.0
+    sign = -1.0 if above else 1.0
     marks = axis.marks(size, upright=False)
     painter.setPen(QPen(QColor(theme.frame), 1.0))
     painter.drawLine(QLineF(axis.begin, y, axis.finish, y))
-    painter.drawLines([QLineF(axis.at(v), y, axis.at(v), y + way * MARK) for v, _ in marks])
+    painter.drawLines([QLineF(axis.at(v), y, axis.at(v), y + sign * MARK) for v, _ in marks])
     face = text.font(size)
-    centre = y + way * (MARK + GAP + size / 2)
+    centre = y + sign * (MARK + GAP + size / 2)
     for value, label in marks:
         text.draw_text(
             painter, axis.at(value), centre, label, face=face, ink=QColor(theme.text), align=0.5
         )
     middle = (axis.begin + axis.finish) / 2
-    below = centre + way * (size + GAP + 2)
+    below = centre + sign * (size + GAP + 2)
     text.draw_text(painter, middle, below, title, face=face, ink=QColor(theme.muted), align=0.5)
 
 

@@ -1,4 +1,4 @@
-"""Clusters over a signal: the same force, coloured by the cluster each way of seeing puts it in."""
+"""Clusters over a signal: the same force, coloured by the clusters of different features."""
 
 from __future__ import annotations
 
@@ -110,9 +110,9 @@ class ClusterFigure(Figure):
             pen = curve_pen(QColor(CURVE_COLOURS[codes[first]]), 3.0)
             paint_curve(painter, self.axis, up, self.times[piece], self.signal[piece], pen=pen)
         numbers = [str(i) for i in range(1, len(CURVE_COLOURS) + 1)]
-        looks = {n: LabelStyle(n, QColor(CURVE_COLOURS[int(n) - 1])) for n in numbers}
+        styles = {n: LabelStyle(n, QColor(CURVE_COLOURS[int(n) - 1])) for n in numbers}
         segments = from_codes(codes, self.times, numbers)
-        paint_track(painter, bar, self.axis, segments, looks=looks, theme=self.theme)
+        paint_track(painter, bar, self.axis, segments, styles=styles, theme=self.theme)
 
 
 def cluster_figure() -> ClusterFigure:
@@ -124,5 +124,5 @@ def cluster_figure() -> ClusterFigure:
     from forcelab.recognition.clusters import compare_wavelets, trapezoid
 
     times, signal = trapezoid()
-    rows = tuple((found.title, found.codes) for found in compare_wavelets(signal))
+    rows = tuple((view.title, view.codes) for view in compare_wavelets(signal))
     return ClusterFigure("Four clusters over a force that rises and falls", times, signal, rows)

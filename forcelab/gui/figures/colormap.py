@@ -21,9 +21,9 @@ COLORMAP_STOPS = np.array(
 )
 
 
-def mixed(one: QColor | str, other: QColor | str, share: float) -> QColor:
+def mixed(first: QColor | str, second: QColor | str, share: float) -> QColor:
     """A colour between two, `share` of the way from the first."""
-    a, b = QColor(one), QColor(other)
+    a, b = QColor(first), QColor(second)
     return QColor.fromRgbF(
         a.redF() + (b.redF() - a.redF()) * share,
         a.greenF() + (b.greenF() - a.greenF()) * share,
@@ -33,9 +33,9 @@ def mixed(one: QColor | str, other: QColor | str, share: float) -> QColor:
 
 def translucent(colour: QColor | str, opacity: float) -> QColor:
     """A colour of an opacity from 0 to 1."""
-    seen = QColor(colour)
-    seen.setAlphaF(opacity)
-    return seen
+    result = QColor(colour)
+    result.setAlphaF(opacity)
+    return result
 
 
 def colormap_colours(shares: ArrayLike) -> NDArray[np.uint8]:

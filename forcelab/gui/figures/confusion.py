@@ -62,7 +62,7 @@ MATRIX = 640.0
 SMALLEST_CELL, LARGEST_CELL = 20.0, 64.0
 #: For names; in a figure without heading, which has to be small.
 NAME_ROOM, TIGHT_NAME_ROOM = 150.0, 96.0
-#: Between the actions and the last column, which is none.
+#: Between the actions and the last column, unlabelled.
 APART = 8.0
 SIDE_TITLE = 22.0
 BAR_WIDTH, BAR_HEIGHT = 12.0, 160.0
@@ -107,7 +107,7 @@ class ConfusionMatrix(Figure):
     share: Literal["row", "column", "counts"] = "row"
     room: float = MATRIX
     headed: bool = True
-    words: MatrixLabels = MatrixLabels()
+    labels: MatrixLabels = MatrixLabels()
 
     def __post_init__(self) -> None:
         counts = np.array(self.counts, dtype=np.float64 if self.unit == "s" else np.int64)
@@ -164,15 +164,15 @@ class ConfusionMatrix(Figure):
 
     def paint(self, painter: QPainter) -> None:
         """Draw title, names, cells, totals and the scale of colours."""
-        muted, small, words = QColor(self.theme.muted), text.font(10), self.words
+        muted, small, labels = QColor(self.theme.muted), text.font(10), self.labels
         if self.headed:
             self.paint_title(painter)
             text.draw_text(painter, MARGIN, MARGIN + 26, self._key, face=small, ink=muted)
         middle, margin = self._matrix.center(), self._margin
         x, y = middle.x(), self._predicted_at
-        text.draw_text(painter, x, y, words.predicted, face=small, ink=muted, align=0.5)
+        text.draw_text(painter, x, y, labels.predicted, face=small, ink=muted, align=0.5)
         x, y = margin + 6, middle.y()
-        text.draw_text_upwards(painter, x, y, words.human, face=small, ink=muted, align=0.5)
+        text.draw_text_upwards(painter, x, y, labels.human, face=small, ink=muted, align=0.5)
         self._paint_names(painter)
         self._paint_cells(painter)
         if self.headed:
@@ -201,7 +201,7 @@ class ConfusionMatrix(Figure):
     def _names(self) -> tuple[str, ...]:
         """The columns' names, elided; all but the last are the rows' too."""
         room = NAME_ROOM if self.headed else TIGHT_NAME_ROOM
-        names = (*self.actions, self.words.last)
+        names = (*self.actions, self.labels.last)
         return tuple(text.elided_name(name, text.font(), room, names) for name in names)
 
     @cached_property
@@ -234,7 +234,7 @@ class ConfusionMatrix(Figure):
 
     @property
     def _totals_right(self) -> float:
-        column = text.widest((*self._totals, self.words.total), text.font(10))
+        column = text.widest((*self._totals, self.labels.total), text.font(10))
         return self._matrix.right() + 12 + column
 
     @property
@@ -256,7 +256,7 @@ class ConfusionMatrix(Figure):
             painter,
             self._totals_right,
             matrix.top() - 13,
-            self.words.total,
+            self.labels.total,
             face=small,
             ink=muted,
             align=1.0,

@@ -100,7 +100,7 @@ class Figure(ABC):
         text.ensure_application()
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         painter.setRenderHint(QPainter.RenderHint.TextAntialiasing)
-        painter.fillRect(QRectF(0, 0, *_whole(self.size)), QColor(self.theme.background))
+        painter.fillRect(QRectF(0, 0, *_rounded_up(self.size)), QColor(self.theme.background))
         self.paint(painter)
 
     def image(self, scale: float = 2.0) -> QImage:
@@ -109,7 +109,7 @@ class Figure(ABC):
         A smaller scale is used where the image would be larger than Qt can hold.
         """
         text.ensure_application()
-        wide, high = _whole(self.size)
+        wide, high = _rounded_up(self.size)
         scale = min(scale, LARGEST_SIDE / wide, LARGEST_SIDE / high)
         image = QImage(
             round(wide * scale), round(high * scale), QImage.Format.Format_ARGB32_Premultiplied
@@ -135,7 +135,7 @@ class Figure(ABC):
 
     def _svg(self) -> bytes:
         """The figure as an SVG document; its text stays text."""
-        wide, high = _whole(self.size)
+        wide, high = _rounded_up(self.size)
         buffer = _buffer()
         generator = QSvgGenerator()
         generator.setOutputDevice(buffer)
@@ -150,7 +150,7 @@ class Figure(ABC):
 
     def _pdf(self) -> bytes:
         """The figure as a PDF document of one page with embedded fonts."""
-        wide, high = _whole(self.size)
+        wide, high = _rounded_up(self.size)
         buffer = _buffer()
         writer = QPdfWriter(buffer)
         writer.setTitle(text.printable(self.title))
@@ -171,7 +171,7 @@ class Figure(ABC):
         return bytes(buffer.data().data())
 
 
-def _whole(size: QSizeF) -> tuple[int, int]:
+def _rounded_up(size: QSizeF) -> tuple[int, int]:
     """The size rounded up to multiples of 4 pixels: whole points on a PDF page."""
     return 4 * math.ceil(size.width() / 4), 4 * math.ceil(size.height() / 4)
 

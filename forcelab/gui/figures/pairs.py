@@ -134,13 +134,13 @@ def paint_pair(
     axis: Axis,
     pair: Pair,
     *,
-    looks: Mapping[str, LabelStyle],
+    styles: Mapping[str, LabelStyle],
     theme: Theme,
     mark: QColor,
 ) -> None:
     """Draw a pair's bars, lanes and marks; `mark` is the colour of disagreements."""
     if pair.human is not None:
-        paint_track(painter, boxes.human, axis, pair.human, looks=looks, theme=theme)
+        paint_track(painter, boxes.human, axis, pair.human, styles=styles, theme=theme)
         paint_differences(painter, boxes.band, axis, pair.marks or (), mark)
     tracks = [(boxes.predicted, pair.predicted, True)]
     tracks += [
@@ -153,7 +153,7 @@ def paint_pair(
             if certain and pair.certainty is not None
             else ()
         )
-        paint_track(painter, box, axis, segments, looks=looks, theme=theme, veils=fading)
+        paint_track(painter, box, axis, segments, styles=styles, theme=theme, fades=fading)
 
 
 def captions(
@@ -213,8 +213,8 @@ class TimelinePairs(Figure):
             raise InputError("There is no demonstration to draw; choose at least one.")
         tracks = [pair.human or () for pair in self.pairs]
         tracks += [track for pair in self.pairs for track in pair.tracks[1:]]
-        found = (segment.action for track in tracks for segment in track)
-        actions = tuple(dict.fromkeys((*self.actions, *found)))
+        drawn = (segment.action for track in tracks for segment in track)
+        actions = tuple(dict.fromkeys((*self.actions, *drawn)))
         object.__setattr__(self, "actions", actions)
         for action in actions:
             if action not in self.vocabulary:
@@ -250,8 +250,8 @@ class TimelinePairs(Figure):
         ink, muted = QColor(self.theme.text), QColor(self.theme.muted)
         room = self.width - 2 * MARGIN
         self.paint_title(painter)
-        for line, words in enumerate(self._key):
-            key = text.elided(words, text.font(10), room)
+        for line, sentence in enumerate(self._key):
+            key = text.elided(sentence, text.font(10), room)
             height = MARGIN + 26 + line * KEY_LINE
             text.draw_text(painter, MARGIN, height, key, face=text.font(10), ink=muted)
         self._legend.paint(painter, MARGIN, self._head, self.theme)
@@ -265,7 +265,7 @@ class TimelinePairs(Figure):
                 boxes,
                 self.axis_of(row),
                 pair,
-                looks=self._action_styles,
+                styles=self._action_styles,
                 theme=self.theme,
                 mark=QColor(MARK),
             )
@@ -286,7 +286,7 @@ class TimelinePairs(Figure):
         if self.stretched:
             return
         draw_bottom(painter, axis, self._rows_end, "time (s)", self.theme)
-        if self._tall:
+        if self._is_tall:
             draw_bottom(painter, axis, self._rows_top - 8, "time (s)", self.theme, above=True)
 
     @cached_property
@@ -316,14 +316,14 @@ class TimelinePairs(Figure):
     @cached_property
     def _caption_room(self) -> float:
         """Width of the column of captions between names and bars."""
-        found = [
+        texts = [
             caption
             for pair in self.pairs
             for _, caption in captions(MEASURES.boxes(pair, Axis(0, 1, 0, 1), 0), pair)
         ]
-        if not found:
+        if not texts:
             return 0.0
-        return min(text.widest(found, text.font(CAPTION)), CAPTION_ROOM) + 14
+        return min(text.widest(texts, text.font(CAPTION)), CAPTION_ROOM) + 14
 
     @cached_property
     def _tops(self) -> list[float]:
@@ -332,14 +332,14 @@ class TimelinePairs(Figure):
         return list(accumulate(heights, initial=self._rows_top))
 
     @cached_property
-    def _tall(self) -> bool:
+    def _is_tall(self) -> bool:
         """Whether the figure needs a second time axis at the top."""
         return sum(MEASURES.height(pair) + ROW_GAP for pair in self.pairs) > TALL
 
     @cached_property
     def _rows_top(self) -> float:
         """Upper edge of the first row, in pixels."""
-        above = AXIS_ROOM + 8 if self._tall and not self.stretched else 0
+        above = AXIS_ROOM + 8 if self._is_tall and not self.stretched else 0
         return self._head + self._legend.height + 12 + above
 
     @property

@@ -130,20 +130,20 @@ def elided(text: str, face: QFont, room: float) -> str:
 def elided_name(name: str, face: QFont, room: float, among: tuple[str, ...] = ()) -> str:
     """A name cut to `room` pixels, as of :data:`NAMES`.
 
-    Where one of the names `among` which it stands would then look the same, as ``insert left peg``
-    beside ``insert right peg`` may, it is cut at its end or its beginning if that helps.
+    Where that would make it look like another one of `among`, as ``insert left peg`` may beside
+    ``insert right peg``, it is cut at its end or its beginning if that helps.
     """
-    metrics, whole = QFontMetricsF(face), printable(name)
-    if metrics.horizontalAdvance(whole) <= room:
-        return whole
+    metrics, full = QFontMetricsF(face), printable(name)
+    if metrics.horizontalAdvance(full) <= room:
+        return full
     others = [printable(other) for other in among if other != name]
-    if not any((one[:1], one[-1:]) == (whole[:1], whole[-1:]) for one in others):
-        return metrics.elidedText(whole, NAMES, room)  # as good as always, and takes no time
-    for where in (NAMES, Qt.TextElideMode.ElideRight, Qt.TextElideMode.ElideLeft):
-        cut = metrics.elidedText(whole, where, room)
-        if cut not in (metrics.elidedText(other, where, room) for other in others):
+    if not any((other[:1], other[-1:]) == (full[:1], full[-1:]) for other in others):
+        return metrics.elidedText(full, NAMES, room)  # as good as always, and takes no time
+    for mode in (NAMES, Qt.TextElideMode.ElideRight, Qt.TextElideMode.ElideLeft):
+        cut = metrics.elidedText(full, mode, room)
+        if cut not in (metrics.elidedText(other, mode, room) for other in others):
             return cut
-    return metrics.elidedText(whole, NAMES, room)
+    return metrics.elidedText(full, NAMES, room)
 
 
 def draw_text(
@@ -190,9 +190,9 @@ def ink_on(ground: QColor) -> QColor:
     return QColor("white" if 1.05 / lightness > lightness / 0.05 else "black")
 
 
-def contrast(one: QColor, other: QColor) -> float:
+def contrast(a: QColor, b: QColor) -> float:
     """Contrast of two colours, from 1 to 21 (WCAG 2.2)."""
-    darker, lighter = sorted((_luminance(one), _luminance(other)))
+    darker, lighter = sorted((_luminance(a), _luminance(b)))
     return (lighter + 0.05) / (darker + 0.05)
 
 

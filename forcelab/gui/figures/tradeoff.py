@@ -123,14 +123,14 @@ class Tradeoff(Figure):
         """The marks of a panel, in the order of the rows; an error of 0 is at the lower edge."""
         across, up = self.axes(panel)
         names = list(dict.fromkeys(row.name for row in self.table.rows))
-        found = []
+        marks = []
         for row in self.table.of(self.table.sizes[panel]):
             if row.point is not None:
                 seconds, error = row.point
                 spot = QPointF(across.at(seconds), up.at(max(error, up.start)))
                 turn, i = divmod(names.index(row.name), len(COLOURS))
-                found.append(Mark(row, spot, QColor(COLOURS[i]), (i + turn) % len(SHAPES)))
-        return tuple(found)
+                marks.append(Mark(row, spot, QColor(COLOURS[i]), (i + turn) % len(SHAPES)))
+        return tuple(marks)
 
     @cached_property
     def _ranges(self) -> tuple[tuple[float, float], tuple[float, float]]:
@@ -180,16 +180,16 @@ class Tradeoff(Figure):
         named: dict[str, list[Mark]] = {}
         for mark in marks:
             named.setdefault(mark.row.name, []).append(mark)
-        for name, its in named.items():
+        for name, own in named.items():
             bold = text.font(10, bold=True)
             label = text.elided_name(name, bold, box.width() / 3)
             near = [
-                place for mark in its for place in place_labels(mark.spot, label, bold, box, MARK)
+                place for mark in own for place in place_labels(mark.spot, label, bold, box, MARK)
             ]
             # A name is written in any case: where it covers least.
             best = min(near, key=lambda place: covered_area(place, taken))
             taken.append(best)
-            _write(painter, best, label, bold, its[0].colour)
+            _write(painter, best, label, bold, own[0].colour)
         small, muted = text.font(9), QColor(self.theme.muted)
         for mark in sorted(marks, key=lambda mark: not mark.row.pareto):
             label = text.elided_name(mark.row.setting, small, box.width() / 3)

@@ -117,8 +117,8 @@ class WaveletFigure(Figure):
             painter, box.center().x(), top - NAME_LINE / 2 - 2, name, face=face, ink=ink, align=0.5
         )
         across = Axis(float(view.t[0]), float(view.t[-1]), box.left(), box.right())
-        most = 1.08 * max(float(np.abs(other.psi).max()) for other in self.views) or 1.0
-        up = Axis(-most, most, bottom, top)
+        largest = 1.08 * max(float(np.abs(view.psi).max()) for view in self.views) or 1.0
+        up = Axis(-largest, largest, bottom, top)
         painter.setPen(QPen(QColor(self.theme.grid), 1.0))
         painter.drawLine(QLineF(box.left(), up.at(0.0), box.right(), up.at(0.0)))
         real, imaginary, envelope = self._pens

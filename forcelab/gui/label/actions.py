@@ -68,13 +68,13 @@ class ActionModel(QAbstractListModel):
     def refresh(self) -> None:
         """Show the vocabulary as it is now; remaining rows keep selection and scroll position."""
         actions = self.document.vocabulary.actions
-        kept = min(len(actions), len(self._actions))
-        if len(actions) > kept:
-            self.beginInsertRows(NOWHERE, kept, len(actions) - 1)
+        common = min(len(actions), len(self._actions))
+        if len(actions) > common:
+            self.beginInsertRows(NOWHERE, common, len(actions) - 1)
             self._actions = actions
             self.endInsertRows()
-        elif len(self._actions) > kept:
-            self.beginRemoveRows(NOWHERE, kept, len(self._actions) - 1)
+        elif len(self._actions) > common:
+            self.beginRemoveRows(NOWHERE, common, len(self._actions) - 1)
             self._actions = actions
             self.endRemoveRows()
         self._actions = actions
@@ -153,7 +153,7 @@ class KeyDialog(QDialog):
         self._vocabulary, self._name = vocabulary, name
         self.key: str | None = None
         self.setWindowTitle(f"Key of '{name}'")
-        ask = QLabel(f"Press the key that paints '{name}'. Backspace takes its key away.")
+        ask = QLabel(f"Press a key for '{name}'. Backspace removes its key.")
         ask.setWordWrap(True)
         self.trouble = QLabel()
         self.trouble.setWordWrap(True)
@@ -190,19 +190,19 @@ class KeyDialog(QDialog):
 
 def ask_name(old: str, parent: QWidget) -> str | None:
     """Ask for another name of an action; None to keep its own."""
-    name, given = QInputDialog.getText(
+    name, accepted = QInputDialog.getText(
         parent,
         "Rename action",
         f"New name of '{old}':",
         text=old,
     )
     name = " ".join(name.split())
-    return name if given and name and name != old else None
+    return name if accepted and name and name != old else None
 
 
-def colour_menu(current: str, choose: Callable[[str], object], around: QMenu) -> QMenu:
+def colour_menu(current: str, choose: Callable[[str], object], parent_menu: QMenu) -> QMenu:
     """Add a submenu of the colours that every viewer tells apart, and any other."""
-    menu, parent = around.addMenu("Colour"), around.parentWidget()
+    menu, parent = parent_menu.addMenu("Colour"), parent_menu.parentWidget()
     names = (
         "Blue",
         "Vermilion",
@@ -218,14 +218,14 @@ def colour_menu(current: str, choose: Callable[[str], object], around: QMenu) ->
         action.setEnabled(colour != current)
         action.triggered.connect(lambda _=False, colour=colour: choose(colour))
     menu.addSeparator()
-    other = menu.addAction("Other…")
+    custom = menu.addAction("Other…")
 
     def ask() -> None:
         chosen = QColorDialog.getColor(QColor(current), parent, "Colour")
         if chosen.isValid():
             choose(chosen.name())
 
-    other.triggered.connect(ask)
+    custom.triggered.connect(ask)
     return menu
 
 
@@ -235,7 +235,7 @@ class ActionRows(RowList):
     def __init__(self, model: ActionModel, menu: Callable[[str], QMenu]) -> None:
         super().__init__(model)
         self._model, self._menu = model, menu
-        self.setAccessibleName("Actions: Enter takes up the brush")
+        self.setAccessibleName("Actions: Enter selects the brush")
         self.setItemDelegate(_Delegate(model, self))
         self.setMouseTracking(True)
 
@@ -246,9 +246,9 @@ class ActionRows(RowList):
         name = self._model.name(index.row())
         if name is None:
             return
-        below = QPoint(8, self.visualRect(index).bottom())
+        corner = QPoint(8, self.visualRect(index).bottom())
         menu = self._menu(name)
-        menu.exec(event.globalPos() if by_mouse else self.viewport().mapToGlobal(below))
+        menu.exec(event.globalPos() if by_mouse else self.viewport().mapToGlobal(corner))
         menu.deleteLater()
 
 
@@ -315,8 +315,10 @@ class ActionSuggestions(QScrollArea):
         column = QVBoxLayout(page)
         self._text = QLabel()
         self._text.setWordWrap(True)
-        self.enough = QPushButton("That is all")
-        self.enough.setToolTip("Show the chosen actions only; painting does so, too")
+        self.enough = QPushButton("Hide suggestions")
+        self.enough.setToolTip(
+            "Show only the actions of this task; painting hides suggestions, too"
+        )
         self.enough.clicked.connect(self.dismissed)
         column.addWidget(self._text)
         column.addWidget(self.enough)
@@ -345,8 +347,8 @@ class ActionSuggestions(QScrollArea):
             self._text.setText("No actions yet: add one below, or begin with these.")
 
 
-#: Counting waits until nothing was painted for so many ms: strokes come first.
-FILTER_DELAY_MS = 80
+#: Segments are counted when nothing was painted for so many ms: strokes come first.
+COUNT_DELAY_MS = 80
 
 
 class _Entry(QLineEdit):
@@ -403,7 +405,7 @@ class ActionList(SideList):
             self.column.addWidget(widget, 1)
         self.column.addLayout(bar)
         self._striking = -1
-        self._counting = QTimer(self, singleShot=True, interval=FILTER_DELAY_MS)
+        self._counting = QTimer(self, singleShot=True, interval=COUNT_DELAY_MS)
         self._counting.timeout.connect(self._count)
         document.project_changed.connect(self.entry.clear)
         document.vocabulary_changed.connect(self._refresh)
@@ -420,10 +422,12 @@ class ActionList(SideList):
         """Mark the row of the action that a key has begun, and redraw only rows that change."""
         stroke = self.document.stroke
         names = self.document.vocabulary.names
-        now = names.index(stroke.action) if stroke is not None and stroke.action in names else -1
-        for row in {self._striking, now} - {-1}:
+        current = (
+            names.index(stroke.action) if stroke is not None and stroke.action in names else -1
+        )
+        for row in {self._striking, current} - {-1}:
             self.list.update(self.list.model().index(row, 0))
-        self._striking = now
+        self._striking = current
 
     def showEvent(self, event: QShowEvent) -> None:
         """Count what was painted while it was hidden."""
@@ -487,8 +491,8 @@ class ActionList(SideList):
         key.triggered.connect(lambda: self._ask_key(name))
         current = document.vocabulary[name].colour
         colour_menu(current, lambda colour: self.recolour(name, colour), menu)
-        other = menu.addAction(icon("pencil"), "Rename…")
-        other.triggered.connect(lambda: self._ask_name(name))
+        rename = menu.addAction(icon("pencil"), "Rename…")
+        rename.triggered.connect(lambda: self._ask_name(name))
         remove = menu.addAction(icon("trash"), "Remove")
         remove.triggered.connect(lambda: self.remove(name))
         return menu
@@ -530,7 +534,7 @@ class ActionList(SideList):
         """Show the vocabulary as it is now."""
         self.model.refresh()
         demonstration, names = self.document.demonstration, self.document.vocabulary.names
-        there = demonstration is not None
+        is_open = demonstration is not None
         task = None if demonstration is None else demonstration.task
         if task != self._suggested:
             self._suggested = None
@@ -538,7 +542,7 @@ class ActionList(SideList):
             self._suggested = task
         self.suggestions.leave_out(names)
         self._show_parts()
-        obstacle = "" if there else "Open a demonstration first: its task gets the action."
+        obstacle = "" if is_open else "Open a demonstration first: its task gets the action."
         set_enabled_with_reason(self.entry, obstacle)
         set_enabled_with_reason(self.plus, obstacle)
         self._count_soon()
@@ -546,13 +550,13 @@ class ActionList(SideList):
     def _show_parts(self) -> None:
         """Show the actions, the suggestions, or both."""
         suggesting = self._suggested is not None
-        there = self.document.demonstration is not None
-        self.list.setVisible(there and (bool(self.document.vocabulary.names) or not suggesting))
+        is_open = self.document.demonstration is not None
+        self.list.setVisible(is_open and (bool(self.document.vocabulary.names) or not suggesting))
         focus = QApplication.focusWidget()
         if not suggesting and focus is not None and self.suggestions.isAncestorOf(focus):
             self.list.setFocus()  # not the field below, where the next keys would be text
         self.suggestions.setVisible(suggesting)
-        self.nothing.setHidden(there)
+        self.nothing.setHidden(is_open)
 
     def _suggest_no_more(self) -> None:
         self._suggested = None

@@ -32,10 +32,10 @@ def handlers(
     Dialogs and menus open above `window`; cancelling ends a drag in `tracks`.
     """
     nudges: dict[str, Callable[[], object]] = {}
-    for what in ("start", "end", "both"):
-        name = "move" if what == "both" else what
-        nudges[f"{name}_earlier"] = partial(segment_commands.nudge, document, what, -1)
-        nudges[f"{name}_later"] = partial(segment_commands.nudge, document, what, 1)
+    for part in ("start", "end", "both"):
+        name = "move" if part == "both" else part
+        nudges[f"{name}_earlier"] = partial(segment_commands.nudge, document, part, -1)
+        nudges[f"{name}_later"] = partial(segment_commands.nudge, document, part, 1)
     return {
         **nudges,
         "previous_segment": partial(segment_commands.previous_segment, document),
@@ -97,7 +97,7 @@ def _fill_gaps(document: Document, window: QWidget) -> None:
     if document.segments:
         ask_largest_gap(window, document)
     else:
-        document.say("There are no segments of yours to fill gaps between.")
+        document.say("You have no segments to fill gaps between.")
 
 
 def _jump(document: Document, direction: int) -> None:

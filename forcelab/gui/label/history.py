@@ -45,7 +45,7 @@ def edit_states(newest_first: Sequence[Edit]) -> dict[int, EditState]:
     Needs the track's latest edits without a hole: whatever happened to them came after them, so
     earlier edits say nothing about it.
     """
-    found: dict[int, EditState] = {}
+    states: dict[int, EditState] = {}
     redone: set[int] = set()  # undos that were taken back
     replaced: set[int] = set()  # edits in whose place another one is: a run of them is one row
     fresh = False  # whether an edit came later that left the undos before it behind
@@ -56,13 +56,15 @@ def edit_states(newest_first: Sequence[Edit]) -> dict[int, EditState]:
             redone.add(edit.reverts or 0)
         elif edit.kind == "undo":
             if edit.id not in redone:
-                found.setdefault(
+                states.setdefault(
                     edit.reverts or 0, EditState.ABANDONED if fresh else EditState.UNDONE
                 )
         else:
-            found.setdefault(edit.id, EditState.DONE)
+            states.setdefault(edit.id, EditState.DONE)
             fresh = True
-    return {edit.id: found[edit.id] for edit in newest_first if edit.id in found.keys() - replaced}
+    return {
+        edit.id: states[edit.id] for edit in newest_first if edit.id in states.keys() - replaced
+    }
 
 
 class HistoryModel(QAbstractListModel):
@@ -76,7 +78,7 @@ class HistoryModel(QAbstractListModel):
         self.document = document
         self.rows: list[Edit] = []
         self._edits: list[Edit] = []  # newest first, undo and redo among them
-        self._standings: dict[int, EditState] = {}
+        self._states: dict[int, EditState] = {}
         self._track = ("", "")
         self._complete = False
 
@@ -97,25 +99,25 @@ class HistoryModel(QAbstractListModel):
         self._track = track
         self._sort_out()
         # What redo can bring back lies between the last page and the latest edit that stands.
-        while not self._complete and EditState.DONE not in self._standings.values():
+        while not self._complete and EditState.DONE not in self._states.values():
             self._keep_older(self._page(self._edits[-1].id))
         self.endResetModel()
 
     def clear(self) -> None:
         self.beginResetModel()
-        self.rows, self._edits, self._standings, self._complete = [], [], {}, False
+        self.rows, self._edits, self._states, self._complete = [], [], {}, False
         self.endResetModel()
 
-    def standing(self, row: int) -> EditState:
-        return self._standings[self.rows[row].id]
+    def state_of(self, row: int) -> EditState:
+        return self._states[self.rows[row].id]
 
     def steps_to(self, row: int) -> int:
         """How many undos (negative) or redos make the edit of a row the latest that stands."""
-        if self.standing(row) == EditState.DONE:
-            return -sum(self.standing(newer) == EditState.DONE for newer in range(row))
-        if self.standing(row) == EditState.UNDONE:
+        if self.state_of(row) == EditState.DONE:
+            return -sum(self.state_of(newer) == EditState.DONE for newer in range(row))
+        if self.state_of(row) == EditState.UNDONE:
             older = range(row, len(self.rows))
-            return sum(self.standing(at) == EditState.UNDONE for at in older)
+            return sum(self.state_of(at) == EditState.UNDONE for at in older)
         return 0
 
     # What Qt asks
@@ -142,18 +144,16 @@ class HistoryModel(QAbstractListModel):
         """The sentence of an edit; its time and state as the tooltip."""
         if not index.isValid() or index.row() >= len(self.rows):
             return None
-        edit, standing = self.rows[index.row()], self.standing(index.row())
+        edit, state = self.rows[index.row()], self.state_of(index.row())
         if role == Qt.ItemDataRole.DisplayRole:
             return edit.what
         if role == Qt.ItemDataRole.ToolTipRole:
             when = f"{edit.time.astimezone():%Y-%m-%d %H:%M:%S}"
             return f"{edit.what}\n{when}" + (
-                f"\n{_edit_state(standing)}" if _edit_state(standing) else ""
+                f"\n{_edit_state(state)}" if _edit_state(state) else ""
             )
         if role == Qt.ItemDataRole.AccessibleTextRole:
-            return ", ".join(
-                filter(None, (time_of_edit(edit.time), edit.what, _edit_state(standing)))
-            )
+            return ", ".join(filter(None, (time_of_edit(edit.time), edit.what, _edit_state(state))))
         return None
 
     # Inside
@@ -180,27 +180,27 @@ class HistoryModel(QAbstractListModel):
 
     def _sort_out(self) -> None:
         """Tell edits from undos and redos, and what has become of each."""
-        self._standings = edit_states(self._edits)
-        self.rows = [edit for edit in self._edits if edit.id in self._standings]
+        self._states = edit_states(self._edits)
+        self.rows = [edit for edit in self._edits if edit.id in self._states]
 
 
 def time_of_edit(time: datetime) -> str:
     """The time of day, with the date where that is not today."""
-    here = time.astimezone()
-    if here.date() == date.today():
-        return f"{here:%H:%M:%S}"
-    return f"{here:%Y-%m-%d %H:%M}"
+    local = time.astimezone()
+    if local.date() == date.today():
+        return f"{local:%H:%M:%S}"
+    return f"{local:%Y-%m-%d %H:%M}"
 
 
 def _edit_state(standing: EditState) -> str:
     return {
         EditState.DONE: "",
         EditState.UNDONE: "undone; redo brings it back",
-        EditState.ABANDONED: "undone, and something else was edited after that",
+        EditState.ABANDONED: "undone before a later edit; redo cannot bring it back",
     }[standing]
 
 
-#: What was done is read when nothing was painted for so many ms.
+#: Edits are read when nothing was painted for so many ms.
 PAUSE = 60
 
 
@@ -251,7 +251,7 @@ class HistoryView(SideList):
         """Undo or redo until the edit of a row is the latest that stands."""
         if not 0 <= row < len(self.model.rows):
             return
-        if self.model.standing(row) == EditState.ABANDONED:
+        if self.model.state_of(row) == EditState.ABANDONED:
             self.document.say(
                 f"'{self.model.rows[row].what}' was undone before a later edit, so redo "
                 "cannot bring it back."
@@ -291,10 +291,10 @@ class HistoryView(SideList):
     def _show_reach(self) -> None:
         """Show in buttons and label what undo and redo would do."""
         rows = range(len(self.model.rows))
-        nothing = "Nothing was edited here yet. Every edit can be undone."
+        nothing = "No edits yet. Every edit can be undone."
         self._pages.say("" if rows else nothing)
-        done = next((row for row in rows if self.model.standing(row) == EditState.DONE), None)
-        undone = [row for row in rows if self.model.standing(row) == EditState.UNDONE]
+        done = next((row for row in rows if self.model.state_of(row) == EditState.DONE), None)
+        undone = [row for row in rows if self.model.state_of(row) == EditState.UNDONE]
         self.undo.setEnabled(done is not None or self.model.canFetchMore(QModelIndex()))
         self.redo.setEnabled(bool(undone))
         undo, redo = "Undo", "Redo"
@@ -327,7 +327,7 @@ class _Delegate(QStyledItemDelegate):
 
     def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: Index) -> None:
         row = index.row()
-        edit, standing = self._model.rows[row], self._model.standing(row)
+        edit, state = self._model.rows[row], self._model.state_of(row)
         theme = colours()
         box = QRectF(option.rect)
         painter.save()
@@ -335,14 +335,14 @@ class _Delegate(QStyledItemDelegate):
         if option.state & QStyle.StateFlag.State_Selected:
             painter.fillRect(box, QColor(theme.accent))
             ink = aside = QColor(theme.accent_text)
-        elif standing != EditState.DONE:
+        elif state != EditState.DONE:
             ink = aside
         font = QFont(option.font)
-        font.setStrikeOut(standing == EditState.ABANDONED)
-        font.setItalic(standing != EditState.DONE)
+        font.setStrikeOut(state == EditState.ABANDONED)
+        font.setItalic(state != EditState.DONE)
         inner = box.adjusted(self.PADDING, 0, -self.PADDING, 0)
         write_row(painter, inner, (edit.what, time_of_edit(edit.time)), (ink, aside), font)
-        above = row > 0 and self._model.standing(row - 1) == EditState.UNDONE
-        if above and standing == EditState.DONE:
+        below_undone = row > 0 and self._model.state_of(row - 1) == EditState.UNDONE
+        if below_undone and state == EditState.DONE:
             painter.fillRect(QRectF(box.left(), box.top(), box.width(), 2), QColor(theme.accent))
         painter.restore()

@@ -142,22 +142,22 @@ class KeyLabelling(QObject):
         key = _pressed_key_name(event)
         if self._held is None or self._held[0] != key:
             return False
-        now, cursor, position = self._clock(), self.document.cursor, self._position()
-        self._repeats.released(event, lambda: self._let_up(key, now, cursor, position))
+        released, cursor, position = self._clock(), self.document.cursor, self._position()
+        self._repeats.released(event, lambda: self._let_up(key, released, cursor, position))
         return True
 
-    def _follow_focus(self, _: QWidget | None, now: QWidget | None) -> None:
+    def _follow_focus(self, _: QWidget | None, focused: QWidget | None) -> None:
         """Filter the keys of the widget that has the focus."""
-        if now is None or not self._inside(now):
+        if focused is None or not self._inside(focused):
             self.let_go()
         else:
-            now.installEventFilter(self)  # a second time changes nothing
+            focused.installEventFilter(self)  # a second time changes nothing
 
     def _inside(self, widget: QWidget | None) -> bool:
         """Whether a widget is in the window, or in a dock that floats."""
         while widget is not None and widget is not self.window:
-            apart = widget.isWindow() and not isinstance(widget, QDockWidget)
-            if apart or isinstance(widget, QMenuBar):
+            separate = widget.isWindow() and not isinstance(widget, QDockWidget)
+            if separate or isinstance(widget, QMenuBar):
                 return False
             widget = widget.parentWidget()
         return widget is not None
@@ -204,13 +204,13 @@ class KeyLabelling(QObject):
         self.document.begin_stroke(action, position)
         self._held = key, self._clock(), self.document.cursor
 
-    def _let_up(self, key: str, now: float, cursor: float, position: float) -> None:
+    def _let_up(self, key: str, released: float, cursor: float, position: float) -> None:
         """End the stroke of a key that was held."""
         if self._held is None or self._held[0] != key:
             return
         _, pressed, began = self._held
         self._held = None
-        held = 1000 * (now - pressed) >= settings.hold_ms()
+        held = 1000 * (released - pressed) >= settings.hold_ms()
         if held and cursor != began and self.document.stroke is not None:
             self.document.end_stroke(position)
 
@@ -219,11 +219,11 @@ class KeyLabelling(QObject):
         document = self.document
         targets = snap_targets(document)
         if document.playing:
-            late = settings.reaction_ms() / 1000 * document.speed
+            delay = settings.reaction_ms() / 1000 * document.speed
             earliest = document.bounds[0] if document.stroke is None else document.stroke.start
             # A stroke begun while paused was not late: it must not be turned around.
-            meant = max(document.cursor - late, min(earliest, document.cursor))
-            return round_to_sample(meant, targets) if document.snapping else meant
+            time = max(document.cursor - delay, min(earliest, document.cursor))
+            return round_to_sample(time, targets) if document.snapping else time
         if not document.snapping or is_on_target(document.cursor, targets):
             return document.cursor
         return snap_or_round(document.cursor, self._scale(), targets)

@@ -1,7 +1,7 @@
-"""Lanes of channels: place and scale, curves as pixels, the axes, gaps and notes around them.
+"""Lanes of channels: their layout and axes, and their curves as columns of pixels.
 
-Qt takes 15 ms for six jagged polylines of 3200 points, and 50 ms for six smooth ones of 50; this
-takes 2 ms for either, and is smooth.
+Qt takes 15 ms for six jagged polylines of 3200 points, and 50 ms for six smooth ones of 50; to
+fill columns takes 2 ms for either, and is smooth.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ _NUMBERED = re.compile(r"^.*\D[ _.\-]?(?P<sensor>\d+)$")
 LANE_MARGIN = 4.0
 LANE_GAP = 5.0
 #: Values beyond this are drawn at the edge: their span would be no number any more.
-LARGEST_SCALE = 1e300
+LARGEST_VALUE = 1e300
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,10 +77,10 @@ def lanes(
     There is one lane for each unit where they are `overlaid`; otherwise one for each channel,
     sensor after sensor.
     """
-    wanted = set(shown)
+    names = set(shown)
     keyed: dict[str, list[int]] = {}
     for i, channel in enumerate(channels):
-        if channel.name in wanted:
+        if channel.name in names:
             keyed.setdefault(channel.unit if overlaid else group_of(channel.name), []).append(i)
     if overlaid:
         strips = [(tuple(members), "") for members in keyed.values()]
@@ -88,34 +88,34 @@ def lanes(
         strips = [((i,), group) for group, members in keyed.items() for i in members]
     breaks = len(keyed) - 1
     each = (height - breaks * LANE_GAP) / max(len(strips), 1)
-    found: list[Lane] = []
+    result: list[Lane] = []
     top = 0.0
     for members, group in strips:
-        if found and (overlaid or found[-1].group != group):
+        if result and (overlaid or result[-1].group != group):
             top += LANE_GAP
-        found.append(Lane(members, group, channels[members[0]].unit, top, top + each))
+        result.append(Lane(members, group, channels[members[0]].unit, top, top + each))
         top += each
-    return tuple(found)
+    return tuple(result)
 
 
-def span_of(found: Extremes) -> tuple[float, float] | None:
+def span_of(extremes: Extremes) -> tuple[float, float] | None:
     """The least and the greatest value of a curve; None where it has none."""
-    known = ~np.isnan(found.low)
+    known = ~np.isnan(extremes.low)
     if not known.any():
         return None
-    return float(found.low[known].min()), float(found.high[known].max())
+    return float(extremes.low[known].min()), float(extremes.high[known].max())
 
 
 def spanning(ranges: Iterable[tuple[float, float] | None]) -> tuple[float, float] | None:
     """The smallest range that holds all given ranges; None for none."""
-    known = [found for found in ranges if found is not None]
+    known = [span for span in ranges if span is not None]
     return (min(low for low, _ in known), max(high for _, high in known)) if known else None
 
 
 def axis_of(lane: Lane, span: tuple[float, float] | None) -> Axis:
     """The vertical axis of a lane for values from the least to the greatest of `span`, if any."""
     low, high = span if span is not None else (0.0, 1.0)
-    low, high = (min(max(value, -LARGEST_SCALE), LARGEST_SCALE) for value in (low, high))
+    low, high = (min(max(value, -LARGEST_VALUE), LARGEST_VALUE) for value in (low, high))
     size = max(abs(low), abs(high))
     if high - low <= 1e-9 * size or size == 0.0:  # a constant lies in the middle of its lane
         low, high = low - (0.1 * size or 1.0), high + (0.1 * size or 1.0)
@@ -138,7 +138,7 @@ class Curve(NamedTuple):
     Nothing is drawn outside of `box`, the top and bottom of its lane in pixels.
     """
 
-    found: Extremes
+    extremes: Extremes
     axis: Axis
     colour: QColor
     box: tuple[float, float]
@@ -284,14 +284,14 @@ class CurveCanvas:
         """Draw curves of different lanes."""
         lanes, tops, bottoms = [], [], []
         half, height = THICKNESS / 2 * self.ratio, len(self._pixels)
-        for found, axis, _, box in curves:
+        for extremes, axis, _, box in curves:
             first, last = (min(max(round(edge * self.ratio), 0), height) for edge in box)
             scale = (axis.finish - axis.begin) / (axis.end - axis.start) * self.ratio
             zero = axis.begin * self.ratio - axis.start * scale - first
             lanes.append((first, last))
             with np.errstate(over="ignore"):
-                tops.append(found.high * scale + zero - half)
-                bottoms.append(found.low * scale + zero + half)
+                tops.append(extremes.high * scale + zero - half)
+                bottoms.append(extremes.low * scale + zero + half)
         colours = [curve.colour for curve in curves]
         fill_columns(self._pixels, np.stack(tops), np.stack(bottoms), colours, lanes)
 
@@ -334,7 +334,7 @@ TICK_OFFSET = 3.0
 #: Width and height of the mark of a glitch, in pixels.
 GLITCH = (9.0, 6.0)
 #: The least contrast of a text to its ground (WCAG 2.2).
-READABLE_WIDTH = 4.5
+READABLE_CONTRAST = 4.5
 
 
 def curve_colour(column: int, theme: Colours) -> QColor:
@@ -347,7 +347,7 @@ def curve_ink(column: int, theme: Colours) -> QColor:
     """The colour of a channel's name and values: its curve's, deepened until it can be read."""
     colour = curve_colour(column, theme)
     inks = (mixed(colour, theme.text, share / 20) for share in range(21))
-    return next(ink for ink in inks if text.contrast(ink, QColor(theme.panel)) >= READABLE_WIDTH)
+    return next(ink for ink in inks if text.contrast(ink, QColor(theme.panel)) >= READABLE_CONTRAST)
 
 
 def paint_notes(

@@ -22,10 +22,10 @@ from forcelab.gui.theme import colours, themes
 __all__ = ["PictureView", "scaled"]
 
 #: What one notch of the wheel makes of the picture, and how large it may become.
-NOTCH, LARGEST = 1.25, 32.0
-#: Enlarged so much, single pixels are what one wants to see.
-PIXELS = 4.0
-#: Space around words, in pixels.
+ZOOM_STEP, LARGEST_ZOOM = 1.25, 32.0
+#: From this zoom on single pixels are shown, not smoothed.
+SHARP_ZOOM = 4.0
+#: Space around texts, in pixels.
 MARGIN = 6.0
 
 
@@ -116,30 +116,30 @@ class PictureView(QWidget):
         return QRectF(QPointF(left, top), size)
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        look, stage = colours(), self._stage
+        theme, stage = colours(), self._stage
         with QPainter(self) as painter:
-            painter.fillRect(self.rect(), QColor(look.panel))
-            words = self.message
-            if self._image is not None and not words:
+            painter.fillRect(self.rect(), QColor(theme.panel))
+            message = self.message
+            if self._image is not None and not message:
                 self._paint_picture(painter, stage)
-            elif words:
-                self._paint_words(painter, stage, words)
-            below = QRectF(MARGIN, stage.bottom(), self.width() - 2 * MARGIN, self.height())
-            below.setBottom(float(self.height()))
-            painter.setPen(QColor(look.muted))
+            elif message:
+                self._paint_words(painter, stage, message)
+            caption = QRectF(MARGIN, stage.bottom(), self.width() - 2 * MARGIN, self.height())
+            caption.setBottom(float(self.height()))
+            painter.setPen(QColor(theme.muted))
             text = self.fontMetrics().elidedText(
-                self.caption, Qt.TextElideMode.ElideRight, int(below.width())
+                self.caption, Qt.TextElideMode.ElideRight, int(caption.width())
             )
-            painter.drawText(below, Qt.AlignmentFlag.AlignCenter, text)
+            painter.drawText(caption, Qt.AlignmentFlag.AlignCenter, text)
 
-    def _paint_words(self, painter: QPainter, stage: QRectF, words: str) -> None:
+    def _paint_words(self, painter: QPainter, stage: QRectF, message: str) -> None:
         """Write a message in place of the picture; a long path is broken anywhere."""
         inner = stage.adjusted(2 * MARGIN, MARGIN, -2 * MARGIN, -MARGIN)
         wrap = Qt.TextFlag.TextWordWrap
-        if painter.boundingRect(inner, wrap, words).width() > inner.width():
+        if painter.boundingRect(inner, wrap, message).width() > inner.width():
             wrap = Qt.TextFlag.TextWrapAnywhere
         painter.setPen(QColor(colours().trouble if self.troubled else colours().muted))
-        painter.drawText(inner, Qt.AlignmentFlag.AlignCenter | wrap, words)
+        painter.drawText(inner, Qt.AlignmentFlag.AlignCenter | wrap, message)
 
     def _paint_picture(self, painter: QPainter, stage: QRectF) -> None:
         """Draw the picture, scaled once for each frame and size."""
@@ -149,7 +149,7 @@ class PictureView(QWidget):
         painter.setClipRect(stage)
         if self._zoom > 1:
             self._tell_fit(QSize())
-            smooth = box.width() * self.devicePixelRatioF() < PIXELS * self._image.width()
+            smooth = box.width() * self.devicePixelRatioF() < SHARP_ZOOM * self._image.width()
             painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform, smooth)
             painter.drawImage(box, self._image)
         else:
@@ -193,7 +193,7 @@ class PictureView(QWidget):
             (about.x() - before.left()) / before.width(),
             (about.y() - before.top()) / before.height(),
         )
-        self._zoom = min(max(self._zoom * factor, 1.0), LARGEST)
+        self._zoom = min(max(self._zoom * factor, 1.0), LARGEST_ZOOM)
         after = self._picture_box().size()
         self._move_middle(
             share.x() - (about.x() - self._stage.center().x()) / after.width(),
@@ -214,7 +214,7 @@ class PictureView(QWidget):
         self.update()
 
     def wheelEvent(self, event: QWheelEvent) -> None:
-        self.zoom_by(NOTCH ** (event.angleDelta().y() / 120), event.position())
+        self.zoom_by(ZOOM_STEP ** (event.angleDelta().y() / 120), event.position())
         event.accept()
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
@@ -246,8 +246,8 @@ class PictureView(QWidget):
         menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         copy = menu.addAction("Copy frame", self.copy_frame)
         menu.addSeparator()
-        closer = menu.addAction("Zoom in", lambda: self.zoom_by(NOTCH**2))
-        away = menu.addAction("Zoom out", lambda: self.zoom_by(NOTCH**-2))
+        closer = menu.addAction("Zoom in", lambda: self.zoom_by(ZOOM_STEP**2))
+        away = menu.addAction("Zoom out", lambda: self.zoom_by(ZOOM_STEP**-2))
         fit = menu.addAction("Fit", self.fit)
         for action in (copy, closer):
             action.setEnabled(self._image is not None)

@@ -1,4 +1,4 @@
-"""Playback by a monotonic clock, and the bar that controls it.
+"""Playback by a monotonic clock.
 
 The cursor is the master clock. Where it is depends on the time since playback started and on
 nothing else, so that a late tick skips time on screen and never slows it; what follows the cursor,
@@ -85,8 +85,8 @@ class Player(QObject):
         document = self.document
         index = document.selected
         if index is None:
-            here = document.cursor
-            under = (i for i, s in enumerate(document.segments) if s.start <= here < s.end)
+            cursor = document.cursor
+            under = (i for i, s in enumerate(document.segments) if s.start <= cursor < s.end)
             index = next(under, None)
         if document.range is not None:
             self.play_span(*document.range)

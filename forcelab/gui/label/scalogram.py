@@ -1,4 +1,4 @@
-"""The scalogram panel: requests, background jobs, readout and button.
+"""The scalogram panel.
 
 The picture is computed in the background, for the visible span at the screen's resolution. Until
 a new one comes, the old one moves with the time axis.
@@ -32,16 +32,21 @@ from forcelab.errors import ForcelabError
 from forcelab.gui.document import Document
 from forcelab.gui.figures.text import NAMES, signed
 from forcelab.gui.jobs import Job, Jobs
-from forcelab.gui.label import scalogram_painting as drawing
-from forcelab.gui.label import scalogram_painting as scales
 from forcelab.gui.label.scalogram_painting import (
+    FOURIER_FACTOR,
     LARGEST,
+    MARKED,
     MORLET_P,
     SMALLEST,
     Rows,
     ScalogramLayers,
     amount_text,
     colour_range,
+    draw_bar,
+    draw_cone,
+    draw_frequencies,
+    draw_marks,
+    draw_plate,
 )
 from forcelab.gui.text import escape_ampersands, thousands
 from forcelab.gui.theme import colours, themes
@@ -106,10 +111,10 @@ class ScalogramButton(QToolButton):
         return action
 
 
-#: Rows of a long span, whatever the panel's height: its tiles are kept for these.
-LONG_RECORDING_ROWS = 100
-#: Of recordings of fewer samples nothing is kept: all is computed anew in less than a second.
-CACHED_SCALOGRAMS = 1 << 21
+#: Rows of a long span, whatever the panel's height: its tiles are cached for these.
+LONG_SPAN_ROWS = 100
+#: Of recordings of fewer samples nothing is cached: all is computed in less than a second.
+LEAST_CACHED_SAMPLES = 1 << 21
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,13 +140,15 @@ def cache_folder(document: Document) -> Path | None:
         project is None
         or project.read_only
         or shown is None
-        or len(shown.times) < CACHED_SCALOGRAMS
+        or len(shown.times) < LEAST_CACHED_SAMPLES
     ):
         return None
     return project.path / DEMONSTRATIONS / document.id
 
 
-def compute(wish: ScalogramRequest, known: Survey | None) -> Generator[Progress, None, Scalogram]:
+def compute(
+    request: ScalogramRequest, known: Survey | None
+) -> Generator[Progress, None, Scalogram]:
     """Compute a picture; a job.
 
     Of a long recording it goes on with the tiles outside the visible span, after the exact picture,
@@ -154,32 +161,34 @@ def compute(wish: ScalogramRequest, known: Survey | None) -> Generator[Progress,
     from forcelab.signals.scalogram import LONG, Step, keep, kept, row_scales, scalogram, survey
     from forcelab.signals.wavelets import Morlet
 
-    all_of_it = row_scales(LONG_RECORDING_ROWS, LARGEST, SMALLEST)
+    all_of_it = row_scales(LONG_SPAN_ROWS, LARGEST, SMALLEST)
     view = known
-    if view is None and wish.folder is not None:
-        view = kept(wish.folder, wish.demonstration, wish.channel, all_of_it, Morlet(MORLET_P))
+    if view is None and request.folder is not None:
+        view = kept(
+            request.folder, request.demonstration, request.channel, all_of_it, Morlet(MORLET_P)
+        )
     if view is None:
-        view = yield from survey(wish.demonstration, wish.channel, LARGEST, Morlet(MORLET_P))
-    start, end = wish.span
-    scales = row_scales(wish.rows, LARGEST, SMALLEST)
+        view = yield from survey(request.demonstration, request.channel, LARGEST, Morlet(MORLET_P))
+    start, end = request.span
+    scales = row_scales(request.rows, LARGEST, SMALLEST)
     if (end - start) * view.source.rate > LONG:
         scales = all_of_it
     picture = yield from scalogram(
-        view, start, end, scales=scales, columns=wish.columns, phase=wish.phase
+        view, start, end, scales=scales, columns=request.columns, phase=request.phase
     )
     count = view.source.count
-    if count > LONG and not wish.phase:
+    if count > LONG and not request.phase:
         yield Step(1, 1, "exact picture", picture)  # shown before the next chunk is computed
         tiles = view.tiles(all_of_it)
         for step in tiles.building(tiles.missing(0, count, tiles.told_cell), threads=1):
             yield Step(step.done, step.total, step.text, picture)
-        if wish.folder is not None and not view.kept:
+        if request.folder is not None and not view.kept:
             view.kept = True  # tried once: a full disk is not asked again and again
-            keep(wish.folder, view, all_of_it)
+            keep(request.folder, view, all_of_it)
     return picture
 
 
-#: Milliseconds for which the span must rest before a picture of it is begun.
+#: Milliseconds for which the span must rest before a picture of it is computed.
 LOADING_DELAY_MS = 40
 
 
@@ -191,16 +200,16 @@ class ScalogramLoader(QObject):
     picture, a coarse one first where there is one; `refused` says why there is none.
     """
 
-    came = Signal(object)
+    loaded = Signal(object)
     refused = Signal(str)
 
     def __init__(
-        self, jobs: Jobs, wish: Callable[[], ScalogramRequest | None], parent: QObject
+        self, jobs: Jobs, request: Callable[[], ScalogramRequest | None], parent: QObject
     ) -> None:
         super().__init__(parent)
         self.view: Survey | None = None
-        self.wanted = False
-        self._jobs, self._wish = jobs, wish
+        self.pending = False
+        self._jobs, self._request = jobs, request
         self._shown: Scalogram | None = None
         self._job: Job | None = None
         self._timer = QTimer(self, singleShot=True, interval=LOADING_DELAY_MS)
@@ -208,7 +217,7 @@ class ScalogramLoader(QObject):
 
     def ask(self) -> None:
         """Compute a picture of what is visible when the span has come to rest."""
-        self.wanted = True
+        self.pending = True
         self._timer.start()
         if self.view is not None and self._job is not None:
             # What it computes is out of date, and it would slow down whoever pans and zooms.
@@ -218,7 +227,7 @@ class ScalogramLoader(QObject):
     def stop(self) -> None:
         """Cancel what is computed."""
         self._timer.stop()
-        self.wanted, self._shown = False, None
+        self.pending, self._shown = False, None
         if self._job is not None:
             self._job.cancel()
             self._job = None
@@ -229,36 +238,36 @@ class ScalogramLoader(QObject):
 
     def _begin(self) -> None:
         """Start a job."""
-        wish = self._wish()
-        if wish is None:
+        request = self._request()
+        if request is None:
             self.stop()
             return
 
         def done(picture: Scalogram) -> None:
-            self.wanted = self._timer.isActive()  # the span may have changed again
+            self.pending = self._timer.isActive()  # the span may have changed again
             self._emit_picture(picture)
 
         def failed(error: Exception) -> None:
-            self.wanted = self._timer.isActive()
-            known = isinstance(error, ForcelabError)
-            self.refused.emit(str(error) if known else "The scalogram failed; see the log.")
+            self.pending = self._timer.isActive()
+            expected = isinstance(error, ForcelabError)
+            self.refused.emit(str(error) if expected else "The scalogram failed; see the log.")
 
-        def moved(step: object) -> None:
+        def progressed(step: object) -> None:
             picture = getattr(step, "picture", None)
             if picture is not None and picture is not self._shown:
                 if not picture.coarse:  # what the job goes on with is not seen
-                    self.wanted = self._timer.isActive()
+                    self.pending = self._timer.isActive()
                 self._emit_picture(picture)
 
         self._job = self._jobs.run(
-            compute(wish, self.view), done, failed, moved, key=f"scalogram {id(self)}"
+            compute(request, self.view), done, failed, progressed, key=f"scalogram {id(self)}"
         )
 
     def _emit_picture(self, picture: Scalogram) -> None:
         """Emit a newer picture."""
         if picture is not self._shown:
             self._shown, self.view = picture, picture.view
-            self.came.emit(picture)
+            self.loaded.emit(picture)
 
 
 #: Decades beyond the last colour from which on something is a spike: impacts are less.
@@ -278,10 +287,10 @@ def readout_value(picture: Scalogram, rows: Rows, time: float, y: float) -> str:
     where = f"{rows.hertz(scale):.3g} Hz at {time:.3f} s"
     if not (0 <= row < k and 0 <= column < c) or not np.isfinite(picture.values[row, column]):
         return where
-    here = float(picture.values[row, column])
+    value = float(picture.values[row, column])
     if picture.phase:
-        return "{}: {} rad".format(where, signed(f"{here:.2f}"))
-    return f"{where}: |W| = {10.0**here:.3g}"
+        return "{}: {} rad".format(where, signed(f"{value:.2f}"))
+    return f"{where}: |W| = {10.0**value:.3g}"
 
 
 def readout_note(picture: Scalogram, high: float) -> str:
@@ -299,11 +308,9 @@ def _omitted_text(picture: Scalogram, high: float) -> str:
     source, notes = picture.view.source, []
     number = source.left_out(source.place(picture.start), source.place(picture.end))
     if number:
-        one, many = (
-            "1 glitch left out",
-            "{0} glitches left out",
+        notes.append(
+            "1 glitch left out" if number == 1 else f"{thousands(number)} glitches left out"
         )
-        notes.append(one if number == 1 else many.format(thousands(number)))
     if not picture.phase and np.fmax.reduce(picture.values, axis=None) > high + SPIKE:
         notes.append("spikes share the last colour")
     return ", ".join(notes)
@@ -328,7 +335,7 @@ def readout_ends(low: float, high: float, phase: bool) -> tuple[str, str]:
 
 
 #: Rows of a picture at least and at most; one for every two pixels of the screen between.
-FEWEST, MOST = 24, 160
+LEAST_ROWS, MOST_ROWS = 24, 160
 #: Height of the button above the axis, in pixels.
 BUTTON = 24
 
@@ -350,9 +357,9 @@ class ScalogramPanel(TimePanel):
         self._pointer: QPointF | None = None
         self._trouble = ""
         self._owed = False  # a picture that was not asked for while the window was minimised
-        self._asking = ScalogramLoader(jobs, self._wish, self)
-        self._asking.came.connect(self._take)
-        self._asking.refused.connect(self._refused)
+        self._loader = ScalogramLoader(jobs, self._request, self)
+        self._loader.loaded.connect(self._take)
+        self._loader.refused.connect(self._refused)
         self._button = ScalogramButton(self)
         self._button.channel_chosen.connect(self.set_channel)
         self._button.phase_chosen.connect(self.set_phase)
@@ -377,7 +384,7 @@ class ScalogramPanel(TimePanel):
     @property
     def settled(self) -> bool:
         """Whether the newest requested picture is shown."""
-        return not self._asking.wanted
+        return not self._loader.pending
 
     def set_channel(self, name: str) -> None:
         if name != self.channel and name in self.channels:
@@ -411,7 +418,7 @@ class ScalogramPanel(TimePanel):
 
     def hideEvent(self, event: QHideEvent) -> None:
         super().hideEvent(event)
-        self._asking.stop()
+        self._loader.stop()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
@@ -438,35 +445,35 @@ class ScalogramPanel(TimePanel):
         """Draw the pictures where their time is now, then the cone and the scales."""
         if self._owed:
             self._ask()  # not every platform says so when a minimised window comes back
-        now, rows, document = colours(), self._rows, self.document
+        theme, rows, document = colours(), self._rows, self.document
         span = document.start, document.end
         self._layers.paint(painter, plot, *span, smooth=self.settled)
-        drawing.draw_cone(painter, plot, rows, now, span=span, bounds=document.bounds)
-        drawing.draw_marks(painter, plot, [rows.y(scale) for scale in scales.MARKED], now)
+        draw_cone(painter, plot, rows, theme, span=span, bounds=document.bounds)
+        draw_marks(painter, plot, [rows.y(scale) for scale in MARKED], theme)
 
     def gutter_shows(self) -> object:
         return self._rows, self._ends(), self._phase
 
     def paint_gutter(self, painter: QPainter, box: QRectF) -> None:
         painter.fillRect(box, QColor(colours().panel))
-        drawing.draw_frequencies(painter, box.right(), self._rows, colours(), BUTTON + 8.0)
+        draw_frequencies(painter, box.right(), self._rows, colours(), BUTTON + 8.0)
         bar = QRectF(4.5, BUTTON + 10.5, 6, box.bottom() - BUTTON - 18)
         ends = self._ends()
         if bar.height() >= 40 and ends is not None:
-            drawing.draw_bar(painter, bar, ends, self._phase, colours())
+            draw_bar(painter, bar, ends, self._phase, colours())
 
     def paint_overlay(self, painter: QPainter, plot: QRectF) -> None:
         """Show the value under the pointer, and what was approximated or went wrong."""
         if self._trouble:
-            drawing.draw_plate(painter, plot.topLeft(), self._trouble, colours(), plot)
+            draw_plate(painter, plot.topLeft(), self._trouble, colours(), plot)
             return
         note = "" if self.picture is None else readout_note(self.picture, self._range()[1])
         if note:
-            drawing.draw_plate(painter, plot.topRight(), note, colours(), plot, quiet=True)
+            draw_plate(painter, plot.topRight(), note, colours(), plot, quiet=True)
         if self._pointer is not None and plot.contains(self._pointer):
             line = self.value_at(self._pointer.x(), self._pointer.y())
             if line:
-                drawing.draw_plate(painter, self._pointer + QPointF(12, 14), line, colours(), plot)
+                draw_plate(painter, self._pointer + QPointF(12, 14), line, colours(), plot)
 
     def value_at(self, x: float, y: float) -> str:
         """The value at a point of the panel, such as ``12.3 Hz at 4.250 s: 0.42 N``."""
@@ -477,15 +484,13 @@ class ScalogramPanel(TimePanel):
     # Computing
 
     @property
-    def _rows(self) -> drawing.Rows:
+    def _rows(self) -> Rows:
         """The vertical axis, while there is a demonstration."""
-        demonstration, view = self.document.demonstration, self._asking.view
+        demonstration, view = self.document.demonstration, self._loader.view
         assert demonstration is not None
         rate = view.source.rate if view is not None else 1.0 / demonstration.period
         top, bottom = self.plot.top() + 1, self.plot.bottom() - 1
-        return drawing.Rows(
-            top, bottom, scales.SMALLEST, scales.LARGEST, scales.FOURIER_FACTOR, rate
-        )
+        return Rows(top, bottom, SMALLEST, LARGEST, FOURIER_FACTOR, rate)
 
     def _demonstration_changed(self) -> None:
         """Keep the channel where the new demonstration has it, too."""
@@ -496,13 +501,13 @@ class ScalogramPanel(TimePanel):
 
     def _forget(self) -> None:
         """Drop what belongs to another channel."""
-        self._asking.forget()
+        self._loader.forget()
         self._trouble = ""
         self._drop()
 
     def _drop(self) -> None:
         """Drop all pictures, also the one that is being computed."""
-        self._asking.stop()
+        self._loader.stop()
         self._layers.clear()
         self.picture = None
         self._write_button()
@@ -518,11 +523,11 @@ class ScalogramPanel(TimePanel):
         # To Qt the panels of a minimised window are visible.
         self._owed = self.window().isMinimized()
         if self.isVisible() and self.channel and not self._owed:
-            self._asking.ask()
+            self._loader.ask()
         else:
-            self._asking.stop()
+            self._loader.stop()
 
-    def _wish(self) -> ScalogramRequest | None:
+    def _request(self) -> ScalogramRequest | None:
         """The request for the visible span; None for nothing."""
         demonstration = self.document.demonstration
         low, high = self.document.bounds
@@ -535,7 +540,7 @@ class ScalogramPanel(TimePanel):
             demonstration,
             self.channel,
             span,
-            int(min(max(self.height() * ratio / 2, FEWEST), MOST)),
+            int(min(max(self.height() * ratio / 2, LEAST_ROWS), MOST_ROWS)),
             max(1, round(self.plot.width() * ratio * share)),
             self._phase,
             cache_folder(self.document),
@@ -560,7 +565,7 @@ class ScalogramPanel(TimePanel):
 
     def _ends(self) -> tuple[str, str] | None:
         """The texts at the legend's ends; None where the range is not known."""
-        if not self._phase and self._asking.view is None:
+        if not self._phase and self._loader.view is None:
             return None
         return readout_ends(*self._range(), self._phase)
 

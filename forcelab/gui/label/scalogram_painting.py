@@ -1,4 +1,4 @@
-"""A scalogram as an image: colour maps, frequencies, and what lies over it.
+"""A scalogram as an image, with its colour maps, frequency axis and marks.
 
 Lightness is that of OKLab, which is even to the eye from black to white; hue and chroma only add
 what tells neighbours apart. Where the screen cannot show a chroma, it is lowered, never the
@@ -136,8 +136,8 @@ SMALLEST = 2.0
 LARGEST = 2.0 * MARKED[-1]
 
 
-#: The colour that says that nothing is known.
-NOTHING = 255
+#: The colour of unknown values.
+UNKNOWN = 255
 #: Height of small numbers in pixels.
 SMALL = 10.0
 
@@ -175,29 +175,29 @@ def image(picture: Scalogram, low: float, high: float, dark: bool) -> QImage:
     """A picture as an image, one pixel a value; transparent where nothing is known."""
     if not picture.phase:
         return magnitudes(picture.values, low, high, dark)
-    places = (picture.values + np.float32(np.pi)) * np.float32(NOTHING / (2 * np.pi))
-    return _coloured(np.where(places >= NOTHING, 0.0, places), phase_colours(dark, NOTHING))
+    places = (picture.values + np.float32(np.pi)) * np.float32(UNKNOWN / (2 * np.pi))
+    return _coloured(np.where(places >= UNKNOWN, 0.0, places), phase_colours(dark, UNKNOWN))
 
 
 def magnitudes(values: NDArray[np.float32], low: float, high: float, dark: bool) -> QImage:
     """Logarithms of magnitudes as an image, one pixel a value; transparent where one is NaN."""
-    places = (values - np.float32(low)) * np.float32(NOTHING / max(high - low, 1e-9))
-    return _coloured(places, magnitude_colours(dark, NOTHING))
+    places = (values - np.float32(low)) * np.float32(UNKNOWN / max(high - low, 1e-9))
+    return _coloured(places, magnitude_colours(dark, UNKNOWN))
 
 
 def _coloured(places: NDArray[np.float32], table: NDArray[np.uint8]) -> QImage:
     """Indices into a table of colours as an image."""
     known = np.isfinite(places)
-    codes = np.where(known, np.clip(places, 0, NOTHING - 1), NOTHING)
-    return _as_image(_bar_text(table)[codes.astype(np.uint8)])
+    codes = np.where(known, np.clip(places, 0, UNKNOWN - 1), UNKNOWN)
+    return _as_image(_palette(table)[codes.astype(np.uint8)])
 
 
-def _bar_text(table: NDArray[np.uint8]) -> NDArray[np.uint32]:
+def _palette(table: NDArray[np.uint8]) -> NDArray[np.uint32]:
     """The table's colours as pixels, and a transparent one."""
-    words = np.zeros(NOTHING + 1, dtype=np.uint32)
+    palette = np.zeros(UNKNOWN + 1, dtype=np.uint32)
     red, green, blue = table.astype(np.uint32).T
-    words[:NOTHING] = 0xFF000000 | red << 16 | green << 8 | blue
-    return words
+    palette[:UNKNOWN] = 0xFF000000 | red << 16 | green << 8 | blue
+    return palette
 
 
 def _as_image(pixels: NDArray[np.uint32]) -> QImage:
@@ -279,9 +279,9 @@ def draw_frequencies(
         y = axis.at(value)
         painter.setPen(QPen(QColor(colours.frame), 1.0))
         painter.drawLine(QLineF(right - 4, y, right, y))
-        whole = f"{label} Hz" if place == named else label
+        marked = f"{label} Hz" if place == named else label
         ink = QColor(colours.text)
-        text.draw_text(painter, right - 7, y, whole, face=face, ink=ink, align=1.0)
+        text.draw_text(painter, right - 7, y, marked, face=face, ink=ink, align=1.0)
 
 
 def amount_text(value: float) -> str:
@@ -297,7 +297,7 @@ def draw_bar(
 ) -> None:
     """The legend: all colours in a bar, the least and the largest value beside its ends."""
     table = phase_colours(colours.dark) if phase else magnitude_colours(colours.dark)
-    painter.drawImage(box, _as_image(_bar_text(table[::-1])[:NOTHING, np.newaxis]))
+    painter.drawImage(box, _as_image(_palette(table[::-1])[:UNKNOWN, np.newaxis]))
     painter.setPen(QPen(QColor(colours.frame), 1.0))
     painter.setBrush(Qt.BrushStyle.NoBrush)
     painter.drawRect(box)
@@ -358,26 +358,26 @@ class ScalogramLayers:
     """Pictures of one channel: the old ones stay below until a fine one covers them."""
 
     def __init__(self) -> None:
-        self._kept: dict[str, tuple[Scalogram, QImage]] = {}
+        self._layers: dict[str, tuple[Scalogram, QImage]] = {}
 
     def clear(self) -> None:
-        self._kept.clear()
+        self._layers.clear()
 
     def take(self, picture: Scalogram, *, whole: bool, steady: bool) -> None:
         """Lay a newer picture over the others; `whole` if it shows all of the demonstration."""
         layer = picture, _layer_image(picture, steady)
         if picture.coarse:
-            self._kept["coarse"] = layer
+            self._layers["coarse"] = layer
             return
-        self._kept.pop("coarse", None)
-        self._kept["fine"] = layer
+        self._layers.pop("coarse", None)
+        self._layers["fine"] = layer
         if whole:
-            self._kept["whole"] = layer
+            self._layers["whole"] = layer
 
     def recolour(self, steady: bool) -> None:
         """Make the images anew, from the same pictures."""
-        for kind, (picture, _) in list(self._kept.items()):
-            self._kept[kind] = picture, _layer_image(picture, steady)
+        for kind, (picture, _) in list(self._layers.items()):
+            self._layers[kind] = picture, _layer_image(picture, steady)
 
     def paint(
         self, painter: QPainter, plot: QRectF, start: float, end: float, *, smooth: bool
@@ -387,15 +387,15 @@ class ScalogramLayers:
         Drawing that is not `smooth`, for while it is moved, takes half the time.
         """
         for kind in ORDER:
-            if kind in self._kept:
-                for seen in self._visible_region(kind, start, end):
-                    _paint(painter, plot, (start, end), seen, smooth, *self._kept[kind])
+            if kind in self._layers:
+                for region in self._visible_region(kind, start, end):
+                    _paint(painter, plot, (start, end), region, smooth, *self._layers[kind])
 
     def _visible_region(self, kind: str, start: float, end: float) -> list[tuple[float, float]]:
         """Where a picture is not covered by a finer one."""
-        if kind != "whole" or "fine" not in self._kept:
+        if kind != "whole" or "fine" not in self._layers:
             return [(start, end)]
-        above, _ = self._kept["fine"]
+        above, _ = self._layers["fine"]
         return [(start, min(end, above.start)), (max(start, above.end), end)]
 
 
@@ -407,13 +407,13 @@ def _paint(
     painter: QPainter,
     plot: QRectF,
     span: tuple[float, float],
-    seen: tuple[float, float],
+    region: tuple[float, float],
     smooth: bool,
     picture: Scalogram,
     layer: QImage,
 ) -> None:
-    """Draw the `seen` part of a picture."""
-    first, last = max(picture.start, seen[0]), min(picture.end, seen[1])
+    """Draw the part of a picture between two times (s), the `region`."""
+    first, last = max(picture.start, region[0]), min(picture.end, region[1])
     if last <= first:
         return
     start, end = span

@@ -1,7 +1,7 @@
 """What menus, keys and lists do with one segment or one action.
 
-"The segment" is the selected one, or else the one under the cursor. Every verb says in the status
-line why it did nothing.
+"The segment" is the selected one, or else the one under the cursor. A command that does nothing
+says why in the status line.
 """
 
 from __future__ import annotations
@@ -35,29 +35,29 @@ def rename_action(document: Document, name: str, new: str, parent: QWidget) -> b
     try:
         project.refuse_read_only()  # before anything is asked
         if name not in project.vocabulary(task) and name not in project.painted_actions(task):
-            document.say(f"'{name}' is only predicted: train again, and it is gone.", True)
+            document.say(f"'{name}' is only predicted; it disappears when you train again.", True)
             return False
-        here = project.renaming(document.author, name, new, (task,))
+        in_task = project.renaming(document.author, name, new, (task,))
         everywhere = project.renaming(document.author, name, new)
     except ForcelabError as error:
         document.say(str(error), True)
         return False
-    tasks: Collection[str] | None = here.tasks
-    if everywhere.merges or everywhere.tasks != here.tasks:
-        tasks = _confirm_rename(here, everywhere, parent)
+    tasks: Collection[str] | None = in_task.tasks
+    if everywhere.merges or everywhere.tasks != in_task.tasks:
+        tasks = _confirm_rename(in_task, everywhere, parent)
     if tasks is None:
         return False
     return document.rename_action(name, new, tasks, merge=everywhere.merges)
 
 
 def _confirm_rename(
-    here: ActionRename, everywhere: ActionRename, parent: QWidget
+    in_task: ActionRename, everywhere: ActionRename, parent: QWidget
 ) -> Collection[str] | None:
     """Ask whether to rename an action, and in which tasks; None to leave it."""
     box = QMessageBox(parent)
     box.setIcon(QMessageBox.Icon.Question)
     box.setTextFormat(Qt.TextFormat.PlainText)  # names are anybody's
-    told = everywhere.sentences(done=False)
+    consequences = everywhere.sentences(done=False)
     if everywhere.merges:
         box.setWindowTitle("Merge actions")
         title = "Merge '{0}' into '{1}'?"
@@ -65,16 +65,16 @@ def _confirm_rename(
         box.setWindowTitle("Rename action")
         title = "Rename '{0}' to '{1}' in other tasks, too?"
     box.setText(title.format(everywhere.old, everywhere.new))
-    box.setInformativeText(told)
+    box.setInformativeText(consequences)
     choices: dict[QAbstractButton, tuple[str, ...]] = {}
-    if everywhere.tasks != here.tasks:
-        task = here.tasks[0] or "no task"
+    if everywhere.tasks != in_task.tasks:
+        task = in_task.tasks[0] or "no task"
         only = f"Only in {escape_ampersands(task)}"
-        choices[box.addButton(only, QMessageBox.ButtonRole.AcceptRole)] = here.tasks
-        words = f"In all {len(everywhere.tasks)} tasks"
+        choices[box.addButton(only, QMessageBox.ButtonRole.AcceptRole)] = in_task.tasks
+        label = f"In all {len(everywhere.tasks)} tasks"
     else:
-        words = "Merge"
-    choices[box.addButton(words, QMessageBox.ButtonRole.AcceptRole)] = everywhere.tasks
+        label = "Merge"
+    choices[box.addButton(label, QMessageBox.ButtonRole.AcceptRole)] = everywhere.tasks
     box.setDefaultButton(box.addButton(QMessageBox.StandardButton.Cancel))
     box.exec()
     chosen = box.clickedButton()
@@ -102,7 +102,7 @@ def for_current_segment(document: Document, segment: Segment, verb: Callable[[in
     """Apply a verb to one of the coder's segments by its current index, which may have changed."""
     index = document.index_of(segment)
     if index is None:
-        sentence = "That segment was changed elsewhere; look at it anew."
+        sentence = "That segment was changed elsewhere; check it again."
         return report_refusal(document, sentence)
     return verb(index)
 
@@ -242,7 +242,7 @@ def end_to_cursor(document: Document) -> bool:
     return document.move_edge(index, "end", document.cursor)
 
 
-def nudge(document: Document, what: Literal["start", "end", "both"], count: int) -> bool:
+def nudge(document: Document, part: Literal["start", "end", "both"], count: int) -> bool:
     """Move an edge of the segment, or all of it, by a number of steps."""
     index = current_segment(document)
     if index is None:
@@ -250,7 +250,7 @@ def nudge(document: Document, what: Literal["start", "end", "both"], count: int)
             document,
             "Select the segment to change: click it, or use K and L.",
         )
-    return document.nudge(index, what, count * (FINE_NUDGE if document.fine_nudges else NUDGE))
+    return document.nudge(index, part, count * (FINE_NUDGE if document.fine_nudges else NUDGE))
 
 
 def set_fine_nudges(document: Document, fine: bool) -> bool:

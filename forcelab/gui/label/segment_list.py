@@ -1,8 +1,7 @@
 """The list of the track's segments.
 
-What has changed is told to the view as one run of rows, found by
-:func:`forcelab.segment_edits.splice`: a stroke on a track of 10,000 segments costs one comparison
-of two tuples.
+Changes reach the view as one run of rows, found by :func:`forcelab.segment_edits.splice`: a
+stroke on a track of 10,000 segments costs one comparison of two tuples.
 """
 
 from __future__ import annotations
@@ -171,12 +170,12 @@ class SegmentModel(QAbstractTableModel):
         """The filtered segments, in order."""
         rows = self._source
         if self._filter:
-            wanted = {
+            matching = {
                 action
                 for action in {segment.action for segment in rows}
                 if self._filter in action.casefold()
             }
-            rows = tuple(segment for segment in rows if segment.action in wanted)
+            rows = tuple(segment for segment in rows if segment.action in matching)
         if self._column in _ORDERS:
             rows = tuple(sorted(rows, key=_ORDERS[self._column], reverse=self._descending))
         elif self._descending:
@@ -259,9 +258,9 @@ class SegmentModel(QAbstractTableModel):
         except ValueError:
             self.document.say(f"'{typed}' is no time in seconds; type a number such as 1.25.", True)
             return False
-        return self._moved(number, index.column(), time)
+        return self._set_time(number, index.column(), time)
 
-    def _moved(self, number: int, column: int, time: float) -> bool:
+    def _set_time(self, number: int, column: int, time: float) -> bool:
         """Move a segment's start or end, or set its duration, within the demonstration."""
         segment = self.document.segments[number]
         if column == DURATION:
@@ -354,8 +353,8 @@ class SegmentRowList(QTableView):
         """Leave keys that label and play to the window; others navigate in the table."""
         text, editing = event.text(), self.state() == QAbstractItemView.State.EditingState
         if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter) and not editing:
-            here = self.currentIndex()
-            self.edit(here if here.column() != NUMBER else here.siblingAtColumn(START))
+            current = self.currentIndex()
+            self.edit(current if current.column() != NUMBER else current.siblingAtColumn(START))
         elif (text and text.isprintable()) or event.key() == Qt.Key.Key_Delete:
             event.ignore()
         else:
@@ -400,7 +399,7 @@ class _Delegate(QStyledItemDelegate):
         super().__init__(parent)
         self._model = model
         self._vocabulary, self._theme = model.document.vocabulary, colours()
-        self._looks: dict[str, LabelStyle] = {}
+        self._styles: dict[str, LabelStyle] = {}
 
     def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: Index) -> None:
         """Draw a cell, by hand: a style takes many times as long, and strokes shift all rows."""
@@ -437,10 +436,10 @@ class _Delegate(QStyledItemDelegate):
         """How an action is drawn, cached."""
         vocabulary = self._model.document.vocabulary
         if vocabulary is not self._vocabulary or colours() is not self._theme:
-            self._vocabulary, self._theme, self._looks = vocabulary, colours(), {}
-        if name not in self._looks:
-            self._looks[name] = style_of(vocabulary, name)
-        return self._looks[name]
+            self._vocabulary, self._theme, self._styles = vocabulary, colours(), {}
+        if name not in self._styles:
+            self._styles[name] = style_of(vocabulary, name)
+        return self._styles[name]
 
     def createEditor(self, parent: QWidget, option: QStyleOptionViewItem, index: Index) -> QWidget:
         """A list of the actions, or a field for a number."""

@@ -50,20 +50,20 @@ from forcelab.signals.minmax import Columns, Envelope, Extremes, drawn_together,
 #: Heights of names and of a line of text, in pixels.
 NAME, LINE = 11.0, 14.0
 #: Least height of a line of two and of a line alone.
-LEAST, SMALLEST = 11.0, 9.0
+TWO_LINES, ONE_LINE = 11.0, 9.0
 #: Where names start, with and without the brackets of groups left of them.
-BESIDE, ALONE = 20.0, 6.0
+NAMES_BESIDE_BRACKET, NAMES_LEFT = 20.0, 6.0
 #: Width of a value at the cursor: names and values end where the axis' numbers may begin.
 VALUE_WIDTH = 40.0
 #: A value from here on, as a glitch beyond its axis has, is written with a power of ten.
-LONGEST_NAME = 1e9
+LARGEST_PLAIN = 1e9
 
 
 def number_format(value: float | None, span: float) -> str:
     """A value with as many decimals as can be told apart on its axis; a dash for none."""
     if value is None:
         return "\N{EN DASH}"
-    if not 1e-4 <= span < 1e5 or abs(value) >= LONGEST_NAME:
+    if not 1e-4 <= span < 1e5 or abs(value) >= LARGEST_PLAIN:
         return text.signed(f"{value:.2e}")
     power = math.floor(math.log10(span))
     decimals = max(3 - power, 0) if power >= 0 else 2 - power
@@ -158,8 +158,8 @@ class LaneTexts:
     def _lines(self) -> tuple[int, float]:
         """How many lines of text each channel has room for, and the height of one."""
         room = (self.lane.height - 2) / len(self.lane.channels)
-        rows = 2 if room >= 2 * LEAST else 1
-        return rows, max(min(LINE, room / rows), LEAST if rows == 2 else SMALLEST)
+        rows = 2 if room >= 2 * TWO_LINES else 1
+        return rows, max(min(LINE, room / rows), TWO_LINES if rows == 2 else ONE_LINE)
 
     @property
     def _behind_name(self) -> bool:
@@ -189,8 +189,8 @@ class LaneTexts:
 
 #: Up to so many samples are read at once, in some 10 ms; more are read in the background.
 SYNCHRONOUS_SAMPLES = 500_000
-#: Seconds between two drawings of what was read so far.
-RANGE_MARGIN = 0.1
+#: Seconds between two drawings while channels are read.
+REDRAW_SECONDS = 0.1
 
 Real = NDArray[np.float64]
 Gaps = Real
@@ -241,9 +241,9 @@ class ForceChannels(QObject):
     @property
     def read(self) -> float:
         """Which share of the shown channels was read, from 0 to 1."""
-        wanted = [self._envelopes[name] for name in self.shown]
-        total = sum(len(envelope) for envelope in wanted)
-        return sum(envelope.filled for envelope in wanted) / total if total else 1.0
+        envelopes = [self._envelopes[name] for name in self.shown]
+        total = sum(len(envelope) for envelope in envelopes)
+        return sum(envelope.filled for envelope in envelopes) / total if total else 1.0
 
     def envelope(self, name: str) -> Envelope:
         """The envelope of a shown channel."""
@@ -270,8 +270,8 @@ class ForceChannels(QObject):
         """The extremes of some shown channels in each column, by their names."""
         if not names:
             return {}
-        found = drawn_together([self._envelopes[name] for name in names], columns)
-        return dict(zip(names, found, strict=True))
+        extremes = drawn_together([self._envelopes[name] for name in names], columns)
+        return dict(zip(names, extremes, strict=True))
 
     def values_at(self, seconds: float) -> dict[str, float | None]:
         """The last sample of each shown channel at or before a time.
@@ -360,13 +360,15 @@ class ForceChannels(QObject):
         for column, name in enumerate(self.names):
             if name not in self._hidden and name not in self._envelopes:
                 self._envelopes[name] = Envelope(demonstration.signals, column)
-        wanted = [self._envelopes[name] for name in self.shown]
-        wanted = [envelope for envelope in wanted if envelope.filled < len(envelope)]
+        envelopes = [self._envelopes[name] for name in self.shown]
+        envelopes = [envelope for envelope in envelopes if envelope.filled < len(envelope)]
         if demonstration.signals.size <= SYNCHRONOUS_SAMPLES:
-            finish(read_envelopes(wanted))
-        elif wanted:
+            finish(read_envelopes(envelopes))
+        elif envelopes:
             key = "force envelopes"
-            self._jobs.run(read_envelopes(wanted), self._got_all, progress=self._got_some, key=key)
+            self._jobs.run(
+                read_envelopes(envelopes), self._got_all, progress=self._got_some, key=key
+            )
 
     def _got_gaps(self, gaps: Gaps) -> None:
         self.gaps = gaps
@@ -378,14 +380,14 @@ class ForceChannels(QObject):
     def _got_some(self, _: object) -> None:
         """Redraw now and then while more is read."""
         now = time.monotonic()
-        if now - self._drawn_at >= RANGE_MARGIN:
+        if now - self._drawn_at >= REDRAW_SECONDS:
             self._drawn_at = now
             self.grown.emit()
 
 
 #: Samples at least so many pixels apart are dotted.
-MISMATCH_RATIO = 7
-#: So many pixels at the right are of notes, and of values beside the cursor that would cover them.
+DOT_DISTANCE = 7
+#: Pixels at the right that notes cover, or values beside the cursor that would cover notes.
 NOTES = 260.0
 
 
@@ -435,8 +437,8 @@ class ForcePanel(TimePanel):
     def event(self, event: QEvent) -> bool:
         """Show the whole name and the unit of a channel as a tooltip."""
         if isinstance(event, QHelpEvent) and event.type() == QEvent.Type.ToolTip:
-            told = self._gutter_tip(event.pos().x(), event.pos().y())
-            QToolTip.showText(event.globalPos(), told, self)
+            tip = self._gutter_tip(event.pos().x(), event.pos().y())
+            QToolTip.showText(event.globalPos(), tip, self)
             return True
         return super().event(event)
 
@@ -444,7 +446,7 @@ class ForcePanel(TimePanel):
 
     def paint_content(self, painter: QPainter, plot: QRectF) -> None:
         """Draw the curves, as far as they are read."""
-        now = colours()
+        theme = colours()
         strips = lanes(
             self.source.channels, self.source.shown, plot.height(), overlaid=self.source.overlaid
         )
@@ -454,46 +456,46 @@ class ForcePanel(TimePanel):
             sentence = "Every channel is hidden; the menu of this panel shows them again."
             sentence = text.elided(sentence, face, plot.width() - 16)
             at = plot.center()
-            ink = QColor(now.muted)
+            ink = QColor(theme.muted)
             text.draw_text(painter, at.x(), at.y(), sentence, face=face, ink=ink, align=0.5)
             return
         canvas = self._canvas = self._canvas.cleared(plot, painter.device().devicePixelRatioF())
         columns = self.source.columns(self._times(canvas.edges()))
-        found = self.source.drawn(self.source.shown, columns)
+        extremes = self.source.drawn(self.source.shown, columns)
         names = self.source.names
         self._axes = tuple(
-            (lane, axis_of(lane, self._span([names[i] for i in lane.channels], found)))
+            (lane, axis_of(lane, self._span([names[i] for i in lane.channels], extremes)))
             for lane in strips
         )
-        paint_gaps(painter, self, self.source.gaps, plot, now)
-        paint_ground(painter, self._axes, plot, now)
+        paint_gaps(painter, self, self.source.gaps, plot, theme)
+        paint_ground(painter, self._axes, plot, theme)
         drawn = [
-            (i, Curve(found[names[i]], axis, curve_colour(i, now), (lane.top, lane.bottom)))
+            (i, Curve(extremes[names[i]], axis, curve_colour(i, theme), (lane.top, lane.bottom)))
             for lane, axis in self._axes
             for i in lane.channels
         ]
-        if columns.samples * MISMATCH_RATIO <= plot.width():
+        if columns.samples * DOT_DISTANCE <= plot.width():
             for i, curve in drawn:
                 canvas.draw([curve])
                 self._paint_samples(canvas, columns, i, curve)
         else:
             canvas.draw([curve for _, curve in drawn])
         canvas.paint(painter)
-        wild = self._paint_glitches(painter, now)
-        self._paint_notes(painter, plot, columns, wild, now)
+        glitches = self._paint_glitches(painter, theme)
+        self._paint_notes(painter, plot, columns, glitches, theme)
 
     def gutter_shows(self) -> object:
         return self._axes, self.source.channels
 
     def paint_gutter(self, painter: QPainter, box: QRectF) -> None:
-        now = colours()
-        painter.fillRect(box, QColor(now.panel))
+        theme = colours()
+        painter.fillRect(box, QColor(theme.panel))
         strips = [lane for lane, _ in self._axes]
         named = {lane.group: self._sensor(lane.group) for lane in strips}
-        paint_groups(painter, strips, named, now)
+        paint_groups(painter, strips, named, theme)
         for lane, axis in self._axes:
             taken = self._texts(lane, axis).paint_names(painter)
-            paint_axis(painter, lane, axis, box.right(), taken, now)
+            paint_axis(painter, lane, axis, box.right(), taken, theme)
 
     def paint_overlay(self, painter: QPainter, plot: QRectF) -> None:
         cursor = self.document.cursor
@@ -523,7 +525,7 @@ class ForcePanel(TimePanel):
 
     @property
     def _left(self) -> float:
-        return BESIDE if any(lane.group for lane, _ in self._axes) else ALONE
+        return NAMES_BESIDE_BRACKET if any(lane.group for lane, _ in self._axes) else NAMES_LEFT
 
     def _times(self, x: Real) -> Real:
         return self.document.start + (x - self.GUTTER) * self.seconds_per_pixel
@@ -531,12 +533,12 @@ class ForcePanel(TimePanel):
     def _sensor(self, group: str) -> str:
         return f"sensor {group}" if group.isdigit() else group
 
-    def _span(self, names: list[str], found: dict[str, Extremes]) -> tuple[float, float] | None:
+    def _span(self, names: list[str], extremes: dict[str, Extremes]) -> tuple[float, float] | None:
         """The least and the greatest value that an axis has to hold."""
-        whole = None
+        span = None
         if not self.source.autoscale and self.source.read >= 1.0:
-            whole = spanning(self.source.envelope(name).range for name in names)
-        return whole or spanning(span_of(found[name]) for name in names)
+            span = spanning(self.source.envelope(name).range for name in names)
+        return span or spanning(span_of(extremes[name]) for name in names)
 
     def _paint_samples(self, canvas: CurveCanvas, columns: Columns, i: int, curve: Curve) -> None:
         """Draw a dot at each of the few samples that are visible."""
@@ -549,7 +551,7 @@ class ForcePanel(TimePanel):
         inside = np.abs(x) < 2 * self.width()
         canvas.dots(x[inside], values[inside], curve.axis, curve.colour, curve.box)
 
-    def _paint_glitches(self, painter: QPainter, now: Colours) -> int:
+    def _paint_glitches(self, painter: QPainter, theme: Colours) -> int:
         """Draw where glitches are that the axes leave out; gives their number."""
         document, number = self.document, 0
         for lane, _ in self._axes:
@@ -557,21 +559,21 @@ class ForcePanel(TimePanel):
                 name = self.source.names[i]
                 times, upwards = self.source.glitches(name, document.start, document.end)
                 x = self.GUTTER + (times - document.start) / self.seconds_per_pixel
-                paint_glitches(painter, x, upwards, (lane.top, lane.bottom), now)
+                paint_glitches(painter, x, upwards, (lane.top, lane.bottom), theme)
                 number += len(times)
         return number
 
     def _paint_notes(
-        self, painter: QPainter, plot: QRectF, columns: Columns, wild: int, now: Colours
+        self, painter: QPainter, plot: QRectF, columns: Columns, glitches: int, theme: Colours
     ) -> None:
         """Write how much of the data is drawn."""
         notes = []
-        if wild:
-            one, many = (
-                "1 sample is a glitch, beyond all axes",
-                "{0} samples are glitches, beyond all axes",
+        if glitches:
+            notes.append(
+                "1 sample is a glitch, beyond all axes"
+                if glitches == 1
+                else f"{thousands(glitches)} samples are glitches, beyond all axes"
             )
-            notes.append(one if wild == 1 else many.format(thousands(wild)))
         if columns.pyramid and self.source.read < 1.0:
             share = f"{100 * self.source.read:.0f}"
             notes.append(f"reading the channels: {share} %")
@@ -579,7 +581,7 @@ class ForcePanel(TimePanel):
             count = f"{columns.crowd:.0f}"
             notes.append(f"min/max of {count} samples a pixel")
         self._noted_left = self._notes_left
-        paint_notes(painter, plot, notes, now, at_left=self._noted_left)
+        paint_notes(painter, plot, notes, theme, at_left=self._noted_left)
 
     def _gutter_tip(self, x: float, y: float) -> str:
         for lane, _ in self._axes:

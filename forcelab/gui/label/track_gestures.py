@@ -260,7 +260,7 @@ def _tiny(segments: Segments, time: float, pixel: float) -> int | None:
 
 #: A segment's edge stops this far from its other edge where the sample period is not known, in s.
 SHORTEST = 1e-3
-#: What is more worth jumping to comes first.
+#: Targets in the order of their worth.
 RANK = {"contact": 0, "edge": 0, "frame": 1, "sample": 2}
 
 

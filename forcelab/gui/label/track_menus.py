@@ -115,7 +115,7 @@ def add_relabel_menu(menu: QMenu, document: Document, segment: Segment) -> None:
     """Add the other actions that one of the coder's segments can be given."""
 
     def relabel(name: str) -> None:
-        commands.for_current_segment(document, segment, lambda now: document.relabel(now, name))
+        commands.for_current_segment(document, segment, lambda index: document.relabel(index, name))
 
     others = menu.addMenu("Relabel with")
     _add_actions(others, document, relabel, except_for=segment.action)
@@ -166,13 +166,13 @@ def _add_segment_entries(
     _add_entry(
         menu,
         "Merge with the previous",
-        lambda: on_segment(lambda now: document.merge(now - 1, now)),
+        lambda: on_segment(lambda current: document.merge(current - 1, current)),
         index > 0,
     )
     _add_entry(
         menu,
         "Merge with the next",
-        lambda: on_segment(lambda now: document.merge(now, now + 1)),
+        lambda: on_segment(lambda current: document.merge(current, current + 1)),
         index + 1 < len(document.segments),
     )
     _add_entry(menu, "Delete", lambda: on_segment(document.delete))

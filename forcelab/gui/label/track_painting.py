@@ -22,7 +22,7 @@ from forcelab.gui.document import Document
 from forcelab.gui.figures import text
 from forcelab.gui.figures.axes import Axis
 from forcelab.gui.figures.figure import Theme
-from forcelab.gui.figures.tracks import LabelStyle, paint_track, plate
+from forcelab.gui.figures.tracks import LabelStyle, action_style, paint_track, plate
 from forcelab.gui.label.track_spans import track_spans
 from forcelab.gui.theme import Colours
 from forcelab.labels import Segments
@@ -31,7 +31,7 @@ from forcelab.vocabulary import Vocabulary
 
 _start, _end = attrgetter("start"), attrgetter("end")
 
-#: Stands where letters are left out.
+#: In place of omitted letters.
 ELLIPSIS = "…"
 #: Letters beside that sign: with fewer, it would take the room of those that tell the name.
 LEAST_LETTERS = 3
@@ -139,13 +139,9 @@ NARROW = 3.0
 
 def styles_of(vocabulary: Vocabulary, used: Iterable[str], theme: Theme) -> dict[str, LabelStyle]:
     """How each action is drawn; grey where another author's action is not in the vocabulary."""
-    styles = {
-        action.name: LabelStyle(action.key, QColor(action.colour), action.texture)
-        for action in vocabulary
-    }
+    styles = {action.name: action_style(action) for action in vocabulary}
     for name in used:
-        if name not in styles:
-            styles[name] = LabelStyle("", QColor(theme.muted))
+        styles.setdefault(name, LabelStyle("", QColor(theme.muted)))
     return styles
 
 
@@ -156,7 +152,7 @@ def visible(segments: Segments, start: float, end: float) -> Segments:
     return segments[first:last]
 
 
-def crowded_runs(
+def narrow_columns(
     segments: Segments, start: float, pixel: float, count: int, widest: float
 ) -> tuple[Segments, NDArray[np.int64], tuple[str, ...]]:
     """Bring the segments shorter than `widest` (s) onto `count` columns of `pixel` s from `start`.
@@ -208,7 +204,9 @@ def paint_row(
     ratio = 1.0 if device is None else device.devicePixelRatio()
     count = max(1, round(box.width() * ratio))
     pixel = (axis.end - axis.start) / count
-    wide, columns, names = crowded_runs(segments, axis.start, pixel, count, NARROW * ratio * pixel)
+    wide, columns, names = narrow_columns(
+        segments, axis.start, pixel, count, NARROW * ratio * pixel
+    )
     styles = styles_of(vocabulary, (*names, *(s.action for s in wide)), theme)
     # Lines between segments lie on light colours in either theme.
     on_track = replace(theme, text=theme.on_unlabelled)
@@ -239,7 +237,7 @@ def paint_row(
                 painter, middle.x() - needed / 2, middle.y(), name, face=face, ink=inks[action]
             )
 
-    paint_track(painter, box, axis, wide, looks=styles, theme=on_track, inscribe=inscribe)
+    paint_track(painter, box, axis, wide, styles=styles, theme=on_track, inscribe=inscribe)
     if names:
         palette = [styles[name].colour.rgba() for name in names]
         painter.drawImage(box, _strip(columns, np.array([*palette, 0], dtype=np.uint32)))

@@ -169,7 +169,7 @@ class TrackPanel(TimePanel):
 
     def paint_gutter(self, painter: QPainter, box: QRectF) -> None:
         """Draw the authors' names, those of models marked and in italics."""
-        now = colours()
+        theme = colours()
         for row in self.rows():
             if row.box.height() < OTHER_NAME:  # a stripe: its tooltip names it
                 continue
@@ -179,7 +179,7 @@ class TrackPanel(TimePanel):
             if is_model(name):
                 name = f"{MODEL} {name.removeprefix(MODEL_PREFIX)}"
             name = text.elided_name(name, face, box.width() - 14)
-            ink = QColor(now.text if row.own else now.muted)
+            ink = QColor(theme.text if row.own else theme.muted)
             y = row.box.center().y()
             text.draw_text(painter, box.right() - 8, y, name, face=face, ink=ink, align=1.0)
 

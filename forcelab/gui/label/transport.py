@@ -58,21 +58,21 @@ class SavedIndicator(QWidget):
         self.text = ""
         self._newest = 0  # the number of the last edit that is known to be stored
         self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
-        self._looking = QTimer(self, singleShot=True, interval=PAUSE)
-        self._looking.timeout.connect(self.look)
-        document.tracks_changed.connect(self._looking.start)
-        document.demonstration_changed.connect(self._looking.start)
+        self._pause = QTimer(self, singleShot=True, interval=PAUSE)
+        self._pause.timeout.connect(self.refresh)
+        document.tracks_changed.connect(self._pause.start)
+        document.demonstration_changed.connect(self._pause.start)
         document.store_failed.connect(self.fail)
         themes().changed.connect(self.update)
-        self.look()
+        self.refresh()
 
     def fail(self, sentence: str) -> None:
         """Show that the last edit was not stored, and why."""
         self.trouble = sentence
-        self._looking.stop()
+        self._pause.stop()
         self._show_text("Not stored", sentence)
 
-    def look(self) -> None:
+    def refresh(self) -> None:
         """Read when the last edit was stored."""
         document = self.document
         if document.project is None or not document.id:
@@ -95,8 +95,8 @@ class SavedIndicator(QWidget):
 
     def sizeHint(self) -> QSize:
         height = self.fontMetrics().height() + 6
-        words = self.fontMetrics().horizontalAdvance(self.text)
-        return QSize(height + words + 6 if self.text else 0, height)
+        width = self.fontMetrics().horizontalAdvance(self.text)
+        return QSize(height + width + 6 if self.text else 0, height)
 
     def minimumSizeHint(self) -> QSize:
         height = self.fontMetrics().height() + 6
@@ -237,7 +237,7 @@ def _seconds(typed: str) -> float:
 
 
 #: From this width on, in average characters, everything stands in one row.
-ONE_ROW = 150
+ONE_ROW_WIDTH = 150
 
 
 class Transport(QWidget):
@@ -260,7 +260,7 @@ class Transport(QWidget):
         self.range = Readout()
         self.range.setAccessibleName("Marked range")
         self.reaction = QSpinBox()
-        self.stored = SavedIndicator(document)
+        self.saved = SavedIndicator(document)
         self._rows = QBoxLayout(QBoxLayout.Direction.LeftToRight, self)
         self._rows.setContentsMargins(6, 3, 6, 3)
         self._rows.setSpacing(4)
@@ -290,7 +290,7 @@ class Transport(QWidget):
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Use one row where there is room for it, else two."""
         super().resizeEvent(event)
-        wide = self.width() >= ONE_ROW * self.fontMetrics().averageCharWidth()
+        wide = self.width() >= ONE_ROW_WIDTH * self.fontMetrics().averageCharWidth()
         directions = QBoxLayout.Direction
         direction = directions.LeftToRight if wide else directions.TopToBottom
         if direction != self._rows.direction():
@@ -315,7 +315,7 @@ class Transport(QWidget):
         self._button(row, "play", "Play", player.toggle)
         self._button(row, "step-forward", "Step forward", lambda: document.step(1), repeat=True)
         self._button(row, "end", "To the end", partial(self._to_end, 1))
-        loop = self._button(row, "loop", "Begin again at the end", lambda: None)
+        loop = self._button(row, "loop", "Loop", lambda: None)
         loop.setCheckable(True)
         loop.toggled.connect(player.set_loop)
         row.addSpacing(3)
@@ -338,7 +338,7 @@ class Transport(QWidget):
         snap = self._button(
             row,
             "magnet",
-            "Snap to contacts, edges, frames and samples (Alt while dragging: not)",
+            "Snap to contacts, edges, frames and samples (hold Ctrl while dragging not to)",
             lambda: None,
         )
         snap.setCheckable(True)
@@ -362,7 +362,7 @@ class Transport(QWidget):
         row.addWidget(self.reaction)
         row.addSpacing(6)
         row.addWidget(self.range, 1)
-        row.addWidget(self.stored)
+        row.addWidget(self.saved)
         return row
 
     def _button(
@@ -394,11 +394,11 @@ class Transport(QWidget):
     # What it shows
 
     def _show(self) -> None:
-        there = self.document.demonstration is not None
+        is_open = self.document.demonstration is not None
         moving = (button for name, button in self.buttons.items() if name not in ("loop", "magnet"))
         for widget in (*moving, self.speed, self.time):
-            set_enabled_with_reason(widget, "" if there else "Open a demonstration first.")
-        self.length.setText(f"/ {self.document.bounds[1]:.3f} s" if there else "")
+            set_enabled_with_reason(widget, "" if is_open else "Open a demonstration first.")
+        self.length.setText(f"/ {self.document.bounds[1]:.3f} s" if is_open else "")
         self._show_playing()
         self._show_snapping()
         self._show_range()

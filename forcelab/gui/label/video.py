@@ -43,8 +43,8 @@ class CameraSelection(QObject):
         self._of = ""
         self.all: tuple[Camera, ...] = ()
         self.shown = 0
-        document.demonstration_changed.connect(self._look)
-        self._look()
+        document.demonstration_changed.connect(self._refresh)
+        self._refresh()
 
     @property
     def video(self) -> VideoReference | None:
@@ -67,18 +67,18 @@ class CameraSelection(QObject):
         else:
             self._document.say("No other camera filmed this demonstration.")
 
-    def _look(self) -> None:
+    def _refresh(self) -> None:
         """Read the cameras; the shown one stays while the demonstration does."""
         document = self._document
-        found: tuple[Camera, ...] = ()
+        cameras: tuple[Camera, ...] = ()
         if document.project is not None and document.demonstration is not None:
             try:
-                found = document.project.cameras(document.demonstration)
+                cameras = document.project.cameras(document.demonstration)
             except ForcelabError as error:  # its own video can still be shown
                 document.say(str(error), True)
-        stays = document.id == self._of and len(found) == len(self.all)
+        stays = document.id == self._of and len(cameras) == len(self.all)
         self._of, before = document.id, (self.all, self.shown)
-        self.all, self.shown = found, self.shown if stays else 0
+        self.all, self.shown = cameras, self.shown if stays else 0
         if (self.all, self.shown) != before:
             self.changed.emit()
 
@@ -130,14 +130,14 @@ class CameraChoice(QComboBox):
         self.setVisible(bool(self._cameras.all))
 
 
-#: Steps of at most so many frames tell where the next one goes.
-STEP = 8
+#: Steps of at most so many frames predict the direction of the next one.
+LONGEST_STEP = 8
 #: Periods after the last frame's time at which the video counts as over.
-BUSY_TEXT = 1.5
+ENDED_PERIODS = 1.5
 #: How late a video may begin, in seconds, for the cursor to be sent to its first frame at once.
-LATE_FRAMES = 0.5
+LATEST_START = 0.5
 #: Space around the choice of a camera, in pixels.
-CHOICE = 3
+CHOICE_MARGIN = 3
 
 Array = NDArray[np.float64]
 
@@ -156,7 +156,7 @@ class VideoPanel(PictureView):
         self.document = document
         self._cameras = cameras
         self._choice = CameraChoice(cameras, self)
-        self._choice.move(CHOICE, CHOICE)
+        self._choice.move(CHOICE_MARGIN, CHOICE_MARGIN)
         self.setAccessibleName("Video")
         self._frames: VideoFrames | None = None
         self._open: tuple[str, str] | None = None
@@ -181,7 +181,7 @@ class VideoPanel(PictureView):
     # What others ask
 
     @property
-    def wanted(self) -> bool:
+    def has_video(self) -> bool:
         """Whether the open demonstration has a video."""
         return self._reference is not None
 
@@ -213,7 +213,7 @@ class VideoPanel(PictureView):
         time = signed(f"{float(reference.clock.to_force(times[self._shown])):.3f}")
         parts.append(f"{time} s")
         if self._period:
-            over = self._here > times[-1] + BUSY_TEXT * self._period
+            over = self._video_time > times[-1] + ENDED_PERIODS * self._period
             rate = f"{1 / self._period:.4g}/s"
             parts.append("ended" if over else rate)  # short: the panel is narrow
         return " · ".join(parts)
@@ -233,7 +233,7 @@ class VideoPanel(PictureView):
     @property
     def above(self) -> float:
         """Room for the choice of a camera, where there are several."""
-        return 0.0 if self._choice.isHidden() else self._choice.height() + 2.0 * CHOICE
+        return 0.0 if self._choice.isHidden() else self._choice.height() + 2.0 * CHOICE_MARGIN
 
     @property
     def troubled(self) -> bool:
@@ -260,7 +260,7 @@ class VideoPanel(PictureView):
         return self._cameras.video
 
     @property
-    def _here(self) -> float:
+    def _video_time(self) -> float:
         """The cursor, or the dragged time, on the video's own clock (s)."""
         reference = self._reference
         return 0.0 if reference is None else float(reference.clock.to_device(self.document.seen))
@@ -315,24 +315,24 @@ class VideoPanel(PictureView):
         if demonstration is None or frames is None or not len(frames):
             return
         first, start = float(frames[0]), demonstration.start
-        if document.cursor == start and not document.playing and 0 < first - start <= LATE_FRAMES:
+        if document.cursor == start and not document.playing and 0 < first - start <= LATEST_START:
             document.seek(first)
 
     def _follow(self, _: float = 0.0, *, again: bool = False) -> None:
         """Request the frame at the cursor."""
         if self._times is None:
             return
-        number = last_at(self._times, self._here)
+        number = last_at(self._times, self._video_time)
         step, self._requested = number - self._requested, number
         if number < 0:
             self._show(None, -1)
         elif self.isVisible() and (step or again) and not (number == self._shown and self._sharp):
-            travelling = self.document.playing or 0 < step <= STEP
-            direction = 1 if travelling else -1 if -STEP <= step < 0 else 0
+            travelling = self.document.playing or 0 < step <= LONGEST_STEP
+            direction = 1 if travelling else -1 if -LONGEST_STEP <= step < 0 else 0
             image = self._source().want(number, direction)
             if image is not None:
                 self._show(image, number)
-        if step or self._here > self._times[-1]:
+        if step or self._video_time > self._times[-1]:
             self.update()
 
     # The decoder
@@ -403,7 +403,7 @@ class VideoPanel(PictureView):
         self._fit_choice()
 
     def _fit_choice(self) -> None:
-        self._choice.fit(self.width() - 2 * CHOICE)
+        self._choice.fit(self.width() - 2 * CHOICE_MARGIN)
 
     def showEvent(self, event: QShowEvent) -> None:
         """Request the frame at the cursor, which was not followed while hidden."""

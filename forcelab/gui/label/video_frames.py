@@ -24,8 +24,8 @@ if TYPE_CHECKING:
 AHEAD, AROUND = 12, 3
 #: Bytes that pictures of the neighbours may take.
 CACHE_BYTES = 96 * 2**20
-#: A frame that is asked for is still decoded when a later one is asked for while the decoder is
-#: this near, so that playback faster than the decoder shows some frames rather than none.
+#: A requested frame is still decoded when a later one is requested while the decoder is this many
+#: frames before it, so that playback faster than the decoder shows some frames rather than none.
 NEAR_FRAMES = 12
 #: Seconds without a request after which sketches are made.
 IDLE_SECONDS = 0.3
@@ -37,16 +37,16 @@ class FrameThread:
     `size` is that in which pictures are to be ready, too; empty for none. Set by the GUI's thread.
     """
 
-    def __init__(self, path: Path, told: SignalInstance) -> None:
+    def __init__(self, path: Path, signal: SignalInstance) -> None:
         self.path = path
         self.thread = threading.Thread(target=self._run, name=f"video {path.name}", daemon=True)
-        self._told = told
+        self._sent = signal
         self._changed = threading.Condition()
         self._ended = False
         self._request: tuple[int, int] | None = None
         self.size = QSize()
         self._pixels = 1  # of a frame
-        self._given = -1  # the frame that was given at once
+        self._immediate = -1  # the frame that was given at once
         # Of the frame that was asked for last and of its neighbours, by their number.
         self._images: dict[int, QImage] = {}
         self._fitted: dict[int, QImage] = {}
@@ -59,7 +59,7 @@ class FrameThread:
         """Replace the pending request; gives the picture if it is ready."""
         with self._changed:
             image = self._images.get(number)
-            self._given = -1 if image is None else number
+            self._immediate = -1 if image is None else number
             self._request = (number, direction)
             self._changed.notify()
         return image
@@ -76,10 +76,10 @@ class FrameThread:
             self._ended = True
             self._changed.notify()
 
-    def _send(self, what: str, *values: object) -> None:
+    def _send(self, signal: str, *values: object) -> None:
         """Emit a signal of :class:`VideoFrames` in the GUI's thread."""
         try:
-            self._told.emit(self, what, values)
+            self._sent.emit(self, signal, values)
         except RuntimeError:  # what PySide raises when the C++ object was deleted
             self._ended = True
 
@@ -113,7 +113,7 @@ class FrameThread:
         while not self._ended:
             if self._request is not None:
                 self._serve(reader)
-            elif not self._look_around(reader) and not self._sketch():
+            elif not self._decode_neighbour(reader) and not self._sketch():
                 with self._changed:
                     if self._request is None and not self._ended:
                         self._changed.wait(IDLE_SECONDS if self._sketching else None)
@@ -144,10 +144,10 @@ class FrameThread:
         with self._changed:
             assert self._request is not None
             (number, direction), self._request = self._request, None
-            given = number == self._given
+            immediate = number == self._immediate
         number = min(max(number, 0), len(reader) - 1)
         self._served, self._served_at = (number, direction), time.monotonic()
-        if given:
+        if immediate:
             return
         if reader.kept(number) is None and not number - NEAR_FRAMES <= reader.position < number:
             sketch = self._sketches.get(number) if self._sketches is not None else None
@@ -160,7 +160,7 @@ class FrameThread:
             return
         if frame is not None:
             image = _image(frame)
-            self._keep(number, image, self._around(reader)[0])
+            self._keep(number, image, self._neighbours(reader)[0])
             self._send("frame_ready", number, image)
 
     @property
@@ -178,43 +178,45 @@ class FrameThread:
             self._sketching = None
         return True
 
-    def _around(self, reader: VideoReader) -> tuple[list[int], int]:
+    def _neighbours(self, reader: VideoReader) -> tuple[list[int], int]:
         """The neighbours of the last frame, the nearest first, and the most on a side."""
         number, direction = self._served
         last = len(reader) - 1
         # The frame, both sides and what is passed fit together; a picture is a third larger.
         pixels = self._pixels + max(self.size.width() * self.size.height(), 0)
         room = min(reader.capacity // 4, max(1, CACHE_BYTES // (2 * 4 * pixels)))
-        ahead = min(AHEAD if direction > 0 else AROUND, room)
-        behind = min(AHEAD if direction < 0 else AROUND, room)
-        around = [*range(number + 1, min(number + ahead, last) + 1)]
-        around += range(number - 1, max(number - behind, 0) - 1, -1)
-        return around, room
+        forward = min(AHEAD if direction > 0 else AROUND, room)
+        backward = min(AHEAD if direction < 0 else AROUND, room)
+        neighbours = [*range(number + 1, min(number + forward, last) + 1)]
+        neighbours += range(number - 1, max(number - backward, 0) - 1, -1)
+        return neighbours, room
 
-    def _look_around(self, reader: VideoReader) -> bool:
+    def _decode_neighbour(self, reader: VideoReader) -> bool:
         """Decode one neighbour of the last frame; False if all of them are there."""
         number, direction = self._served
-        around, room = self._around(reader)
-        for other in around:
-            if other not in self._images:
+        neighbours, room = self._neighbours(reader)
+        for neighbour in neighbours:
+            if neighbour not in self._images:
                 try:
-                    frame = self._reach(reader, other, room if other < number else 0, patient=False)
+                    frame = self._reach(
+                        reader, neighbour, room if neighbour < number else 0, patient=False
+                    )
                     if frame is not None:
-                        self._keep(other, _image(frame), around)
+                        self._keep(neighbour, _image(frame), neighbours)
                 except InputError:
                     self._served = (number, 0) if direction else (number, direction)
                     return False  # it is told when it is asked for
                 return True
         return False
 
-    def _keep(self, number: int, image: QImage, around: list[int]) -> None:
+    def _keep(self, number: int, image: QImage, neighbours: list[int]) -> None:
         """Keep a picture, and drop those that are no neighbours of the last frame any more."""
         size = self.size
         fitted = None if size.isEmpty() else scaled(image, size)
-        near = {self._served[0], *around}
+        near = {self._served[0], *neighbours}
         with self._changed:
-            self._images = {at: kept for at, kept in self._images.items() if at in near}
-            self._fitted = {at: kept for at, kept in self._fitted.items() if at in near}
+            self._images = {at: old for at, old in self._images.items() if at in near}
+            self._fitted = {at: old for at, old in self._fitted.items() if at in near}
             self._images[number] = image
             if fitted is not None:
                 self._fitted[number] = fitted
@@ -225,9 +227,9 @@ class FrameThread:
         """Decode up to a frame; None if another request makes it useless."""
         reaching = reader.reaching(number, passed)
         while not self._ended:
-            wanted = self._request
+            request = self._request
             near = number - NEAR_FRAMES <= reader.position < number
-            if wanted is not None and not (patient and near and wanted[0] >= number):
+            if request is not None and not (patient and near and request[0] >= number):
                 return None
             try:
                 next(reaching)
@@ -268,19 +270,19 @@ class VideoFrames(QObject):
     frame_ready = Signal(int, QImage)
     sketch_ready = Signal(int, QImage)
     missed = Signal(int, str)
-    _told = Signal(object, object, object)
+    _sent = Signal(object, object, object)
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._decoder: FrameThread | None = None
         self._ending: list[FrameThread] = []
         self._size = QSize()
-        self._told.connect(self._relay, Qt.ConnectionType.QueuedConnection)
+        self._sent.connect(self._relay, Qt.ConnectionType.QueuedConnection)
 
     def open(self, path: Path) -> None:
         """Show another video from now on; pending work for the one before is dropped."""
         self.leave()
-        self._decoder = FrameThread(path, self._told)
+        self._decoder = FrameThread(path, self._sent)
         self._decoder.size = self._size
         self._decoder.thread.start()
 
@@ -327,7 +329,7 @@ class VideoFrames(QObject):
         self._ending = [decoder for decoder in self._ending if decoder.thread.is_alive()]
 
     @Slot(object, object, object)
-    def _relay(self, decoder: FrameThread, what: str, values: tuple[Any, ...]) -> None:
+    def _relay(self, decoder: FrameThread, signal: str, values: tuple[Any, ...]) -> None:
         """Emit what the present decoder sends; a former one's signals are dropped."""
         if decoder is self._decoder:
-            getattr(self, what).emit(*values)
+            getattr(self, signal).emit(*values)

@@ -137,14 +137,14 @@ class AlignmentPlot(QWidget):
         painter.setPen(QPen(QColor(c.frame), 1))
         painter.drawLine(QLineF(box.left(), middle, box.right(), middle))
         motion, force = proposal.motion, proposal.force
-        seen = self._clock.to_force(motion[0])
-        for times, values, colour, way in (
-            (seen, motion[1], c.curves[0], -1.0),
+        motion_times = self._clock.to_force(motion[0])
+        for times, values, colour, sign in (
+            (motion_times, motion[1], c.curves[0], -1.0),
             (force[0], force[1], c.curves[1], 1.0),
         ):
             painter.setPen(QPen(QColor(colour), 1))
             painter.setBrush(translucent(colour, 0.43))
-            painter.drawPolygon(_outline(times, values, axis, middle, way * high))
+            painter.drawPolygon(_outline(times, values, axis, middle, sign * high))
         painter.setPen(QPen(QColor(c.hint), 1.5, Qt.PenStyle.DashLine))
         for tap in self._taps:
             x = axis.at(tap)
@@ -315,8 +315,8 @@ class VideoPreview(QWidget):
     def _shown(self, number: int, image: QImage) -> None:
         """Show a decoded frame."""
         if number == self.number:
-            told = f"frame {number + 1} of {max(self.times.size, 1)}"
-            self.picture.show_image(image, told)
+            caption = f"frame {number + 1} of {max(self.times.size, 1)}"
+            self.picture.show_image(image, caption)
 
     def _show_problem(self, sentence: str) -> None:
         """Show why a frame cannot be shown."""
@@ -332,28 +332,28 @@ class VideoPreview(QWidget):
 class _FrameView(PictureView):
     """The frame with its number, or a message in its place."""
 
-    def __init__(self, sentence: str) -> None:
+    def __init__(self, message: str) -> None:
         super().__init__()
-        self._sentence, self._words = sentence, ""
+        self._message, self._caption = message, ""
         self.setMinimumSize(320, 200)
 
     @property
     def caption(self) -> str:
-        return self._words
+        return self._caption
 
     @property
     def message(self) -> str:
-        return self._sentence
+        return self._message
 
     def sizeHint(self) -> QSize:
         return QSize(480, 300)
 
-    def show_image(self, image: QImage, words: str) -> None:
-        self._sentence, self._words = "", words
+    def show_image(self, image: QImage, caption: str) -> None:
+        self._message, self._caption = "", caption
         self.set_image(image)
 
-    def say(self, sentence: str) -> None:
-        self._sentence, self._words = sentence, ""
+    def say(self, message: str) -> None:
+        self._message, self._caption = message, ""
         self.set_image(None)
 
 
@@ -368,10 +368,10 @@ def _labelled_row(button: ButtonT) -> ButtonT:
     return button
 
 
-#: A contact event at most so far from the cursor is what was meant, s.
+#: The force tap is set to a contact event at most so far from the cursor (s).
 SNAP = 0.08
-#: Rates further from 1 are mistakes.
-RARE_UPDATE_MS = 2e-3
+#: Rates farther from 1 are mistakes.
+LARGEST_RATE_ERROR = 2e-3
 KEY = "synchronise"
 
 
@@ -550,12 +550,12 @@ class SynchroniseDialog(QDialog):
     def set_rows(self, rows: tuple[TapRow, ...]) -> None:
         """Replace the taps, and fit the clock to them."""
         self.rows = rows
-        whole = [(r.video, r.force) for r in rows if r.video is not None and r.force is not None]
+        complete = [(r.video, r.force) for r in rows if r.video is not None and r.force is not None]
         self.candidate = self.residual = None
         self.trouble.clear()
         try:
-            if whole:
-                self.candidate, self.residual = self._fitted(whole)
+            if complete:
+                self.candidate, self.residual = self._fitted(complete)
         except InputError as error:
             self.trouble.setText(str(error))
         self._refresh()
@@ -598,7 +598,7 @@ class SynchroniseDialog(QDialog):
         self.propose_button.setEnabled(True)
         self.proposal = proposal
         self.plot.show_signals(proposal)
-        self.rows = tuple(TapRow(seen, felt) for seen, felt in proposal.taps)
+        self.rows = tuple(TapRow(video, force) for video, force in proposal.taps)
         self.candidate, self.residual = proposal.clock, proposal.residual
         self._refresh(proposed=True)
 
@@ -614,18 +614,18 @@ class SynchroniseDialog(QDialog):
 
     # Inside
 
-    def _fitted(self, whole: list[tuple[float, float]]) -> tuple[ClockMap, float]:
+    def _fitted(self, taps: list[tuple[float, float]]) -> tuple[ClockMap, float]:
         """The clock through taps (video s, force s), and its residual (s).
 
         Equal times, or a clock that would run backwards, raise an InputError.
         """
-        seen, felt = (np.array(times) for times in zip(*whole, strict=True))
-        if len(whole) > 1 and self.fit_rate.isChecked():
-            fit = fit_clock(seen.tolist(), felt.tolist())
+        video, force = (np.array(times) for times in zip(*taps, strict=True))
+        if len(taps) > 1 and self.fit_rate.isChecked():
+            fit = fit_clock(video.tolist(), force.tolist())
             return fit.clock, fit.residual
         rate = self.stored.rate  # one event tells nothing about it
-        clock = ClockMap(float(np.mean(felt - rate * seen)), rate)
-        return clock, float(np.sqrt(np.mean((clock.to_force(seen) - felt) ** 2)))
+        clock = ClockMap(float(np.mean(force - rate * video)), rate)
+        return clock, float(np.sqrt(np.mean((clock.to_force(video) - force) ** 2)))
 
     def _look_at(self, number: int) -> None:
         """Show the frame and the force of a chosen tap."""
@@ -662,9 +662,9 @@ class SynchroniseDialog(QDialog):
     def _show_hint(self) -> None:
         """Explain both ways to a clock in place of the curves, until something is found."""
         hint = (
-            "Find taps compares the motion in the video with the force. Or by hand: find a moment "
-            "that is seen and felt, such as a tap; mark its frame, move the force time to it, and "
-            "mark that."
+            "Find taps compares the motion in the video with the force. Or by hand: choose a "
+            "moment that shows in both, such as a tap; set the video tap at its frame and the "
+            "force tap at its force time."
         )
         self.plot.show_signals(None, hint)
 
@@ -706,10 +706,10 @@ class SynchroniseDialog(QDialog):
             return "–"
         if count == 1 and not proposed:
             return "one tap: the rate stays"
-        if abs(self.candidate.rate - 1.0) > RARE_UPDATE_MS:
-            return "no two clocks differ so much: check the taps, or leave the rate"
+        if abs(self.candidate.rate - 1.0) > LARGEST_RATE_ERROR:
+            return "clocks never differ this much: check the taps, or do not fit the rate"
         if self.residual is None or (count == 2 and self.residual < 1e-6):
-            return "two taps are met exactly; a third tells the error"
+            return "two taps always fit exactly; a third shows the error"
         return "{} ms, root mean square".format(f"{1000 * self.residual:.1f}")
 
     def _confidence(self) -> str:

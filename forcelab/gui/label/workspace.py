@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
-from typing import Protocol, runtime_checkable
+from itertools import accumulate
 
 import numpy as np
 from PySide6.QtCore import QByteArray, QEvent, QObject, QSize, Qt, QTimer
@@ -30,28 +30,18 @@ from forcelab.gui.layout import Dock, DockedWindow, placeholder
 from forcelab.signals.contacts import ContactEvent, finding_contacts
 
 
-@runtime_checkable
-class CompactRows(Protocol):
-    """A panel that can do with less height where room is short."""
-
-    def set_compact(self, compact: bool) -> None:
-        """Whether it is to do with less."""
-
-    def least_height(self, *, compact: bool) -> int:
-        """Its least height in pixels, so or so."""
-
-
 class Timeline(QWidget):
-    """Ruler, panels, overview and transport.
+    """Ruler, tracks, panels, overview and transport, from top to bottom.
 
-    The panels share the room between them by `shares`. The first one is always there, compact where
-    the second one would have no room else; of the others, and of the overview after them, those are
-    hidden that have no room.
+    Tracks and panels share the room between ruler and overview by `shares`. Ruler, tracks and
+    transport are always there, the tracks compact where the first panel would have no room else; of
+    the panels, and of the overview after them, those are hidden that have no room.
     """
 
     def __init__(
         self,
         ruler: QWidget,
+        tracks: TrackPanel,
         panels: tuple[QWidget, ...],
         shares: tuple[int, ...],
         overview: QWidget,
@@ -60,12 +50,12 @@ class Timeline(QWidget):
         super().__init__()
         self.splitter = QSplitter(Qt.Orientation.Vertical)
         self.splitter.setChildrenCollapsible(False)
-        for i, (panel, share) in enumerate(zip(panels, shares, strict=True)):
+        for i, (panel, share) in enumerate(zip((tracks, *panels), shares, strict=True)):
             self.splitter.addWidget(panel)
             self.splitter.setStretchFactor(i, share)
-        self._always = (ruler, panels[0], transport)
-        self._optional = (*panels[1:], overview)
-        self._unwanted: set[QWidget] = set()
+        self._ruler, self._tracks, self._transport = ruler, tracks, transport
+        self._optional = (*panels, overview)
+        self._switched_off: set[QWidget] = set()
         self._fitted = False
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
@@ -73,20 +63,21 @@ class Timeline(QWidget):
         for widget, share in ((ruler, 0), (self.splitter, 1), (overview, 0), (transport, 0)):
             column.addWidget(widget, share)
 
-    def set_wanted(self, panel: QWidget, wanted: bool) -> None:
+    def set_shown(self, panel: QWidget, shown: bool) -> None:
         """Show a panel where there is room for it, or hide it."""
-        if wanted:
-            self._unwanted.discard(panel)
+        if shown:
+            self._switched_off.discard(panel)
         else:
-            self._unwanted.add(panel)
+            self._switched_off.add(panel)
         self._fit()
 
     # Qt
 
     def minimumSizeHint(self) -> QSize:
         """Wide enough for all, high enough for what is never hidden."""
-        wide = max(_minimum_height(widget).width() for widget in (*self._always, *self._optional))
-        return QSize(wide, self._least_always(compact=True))
+        widgets = (self._ruler, self._tracks, self._transport, *self._optional)
+        width = max(_least_size(widget).width() for widget in widgets)
+        return QSize(width, self._least_height(compact=True))
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
@@ -103,38 +94,30 @@ class Timeline(QWidget):
 
     def _fit(self) -> None:
         """Hide what has no room or was switched off."""
-        always = self._always[1]
-        room = self.height() - self._least_always(compact=False)
-        if isinstance(always, CompactRows):
-            first = next((panel for panel in self._optional if panel not in self._unwanted), None)
-            needed = (
-                0
-                if first is None
-                else _minimum_height(first).height() + self.splitter.handleWidth()
-            )
-            compact = self._fitted and room < needed
-            always.set_compact(compact)
-            room = self.height() - self._least_always(compact=compact)
-        roomy = True
+        handle = self.splitter.handleWidth()
+        shown = [widget for widget in self._optional if widget not in self._switched_off]
+        heights = [_least_size(widget).height() + handle for widget in shown]
+        room = self.height() - self._least_height(compact=False)
+        compact = self._fitted and room < next(iter(heights), 0)
+        self._tracks.set_compact(compact)
+        room = self.height() - self._least_height(compact=compact)
+        # What matters less does not overtake; before the timeline is laid out, all has room.
+        needed = accumulate(heights)
+        fitting = {w for w, height in zip(shown, needed, strict=True) if height <= room}
         for widget in self._optional:
-            if widget not in self._unwanted:
-                room -= _minimum_height(widget).height() + self.splitter.handleWidth()
-                # What matters less does not overtake; before it is laid out, all has room.
-                roomy = roomy and (room >= 0 or not self._fitted)
-            widget.setVisible(roomy and widget not in self._unwanted)
-        always.setVisible(always not in self._unwanted)
+            widget.setVisible(widget in fitting or (widget in shown and not self._fitted))
+        self._tracks.setVisible(self._tracks not in self._switched_off)
 
-    def _least_always(self, *, compact: bool) -> int:
+    def _least_height(self, *, compact: bool) -> int:
         """The least height of what is never hidden."""
-        return sum(
-            widget.least_height(compact=compact)
-            if isinstance(widget, CompactRows)
-            else _minimum_height(widget).height()
-            for widget in self._always
+        return (
+            _least_size(self._ruler).height()
+            + self._tracks.least_height(compact=compact)
+            + _least_size(self._transport).height()
         )
 
 
-def _minimum_height(widget: QWidget) -> QSize:
+def _least_size(widget: QWidget) -> QSize:
     return widget.minimumSizeHint().expandedTo(widget.minimumSize())
 
 
@@ -163,9 +146,15 @@ class LabelWorkspace(DockedWindow):
         self.transport = Transport(document, self.player)
         self.tracks.play_requested.connect(self.player.play_span)
         self.toggles: dict[str, QAction] = {}
-        self._sought = ""
-        panels = (self.tracks, self.force, self.scalogram)
-        self._timeline = Timeline(Ruler(document), panels, (0, 5, 3), self.overview, self.transport)
+        self._contacts_of = ""
+        self._timeline = Timeline(
+            Ruler(document),
+            self.tracks,
+            (self.force, self.scalogram),
+            (0, 5, 3),
+            self.overview,
+            self.transport,
+        )
         self._splitter = self._timeline.splitter
         self._add_panel("tracks", "Tracks", self.tracks)
         self._add_panel("force", "Forces", self.force)
@@ -267,7 +256,7 @@ class LabelWorkspace(DockedWindow):
 
     def _add_panel(self, name: str, text: str, panel: QWidget) -> None:
         """Add the action that shows and hides a panel of the timeline."""
-        self._add_action(name, text, partial(self._timeline.set_wanted, panel))
+        self._add_action(name, text, partial(self._timeline.set_shown, panel))
 
     def _add_dock(self, name: str, text: str, content: QWidget) -> None:
         """Put a list beside the panels, with the action that shows and hides it."""
@@ -319,31 +308,31 @@ class LabelWorkspace(DockedWindow):
     def _show_docks(self) -> None:
         """Show the docks whose action is checked; the video only where there is one."""
         for name, dock in self._docks.items():
-            wanted = name != "video" or self.video.wanted
-            dock.setVisible(wanted and self.toggles[name].isChecked())
+            available = name != "video" or self.video.has_video
+            dock.setVisible(available and self.toggles[name].isChecked())
 
     def _nothing(self) -> QWidget:
         """The page that is shown while no demonstration is open."""
         label = placeholder()
         choose = "Choose a demonstration on the left to label it."
-        bring = "Import a recording, and it can be labelled here."
+        bring = "Import a recording to label it here."
         document = self.document
         document.listing_changed.connect(lambda: label.setText(choose if document.infos else bring))
         return label
 
     def _demonstration_changed(self) -> None:
         """Show the demonstration that is open, and find its contact events."""
-        there = self.document.demonstration is not None
-        self._stack.setCurrentIndex(1 if there else 0)
+        is_open = self.document.demonstration is not None
+        self._stack.setCurrentIndex(1 if is_open else 0)
         self._show_docks()
         demonstration = self.document.demonstration
-        if self._sought == self.document.id:
+        if self._contacts_of == self.document.id:
             return
-        self._sought = self.document.id
+        self._contacts_of = self.document.id
         self.jobs.cancel("contacts")
         if demonstration is not None:
             finding = finding_contacts(demonstration.times, demonstration.signals)
-            self.jobs.run(finding, self._found, key="contacts")
+            self.jobs.run(finding, self._contacts_found, key="contacts")
 
-    def _found(self, events: tuple[ContactEvent, ...]) -> None:
+    def _contacts_found(self, events: tuple[ContactEvent, ...]) -> None:
         self.document.set_contacts(np.array([event.time for event in events]))

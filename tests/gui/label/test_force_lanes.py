@@ -117,7 +117,9 @@ def test_curves_drawn_at_once_are_those_drawn_one_by_one(app):
         at_once, one_by_one = CurveCanvas(plot, ratio), CurveCanvas(plot, ratio)
         if ratio == 2.0:
             curves = [
-                c._replace(found=Extremes(np.repeat(c.found.low, 2), np.repeat(c.found.high, 2)))
+                c._replace(
+                    extremes=Extremes(np.repeat(c.extremes.low, 2), np.repeat(c.extremes.high, 2))
+                )
                 for c in curves
             ]
         at_once.draw(curves)

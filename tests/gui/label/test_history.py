@@ -35,7 +35,7 @@ def rows(view):
     view.refresh()
     model = view.model
     return [
-        (model.rows[row].what.split()[0], model.standing(row)) for row in range(model.rowCount())
+        (model.rows[row].what.split()[0], model.state_of(row)) for row in range(model.rowCount())
     ]
 
 

@@ -159,7 +159,7 @@ def test_colours_do_not_jump_while_panning(open_panel, document, until):
 @pytest.fixture
 def long_from_little(monkeypatch):
     """Few samples make a long recording, of several chunks, that is worth a file."""
-    monkeypatch.setattr(scalogram_module, "CACHED_SCALOGRAMS", 1 << 12)
+    monkeypatch.setattr(scalogram_module, "LEAST_CACHED_SAMPLES", 1 << 12)
     monkeypatch.setattr(signals, "LONG", 1 << 12)
     monkeypatch.setattr(signals, "CHUNK", 1 << 12)
     monkeypatch.setattr(scalogram, "CHUNK", 1 << 12)
@@ -184,7 +184,7 @@ def test_a_long_recording_is_coarse_first_and_says_so(panel, document, until, mo
         return made[0]
 
     monkeypatch.setattr(scalogram_module, "compute", watched)
-    panel._asking.came.connect(lambda picture: (seen.append(picture), heard.set()))
+    panel._loader.loaded.connect(lambda picture: (seen.append(picture), heard.set()))
     panel.show()
     until(lambda: panel.settled and panel.picture is not None)
     assert seen[0].coarse
@@ -373,7 +373,7 @@ def test_the_next_session_begins_with_what_was_kept(in_project, jobs, until, mon
     monkeypatch.setattr(Source, "read", None)  # nothing of the recording is looked at
     panel = ScalogramPanel(document, jobs)
     seen = []
-    panel._asking.came.connect(seen.append)
+    panel._loader.loaded.connect(seen.append)
     panel.resize(88 + 400 + 8, 160)
     panel.show()
     until(lambda: panel.settled and panel.picture is not None and not jobs.busy)
@@ -414,7 +414,7 @@ def test_a_project_that_may_not_be_changed_stays_as_it_is(in_project, jobs, unti
 
 @pytest.mark.usefixtures("long_from_little")
 def test_of_what_is_soon_computed_nothing_is_kept(in_project, jobs, until, monkeypatch):
-    monkeypatch.setattr(scalogram_module, "CACHED_SCALOGRAMS", 60_001)
+    monkeypatch.setattr(scalogram_module, "LEAST_CACHED_SAMPLES", 60_001)
     document = in_project()
     panel = ScalogramPanel(document, jobs)
     panel.resize(88 + 400 + 8, 160)

@@ -9,6 +9,12 @@ class Part(QWidget):
         super().__init__()
         self.setMinimumSize(100, height)
 
+    def set_compact(self, _):
+        pass
+
+    def least_height(self, **_):
+        return self.minimumHeight()
+
 
 @pytest.fixture
 def parts():
@@ -18,15 +24,21 @@ def parts():
 
 @pytest.fixture
 def timeline(app, parts):
-    panels = (parts["tracks"], parts["force"], parts["scalogram"])
-    around = QWidget()  # a window of its own would not become lower than what it shows
-    around.resize(500, 500)
-    bar = parts["bar"]
-    made = Timeline(parts["ruler"], panels, (0, 5, 3), parts["overview"], bar)
-    made.setParent(around)
-    around.show()
-    yield made
-    around.close()
+    window = QWidget()  # the timeline itself would not become lower than what it shows
+    window.resize(500, 500)
+    timeline = timeline_in(window, parts)
+    window.show()
+    yield timeline
+    window.close()
+
+
+def timeline_in(window, parts):
+    panels = (parts["force"], parts["scalogram"])
+    timeline = Timeline(
+        parts["ruler"], parts["tracks"], panels, (0, 5, 3), parts["overview"], parts["bar"]
+    )
+    timeline.setParent(window)
+    return timeline
 
 
 def seen(timeline, parts, height):
@@ -44,11 +56,11 @@ def test_in_a_low_window_the_least_needed_give_way_and_come_back(timeline, parts
 
 
 def test_what_is_not_wanted_leaves_its_room_to_others(timeline, parts):
-    timeline.set_wanted(parts["force"], False)
+    timeline.set_shown(parts["force"], False)
     assert seen(timeline, parts, 240) == "rtsob"
-    timeline.set_wanted(parts["force"], True)
+    timeline.set_shown(parts["force"], True)
     assert seen(timeline, parts, 240) == "rtfb"
-    timeline.set_wanted(parts["tracks"], False)
+    timeline.set_shown(parts["tracks"], False)
     assert "t" not in seen(timeline, parts, 400)
 
 
@@ -69,19 +81,17 @@ class Rows(Part):
     def set_compact(self, compact):
         self.compact = compact
 
-    def least_height(self, compact):
+    def least_height(self, *, compact):
         return 30 if compact else 50
 
 
 def test_the_first_panel_is_slim_where_the_second_one_would_have_no_room_else(app, parts):
     rows = parts["tracks"] = Rows()
-    panels = (rows, parts["force"], parts["scalogram"])
-    around = QWidget()
-    around.resize(500, 500)
-    timeline = Timeline(parts["ruler"], panels, (0, 5, 3), parts["overview"], parts["bar"])
-    timeline.setParent(around)
-    around.show()
+    window = QWidget()
+    window.resize(500, 500)
+    timeline = timeline_in(window, parts)
+    window.show()
     assert timeline.minimumSizeHint().height() == 80
-    told = [(seen(timeline, parts, height), rows.compact) for height in (200, 180, 100, 200)]
-    assert told == [("rtfb", False), ("rtfb", True), ("rtb", True), ("rtfb", False)]
-    around.close()
+    shown = [(seen(timeline, parts, height), rows.compact) for height in (200, 180, 100, 200)]
+    assert shown == [("rtfb", False), ("rtfb", True), ("rtb", True), ("rtfb", False)]
+    window.close()

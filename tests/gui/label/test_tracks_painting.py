@@ -12,7 +12,7 @@ from PySide6.QtCore import QRectF
 from PySide6.QtGui import QColor, QImage, QPainter
 
 from forcelab.gui.figures.axes import Axis
-from forcelab.gui.label.track_painting import crowded_runs, paint_row, styles_of, visible
+from forcelab.gui.label.track_painting import narrow_columns, paint_row, styles_of, visible
 from forcelab.gui.label.tracks import TrackPanel
 from forcelab.gui.theme import colours
 from forcelab.labels import Segment
@@ -148,7 +148,7 @@ def test_visible_segments_reach_into_the_span():
 def test_the_rarest_of_a_crowd_is_seen():
     track = [Segment(i / 1000, (i + 1) / 1000, "a") for i in range(1000)]
     track[555] = replace(track[555], action="b")
-    wide, columns, names = crowded_runs(tuple(track), 0.0, 0.01, 100, 0.03)
+    wide, columns, names = narrow_columns(tuple(track), 0.0, 0.01, 100, 0.03)
     assert wide == ()
     assert [names[code] for code in columns] == ["a"] * 55 + ["b"] + ["a"] * 44
 
@@ -166,7 +166,7 @@ def test_every_narrow_segment_has_a_column_that_it_or_a_neighbour_shows(cuts, pi
     pairs = cuts[: len(cuts) // 2 * 2].reshape(-1, 2).tolist()
     track = tuple(Segment(a, b, f"action {i % 3}") for i, (a, b) in enumerate(pairs) if b > a)
     count = int(max(cuts, default=0.0) / pixel) + 2
-    wide, columns, names = crowded_runs(track, 0.0, pixel, count, 3 * pixel)
+    wide, columns, names = narrow_columns(track, 0.0, pixel, count, 3 * pixel)
     assert wide == tuple(s for s in track if s.duration >= 3 * pixel)
     near = set()
     for segment in set(track) - set(wide):

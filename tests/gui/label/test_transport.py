@@ -126,11 +126,11 @@ def test_snapping_goes_both_ways_and_the_reaction_time_is_remembered(bar, docume
 def test_it_says_since_when_all_is_stored(bar, document, until):
     document.paint(9.0, 9.5, "grab")
     when = document.history()[-1].time.astimezone()
-    until(lambda: bar.stored.text == f"Stored {when:%H:%M:%S}")
+    until(lambda: bar.saved.text == f"Stored {when:%H:%M:%S}")
     document.open_demonstration("02")
-    until(lambda: bar.stored.text == "All stored")
+    until(lambda: bar.saved.text == "All stored")
     document.close()
-    until(lambda: bar.stored.text == "")
+    until(lambda: bar.saved.text == "")
 
 
 def test_an_edit_that_the_disk_refused_is_told_until_one_is_stored(
@@ -142,30 +142,30 @@ def test_an_edit_that_the_disk_refused_is_told_until_one_is_stored(
     with monkeypatch.context() as patched:
         patched.setattr(Project, "edit", full)
         assert not document.paint(9.0, 9.5, "grab")
-    assert (bar.stored.text, bar.stored.trouble) == ("Not stored", "The disk is full.")
-    assert bar.stored.toolTip() == "The disk is full."
+    assert (bar.saved.text, bar.saved.trouble) == ("Not stored", "The disk is full.")
+    assert bar.saved.toolTip() == "The disk is full."
     assert not document.paint(5.0, 4.0, "grab")  # wrong, but no trouble with the store
     assert document.paint(9.0, 9.5, "grab")
-    until(lambda: bar.stored.text.startswith("Stored "))
-    assert bar.stored.trouble == ""
+    until(lambda: bar.saved.text.startswith("Stored "))
+    assert bar.saved.trouble == ""
 
 
 def test_trouble_stays_when_others_paint_and_not_the_coder(app, bar, document, until, monkeypatch):
-    until(lambda: bar.stored.text.startswith("Stored "))
+    until(lambda: bar.saved.text.startswith("Stored "))
     document.store_failed.emit("The disk is full.")
     with Project.open(document.project.path) as other:
         other.edit(document.id, "Ben", (), document.segments, "painted")
     document.refresh()
-    bar.stored.look()
-    assert bar.stored.trouble == "The disk is full."
+    bar.saved.refresh()
+    assert bar.saved.trouble == "The disk is full."
     document.paint(9.0, 9.5, "grab")
-    until(lambda: bar.stored.text.startswith("Stored "))
+    until(lambda: bar.saved.text.startswith("Stored "))
 
 
 def test_a_mistake_is_no_trouble_of_the_store(bar, document):
     assert not document.move_edge(0, "start", 3.0)
     assert document.told[-1][1]
-    assert bar.stored.trouble == ""
+    assert bar.saved.trouble == ""
 
 
 def test_narrow_it_stands_in_two_rows_and_cuts_nothing(app, bar, document):
@@ -192,7 +192,7 @@ def test_without_a_demonstration_nothing_can_be_moved(bar, document):
 
 
 def test_everything_has_a_name_for_screen_readers(bar):
-    widgets = [*bar.buttons.values(), bar.speed, bar.time, bar.reaction, bar.stored]
+    widgets = [*bar.buttons.values(), bar.speed, bar.time, bar.reaction, bar.saved]
     assert all(widget.accessibleName() for widget in widgets)
 
 

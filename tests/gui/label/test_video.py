@@ -208,7 +208,7 @@ def test_before_the_first_frame_is_said_when_the_video_begins(panel, document, v
 
 def test_without_a_video_there_is_no_thread_and_no_panel(panel, document):
     document.show(None)
-    assert not panel.wanted
+    assert not panel.has_video
     assert panel.isHidden()
     assert panel.settled
     assert panel._frames is None
