@@ -222,16 +222,16 @@ class HistoryView(SideList):
         self.list.opened.connect(self._chosen)
         self.undo = self._button("undo", "Undo", document.undo)
         self.redo = self._button("redo", "Redo", document.redo)
-        self._reach = QLabel()
-        self._reach.setForegroundRole(QPalette.ColorRole.PlaceholderText)
-        self._pages = PageOrPlaceholder(self.list)
+        self.reach = QLabel()
+        self.reach.setForegroundRole(QPalette.ColorRole.PlaceholderText)
+        self.pages = PageOrPlaceholder(self.list)
         bar = QHBoxLayout()
         bar.setSpacing(2)
         bar.addWidget(self.undo)
         bar.addWidget(self.redo)
-        bar.addWidget(self._reach, 1)
+        bar.addWidget(self.reach, 1)
         self.column.addLayout(bar)
-        self.column.addWidget(self._pages, 1)
+        self.column.addWidget(self.pages, 1)
         self._soon = QTimer(self, singleShot=True, interval=PAUSE)
         self._soon.timeout.connect(self.refresh)
         document.tracks_changed.connect(self._refresh_soon)
@@ -292,7 +292,7 @@ class HistoryView(SideList):
         """Show in buttons and label what undo and redo would do."""
         rows = range(len(self.model.rows))
         nothing = "No edits yet. Every edit can be undone."
-        self._pages.say("" if rows else nothing)
+        self.pages.say("" if rows else nothing)
         done = next((row for row in rows if self.model.state_of(row) == EditState.DONE), None)
         undone = [row for row in rows if self.model.state_of(row) == EditState.UNDONE]
         self.undo.setEnabled(done is not None or self.model.canFetchMore(QModelIndex()))
@@ -301,7 +301,7 @@ class HistoryView(SideList):
         self.undo.setToolTip(undo if done is None else f"{undo}: {self.model.rows[done].what}")
         self.redo.setToolTip(f"{redo}: {self.model.rows[undone[-1]].what}" if undone else redo)
         count = len(undone)
-        self._reach.setText(f"{count} undone" if count else "")
+        self.reach.setText(f"{count} undone" if count else "")
 
     def _button(self, name: str, text: str, verb: Callable[[], object]) -> QToolButton:
         button = QToolButton()

@@ -252,19 +252,19 @@ class CurveCanvas:
     def __init__(self, plot: QRectF, ratio: float) -> None:
         self.left, shape = _extent(plot, ratio)
         self.ratio = ratio
-        self._pixels = np.zeros(shape, dtype=np.uint32)
+        self.pixels = np.zeros(shape, dtype=np.uint32)
 
     def cleared(self, plot: QRectF, ratio: float) -> CurveCanvas:
         """An empty one: this one if it fits, since new memory costs more than to clear it."""
-        if (self.ratio, self.left, self._pixels.shape) != (ratio, *_extent(plot, ratio)):
+        if (self.ratio, self.left, self.pixels.shape) != (ratio, *_extent(plot, ratio)):
             return CurveCanvas(plot, ratio)
-        self._pixels.fill(0)
+        self.pixels.fill(0)
         return self
 
     @property
     def width(self) -> int:
         """Columns of the screen."""
-        return self._pixels.shape[1]
+        return self.pixels.shape[1]
 
     def edges(self) -> Real:
         """The edges of its columns in pixels of the widget, shape (width + 1,)."""
@@ -283,7 +283,7 @@ class CurveCanvas:
     def _draw_apart(self, curves: Sequence[Curve]) -> None:
         """Draw curves of different lanes."""
         lanes, tops, bottoms = [], [], []
-        half, height = THICKNESS / 2 * self.ratio, len(self._pixels)
+        half, height = THICKNESS / 2 * self.ratio, len(self.pixels)
         for extremes, axis, _, box in curves:
             first, last = (min(max(round(edge * self.ratio), 0), height) for edge in box)
             scale = (axis.finish - axis.begin) / (axis.end - axis.start) * self.ratio
@@ -293,7 +293,7 @@ class CurveCanvas:
                 tops.append(extremes.high * scale + zero - half)
                 bottoms.append(extremes.low * scale + zero + half)
         colours = [curve.colour for curve in curves]
-        fill_columns(self._pixels, np.stack(tops), np.stack(bottoms), colours, lanes)
+        fill_columns(self.pixels, np.stack(tops), np.stack(bottoms), colours, lanes)
 
     def dots(
         self, x: Real, values: Real, axis: Axis, colour: QColor, box: tuple[float, float]
@@ -310,12 +310,12 @@ class CurveCanvas:
             left, top = int(across), round(up - side / 2)
             column = slice(max(left, 0), max(left + side, 0))
             row = slice(first + max(top, 0), min(first + max(top + side, 0), last))
-            self._pixels[row, column] = colour.rgba()
+            self.pixels[row, column] = colour.rgba()
 
     def paint(self, painter: QPainter) -> None:
-        height, width = self._pixels.shape
+        height, width = self.pixels.shape
         form = QImage.Format.Format_ARGB32_Premultiplied
-        image = QImage(self._pixels.data, width, height, 4 * width, form)
+        image = QImage(self.pixels.data, width, height, 4 * width, form)
         image.setDevicePixelRatio(self.ratio)
         painter.drawImage(QPointF(self.left / self.ratio, 0.0), image)
 

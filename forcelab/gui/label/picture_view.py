@@ -104,7 +104,7 @@ class PictureView(QWidget):
         below, above = self.fontMetrics().height() + MARGIN, self.above
         return QRectF(0, above, self.width(), max(self.height() - below - above, 1.0))
 
-    def _picture_box(self) -> QRectF:
+    def picture_box(self) -> QRectF:
         """Where the picture lies, beyond the stage when zoomed in."""
         assert self._image is not None
         stage = self._stage
@@ -144,7 +144,7 @@ class PictureView(QWidget):
     def _paint_picture(self, painter: QPainter, stage: QRectF) -> None:
         """Draw the picture, scaled once for each frame and size."""
         assert self._image is not None
-        box = self._picture_box()
+        box = self.picture_box()
         painter.fillRect(stage, QColor("#000000" if colours().dark else "#14161a"))
         painter.setClipRect(stage)
         if self._zoom > 1:
@@ -188,13 +188,13 @@ class PictureView(QWidget):
         if self._image is None:
             return
         about = self._stage.center() if about is None else about
-        before = self._picture_box()
+        before = self.picture_box()
         share = QPointF(
             (about.x() - before.left()) / before.width(),
             (about.y() - before.top()) / before.height(),
         )
         self._zoom = min(max(self._zoom * factor, 1.0), LARGEST_ZOOM)
-        after = self._picture_box().size()
+        after = self.picture_box().size()
         self._move_middle(
             share.x() - (about.x() - self._stage.center().x()) / after.width(),
             share.y() - (about.y() - self._stage.center().y()) / after.height(),
@@ -207,7 +207,7 @@ class PictureView(QWidget):
 
     def _move_middle(self, x: float, y: float) -> None:
         """Put a point of the picture, in shares of it, into the middle of the stage."""
-        size, stage = self._picture_box().size(), self._stage
+        size, stage = self.picture_box().size(), self._stage
         half_x = min(stage.width() / size.width() / 2, 0.5)
         half_y = min(stage.height() / size.height() / 2, 0.5)
         self._middle = QPointF(min(max(x, half_x), 1 - half_x), min(max(y, half_y), 1 - half_y))
@@ -224,7 +224,7 @@ class PictureView(QWidget):
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
         if self._dragged is not None and self._image is not None:
-            moved, size = event.position() - self._dragged, self._picture_box().size()
+            moved, size = event.position() - self._dragged, self.picture_box().size()
             self._dragged = event.position()
             self._move_middle(
                 self._middle.x() - moved.x() / size.width(),

@@ -487,24 +487,24 @@ class SegmentTable(SideList):
         self.table.selectionModel().currentRowChanged.connect(self._row_chosen)
         self.table.clicked.connect(self._row_clicked)
         self.table.horizontalHeader().sortIndicatorChanged.connect(self._show_selection)
-        self._pages = PageOrPlaceholder(self.table)
-        self._pages.note.setMargin(4)  # in a small window there is room for two lines
+        self.pages = PageOrPlaceholder(self.table)
+        self.pages.note.setMargin(4)  # in a small window there is room for two lines
         self.column.addWidget(self.filter)
-        self.column.addWidget(self._pages, 1)
+        self.column.addWidget(self.pages, 1)
         self._syncing = False
-        document.tracks_changed.connect(self._refresh)
+        document.tracks_changed.connect(self.refresh)
         document.selection_changed.connect(self._show_selection)
         document.vocabulary_changed.connect(self._repaint)
         document.cursor_moved.connect(self._follow)
         document.demonstration_changed.connect(self.table.fit_columns)
-        document.demonstration_changed.connect(self._refresh)
+        document.demonstration_changed.connect(self.refresh)
         themes().changed.connect(self._repaint)
         self._say_empty()
 
     def showEvent(self, event: QShowEvent) -> None:
         """Show what changed while it was hidden."""
         super().showEvent(event)
-        self._refresh()
+        self.refresh()
         self._show_selection()
 
     def hideEvent(self, event: QHideEvent) -> None:
@@ -513,7 +513,7 @@ class SegmentTable(SideList):
         self.model.clear()
         self._syncing = False
 
-    def _refresh(self) -> None:
+    def refresh(self) -> None:
         if not self.isVisible():
             return
         self._syncing = True
@@ -551,7 +551,7 @@ class SegmentTable(SideList):
         else:
             # The track itself says how to begin.
             text = "No segments yet: what you label is listed here."
-        self._pages.say(text)
+        self.pages.say(text)
 
     def _show_selection(self) -> None:
         """Choose the row of the selected segment, and scroll to it."""

@@ -407,7 +407,7 @@ class ForcePanel(TimePanel):
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setMinimumHeight(80)
         self.source = ForceChannels(document, jobs, self)
-        self._axes: tuple[tuple[Lane, Axis], ...] = ()
+        self.axes: tuple[tuple[Lane, Axis], ...] = ()
         self._canvas = CurveCanvas(self.plot, 1.0)
         self._noted_left = False
         self.source.choices_changed.connect(self.invalidate)
@@ -437,7 +437,7 @@ class ForcePanel(TimePanel):
     def event(self, event: QEvent) -> bool:
         """Show the whole name and the unit of a channel as a tooltip."""
         if isinstance(event, QHelpEvent) and event.type() == QEvent.Type.ToolTip:
-            tip = self._gutter_tip(event.pos().x(), event.pos().y())
+            tip = self.gutter_tip(event.pos().x(), event.pos().y())
             QToolTip.showText(event.globalPos(), tip, self)
             return True
         return super().event(event)
@@ -451,7 +451,7 @@ class ForcePanel(TimePanel):
             self.source.channels, self.source.shown, plot.height(), overlaid=self.source.overlaid
         )
         if not strips:
-            self._axes = ()
+            self.axes = ()
             face = text.font(12)
             sentence = "Every channel is hidden; the menu of this panel shows them again."
             sentence = text.elided(sentence, face, plot.width() - 16)
@@ -463,15 +463,15 @@ class ForcePanel(TimePanel):
         columns = self.source.columns(self._times(canvas.edges()))
         extremes = self.source.drawn(self.source.shown, columns)
         names = self.source.names
-        self._axes = tuple(
+        self.axes = tuple(
             (lane, axis_of(lane, self._span([names[i] for i in lane.channels], extremes)))
             for lane in strips
         )
         paint_gaps(painter, self, self.source.gaps, plot, theme)
-        paint_ground(painter, self._axes, plot, theme)
+        paint_ground(painter, self.axes, plot, theme)
         drawn = [
             (i, Curve(extremes[names[i]], axis, curve_colour(i, theme), (lane.top, lane.bottom)))
-            for lane, axis in self._axes
+            for lane, axis in self.axes
             for i in lane.channels
         ]
         if columns.samples * DOT_DISTANCE <= plot.width():
@@ -485,22 +485,22 @@ class ForcePanel(TimePanel):
         self._paint_notes(painter, plot, columns, glitches, theme)
 
     def gutter_shows(self) -> object:
-        return self._axes, self.source.channels
+        return self.axes, self.source.channels
 
     def paint_gutter(self, painter: QPainter, box: QRectF) -> None:
         theme = colours()
         painter.fillRect(box, QColor(theme.panel))
-        strips = [lane for lane, _ in self._axes]
+        strips = [lane for lane, _ in self.axes]
         named = {lane.group: self._sensor(lane.group) for lane in strips}
         paint_groups(painter, strips, named, theme)
-        for lane, axis in self._axes:
+        for lane, axis in self.axes:
             taken = self._texts(lane, axis).paint_names(painter)
             paint_axis(painter, lane, axis, box.right(), taken, theme)
 
     def paint_overlay(self, painter: QPainter, plot: QRectF) -> None:
         cursor = self.document.cursor
         values, x = self.source.values_at(cursor), self.x_at(cursor)
-        for lane, axis in self._axes:
+        for lane, axis in self.axes:
             texts = self._texts(lane, axis)
             texts.paint_values(painter, values)
             if texts.tagged and plot.left() <= x <= plot.right():
@@ -511,7 +511,7 @@ class ForcePanel(TimePanel):
     @property
     def _notes_left(self) -> bool:
         """Whether notes give way to the values at the cursor."""
-        tags = bool(self._axes) and self._texts(*self._axes[0]).tagged
+        tags = bool(self.axes) and self._texts(*self.axes[0]).tagged
         return tags and self.x_at(self.document.cursor) > self.plot.right() - NOTES
 
     def _texts(self, lane: Lane, axis: Axis) -> LaneTexts:
@@ -525,7 +525,7 @@ class ForcePanel(TimePanel):
 
     @property
     def _left(self) -> float:
-        return NAMES_BESIDE_BRACKET if any(lane.group for lane, _ in self._axes) else NAMES_LEFT
+        return NAMES_BESIDE_BRACKET if any(lane.group for lane, _ in self.axes) else NAMES_LEFT
 
     def _times(self, x: Real) -> Real:
         return self.document.start + (x - self.GUTTER) * self.seconds_per_pixel
@@ -554,7 +554,7 @@ class ForcePanel(TimePanel):
     def _paint_glitches(self, painter: QPainter, theme: Colours) -> int:
         """Draw where glitches are that the axes leave out; gives their number."""
         document, number = self.document, 0
-        for lane, _ in self._axes:
+        for lane, _ in self.axes:
             for i in lane.channels:
                 name = self.source.names[i]
                 times, upwards = self.source.glitches(name, document.start, document.end)
@@ -583,8 +583,8 @@ class ForcePanel(TimePanel):
         self._noted_left = self._notes_left
         paint_notes(painter, plot, notes, theme, at_left=self._noted_left)
 
-    def _gutter_tip(self, x: float, y: float) -> str:
-        for lane, _ in self._axes:
+    def gutter_tip(self, x: float, y: float) -> str:
+        for lane, _ in self.axes:
             if x < self.GUTTER and lane.top <= y <= lane.bottom:
                 return "\n".join(
                     f"{channel.name} ({channel.unit})" if channel.unit else channel.name

@@ -121,14 +121,14 @@ def test_enter_is_a_double_click_and_what_was_left_behind_is_said(document, view
 def test_buttons_say_what_they_would_do(document, view, until):
     assert not view.undo.isEnabled()
     assert not view.redo.isEnabled()
-    assert "Nothing was edited" in view._pages.note.text()
+    assert "No edits yet" in view.pages.note.text()
     paint(document, 2)
     until(view.undo.isEnabled)
     view.undo.click()
     view.refresh()
     assert view.undo.toolTip().startswith("Undo: a0")
     assert view.redo.toolTip().startswith("Redo: a1")
-    assert view._reach.text() == "1 undone"
+    assert view.reach.text() == "1 undone"
     view.redo.click()
     view.refresh()
     assert not view.redo.isEnabled()
@@ -223,5 +223,5 @@ def test_an_edit_that_is_not_listed_any_more_is_not_gone_to(document, view, monk
     paint(document, 3)
     view.refresh()
     paint(document, 6, first=3)
-    view._chosen(view.model.index(2))
+    view.list.doubleClicked.emit(view.model.index(2))
     assert len(document.segments) == 9

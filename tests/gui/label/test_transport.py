@@ -109,7 +109,7 @@ def test_a_time_being_typed_is_not_overwritten_by_playback(bar, document):
     document.seek(2.0)
     assert bar.time.text() == "7.5"
     QTest.keyClick(bar.time, Qt.Key.Key_Escape)
-    bar.time._leave()
+    bar.time.editingFinished.emit()
     assert bar.time.text() == "2.000"
 
 

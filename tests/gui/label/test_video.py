@@ -116,7 +116,7 @@ def on_screen(panel):
     rows = np.frombuffer(shot.constBits(), np.uint8).reshape(shot.height(), -1)
     pixels = rows[:, : 3 * shot.width()].reshape(shot.height(), -1, 3)
     ratio = shot.width() / panel.width()
-    box = panel._picture_box()
+    box = panel.picture_box()
     row = pixels[round(box.center().y() * ratio), :, 0]
     middles = box.left() + (np.arange(films.BITS) + 0.5) * box.width() / films.BITS
     return int(sum(1 << bit for bit in range(films.BITS) if row[round(middles[bit] * ratio)] > 128))
@@ -144,7 +144,7 @@ def test_steps_onto_the_frames_own_times_show_these_frames(panel, document, vide
     for number in [*range(100, 112), *range(112, 100, -1)]:
         document.seek(float(document.frame_times[number]))
         wait(lambda: panel.settled)
-        assert panel.shown_index == number == number_of(panel._image)
+        assert panel.shown_index == number == number_of(panel.image)
 
 
 def test_of_many_requests_the_newest_wins(panel, document, video):
@@ -317,18 +317,18 @@ def test_zoom_keeps_the_point_under_the_pointer_and_double_click_fits(panel, doc
     document.show(video)
     document.seek(3.0)
     wait(lambda: panel.shown_index >= 0)
-    whole = panel._picture_box()
+    whole = panel.picture_box()
     about = QPointF(90, 80)
     panel.zoom_by(4.0, about)
-    box = panel._picture_box()
+    box = panel.picture_box()
     assert box.width() == pytest.approx(4 * whole.width())
     assert (about.x() - box.left()) / 4 == pytest.approx(about.x() - whole.left())
     QTest.mousePress(panel, Qt.MouseButton.LeftButton, pos=QPointF(200, 80).toPoint())
     QTest.mouseMove(panel, QPointF(150, 80).toPoint())
     QTest.mouseRelease(panel, Qt.MouseButton.LeftButton, pos=QPointF(150, 80).toPoint())
-    assert panel._picture_box().left() == pytest.approx(box.left() - 50)
+    assert panel.picture_box().left() == pytest.approx(box.left() - 50)
     QTest.mouseDClick(panel, Qt.MouseButton.LeftButton, pos=QPointF(150, 80).toPoint())
-    assert panel._picture_box() == whole
+    assert panel.picture_box() == whole
 
 
 def test_the_frame_can_be_copied(panel, document, video):
@@ -448,7 +448,7 @@ def test_after_a_rest_a_jump_shows_a_coarse_picture_of_the_right_frame_first(
     for cursor in (9.0, 2.0, 8.0, 4.0):
         document.seek(cursor)
         wait(lambda: panel.settled)
-        assert panel.shown_index == expected(ODD, cursor) == number_of(panel._image)
+        assert panel.shown_index == expected(ODD, cursor) == number_of(panel.image)
     assert all(number_of(image) == number for number, image in coarse)
     assert panel._sharp
 

@@ -274,13 +274,13 @@ def test_the_menu_of_a_very_long_action_fits_the_screen(document, table):
 
 def test_it_says_why_it_is_empty(app, document, table):
     table.filter.setText("nothing")
-    assert "contains 'nothing'" in table._pages.note.text()
+    assert "contains 'nothing'" in table.pages.note.text()
     table.filter.clear()
     document.open_demonstration("02")
-    assert table._pages.note.isVisible()
-    assert "No segments yet" in table._pages.note.text()
+    assert table.pages.note.isVisible()
+    assert "No segments yet" in table.pages.note.text()
     document.close()
-    assert "No demonstration" in table._pages.note.text()
+    assert "No demonstration" in table.pages.note.text()
 
 
 def test_a_narrow_column_leaves_the_duration_away_and_never_scrolls(app, table):
@@ -320,7 +320,7 @@ def test_ten_thousand_segments_stay_instant(app, tmp_path):
             document.relabel(5000 + 7 * n, "slip")
             document.blockSignals(False)
             start = time.process_time()
-            table._refresh()
+            table.refresh()
             table.grab()
             spent.append(time.process_time() - start)
         assert table.model.rows == document.segments

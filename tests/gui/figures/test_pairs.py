@@ -15,7 +15,7 @@ from forcelab.gui.figures.axes import Axis
 from forcelab.gui.figures.pairs import Pair, PairRow, TimelinePairs
 from forcelab.gui.figures.tracks import (
     LEVELS,
-    THICKEST,
+    STRONGEST,
     agreed_share,
     fade_at,
     fade_overlays,
@@ -69,7 +69,7 @@ def test_the_thickness_of_a_veil_falls_with_the_probability():
     thickness = [opacity(p) for p in np.linspace(0, 1, 101)]
     assert thickness == sorted(thickness, reverse=True)
     assert thickness[-1] == opacity(0.96) == 0
-    assert thickness[0] == pytest.approx(THICKEST)
+    assert thickness[0] == pytest.approx(STRONGEST)
     assert len(set(thickness)) == LEVELS + 1
 
 

@@ -60,7 +60,7 @@ def ink(image, colour, box):
 
 def lane_of(panel, name):
     i = panel.source.names.index(name)
-    return next((lane, axis) for lane, axis in panel._axes if i in lane.channels)
+    return next((lane, axis) for lane, axis in panel.axes if i in lane.channels)
 
 
 def test_every_channel_is_drawn_where_its_values_are(panel):
@@ -232,8 +232,8 @@ def test_autoscale_follows_what_is_visible(panel):
 def test_overlaid_channels_share_an_axis_with_those_of_their_unit(panel):
     panel.source.set_overlaid(True)
     picture(panel)
-    assert [lane.channels for lane, _ in panel._axes] == [(0, 1, 2, 3, 4), (5,)]
-    assert [lane.unit for lane, _ in panel._axes] == ["N", "°C"]
+    assert [lane.channels for lane, _ in panel.axes] == [(0, 1, 2, 3, 4), (5,)]
+    assert [lane.unit for lane, _ in panel.axes] == ["N", "°C"]
 
 
 def test_a_constant_channel_and_one_without_a_sample_can_be_drawn(panel):
@@ -353,8 +353,8 @@ def test_closing_the_demonstration_leaves_nothing_drawn(panel):
 def test_pointing_at_a_name_tells_it_in_full(panel):
     picture(panel)
     lane, _ = lane_of(panel, "temperature")
-    assert panel._gutter_tip(20, lane.middle) == "temperature (°C)"
-    assert panel._gutter_tip(400, lane.middle) == ""
+    assert panel.gutter_tip(20, lane.middle) == "temperature (°C)"
+    assert panel.gutter_tip(400, lane.middle) == ""
 
 
 @pytest.mark.parametrize("height", [80, 120, 400])
