@@ -116,8 +116,8 @@ def test_a_new_clock_of_the_first_camera_leaves_the_choice(document):
 
 
 def test_damaged_stamps_leave_the_first_video(document, folder):
-    said = []
-    document.said.connect(lambda sentence, trouble: said.append((sentence, trouble)))
+    messages = []
+    document.said.connect(lambda sentence, trouble: messages.append((sentence, trouble)))
     two = document.project.load("two")
     stamps = folder / "demonstrations" / two.id / STAMPS
     whole = stamps.read_bytes()
@@ -126,7 +126,7 @@ def test_damaged_stamps_leave_the_first_video(document, folder):
     cameras = CameraSelection(document)
     stamps.write_bytes(whole)
     assert (cameras.all, cameras.video) == ((), document.demonstration.video)
-    ((sentence, trouble),) = said
+    ((sentence, trouble),) = messages
     assert trouble
     assert "damaged" in sentence
 

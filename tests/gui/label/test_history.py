@@ -41,20 +41,20 @@ def rows(view):
 
 def by_stacks(edits):
     """What has become of edits, as two stacks have it."""
-    undo, redo, found = [], [], {}
+    undo, redo, states = [], [], {}
     for edit in edits:
         if edit.kind == "undo":
             redo.append(undo.pop())
-            found[redo[-1]] = UNDONE
+            states[redo[-1]] = UNDONE
         elif edit.kind == "redo":
             undo.append(redo.pop())
-            found[undo[-1]] = DONE
+            states[undo[-1]] = DONE
         else:
-            found.update(dict.fromkeys(redo, ABANDONED))
+            states.update(dict.fromkeys(redo, ABANDONED))
             undo.append(edit.id)
             redo.clear()
-            found[edit.id] = DONE
-    return found
+            states[edit.id] = DONE
+    return states
 
 
 def test_newest_first_and_what_became_of_it(document, view):

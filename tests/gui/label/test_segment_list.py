@@ -41,7 +41,7 @@ class Watched:
     """A view's copy of the rows, kept by what the model tells alone."""
 
     def __init__(self, model):
-        self.model, self.rows, self.told = model, list(model.rows), 0
+        self.model, self.rows, self.rows_signalled = model, list(model.rows), 0
         model.rowsInserted.connect(self.inserted)
         model.rowsRemoved.connect(self.removed)
         model.dataChanged.connect(self.changed)
@@ -49,20 +49,20 @@ class Watched:
 
     def inserted(self, _, first, last):
         self.rows[first:first] = self.model.rows[first : last + 1]
-        self.told += last - first + 1
+        self.rows_signalled += last - first + 1
 
     def removed(self, _, first, last):
         del self.rows[first : last + 1]
-        self.told += 1
+        self.rows_signalled += 1
 
     def changed(self, first, last):
         here = slice(first.row(), last.row() + 1)
         self.rows[here] = self.model.rows[here]
-        self.told += last.row() - first.row() + 1
+        self.rows_signalled += last.row() - first.row() + 1
 
     def reset(self):
         self.rows = list(self.model.rows)
-        self.told += len(self.rows)
+        self.rows_signalled += len(self.rows)
 
 
 def test_a_row_is_number_action_start_end_and_duration(table):
@@ -73,11 +73,11 @@ def test_a_row_is_number_action_start_end_and_duration(table):
 def test_an_edit_tells_about_the_rows_that_changed_only(document, table):
     watched = Watched(table.model)
     document.paint(4.6, 4.8, "pull")
-    assert watched.told == 1
+    assert watched.rows_signalled == 1
     document.move_edge(0, "start", 0.5)
-    assert watched.told == 2
+    assert watched.rows_signalled == 2
     document.delete(0)
-    assert watched.told <= 4
+    assert watched.rows_signalled <= 4
     assert tuple(watched.rows) == table.model.rows == document.segments
 
 
@@ -294,13 +294,13 @@ def test_a_narrow_column_leaves_the_duration_away_and_never_scrolls(app, table):
 
 def test_hidden_it_does_nothing_and_catches_up_when_shown(app, document):
     table = SegmentTable(document)
-    asked = []
-    table.model.refresh = lambda: asked.append("refresh")
-    table.model.follow = lambda _: asked.append("follow")
+    queries = []
+    table.model.refresh = lambda: queries.append("refresh")
+    table.model.follow = lambda _: queries.append("follow")
     document.paint(0.1, 0.2, "pull")
     document.seek(3.0)
     document.select(0)
-    assert (asked, table.model.rowCount()) == ([], 0)
+    assert (queries, table.model.rowCount()) == ([], 0)
     del table.model.refresh, table.model.follow
     with shown(app, table):
         assert table.model.rows == document.segments
@@ -312,8 +312,8 @@ def test_hidden_it_does_nothing_and_catches_up_when_shown(app, document):
 
 def test_ten_thousand_segments_stay_instant(app, tmp_path):
     track = tuple(Segment(n / 100, n / 100 + 0.008, f"a{n % 5}") for n in range(10_000))
-    here = opened(tmp_path, track, seconds=101.0)
-    with here as document, shown(app, SegmentTable(document)) as table:
+    opened_document = opened(tmp_path, track, seconds=101.0)
+    with opened_document as document, shown(app, SegmentTable(document)) as table:
         spent = []
         for n in range(12):
             document.blockSignals(True)
@@ -401,11 +401,11 @@ def test_proposed_segments_are_marked_full_and_changed_ones_hollow(table, docume
 
 def test_rows_are_told_who_proposed_them_without_asking_the_store(table, document, monkeypatch):
     document._edit(lambda track: track.accept((Segment(6, 7, "grab"),), MODEL))
-    asked = []
+    queries = []
     database = document.project._db
     every = database.all
-    monkeypatch.setattr(database, "all", lambda sql, *v: asked.append(sql) or every(sql, *v))
+    monkeypatch.setattr(database, "all", lambda sql, *v: queries.append(sql) or every(sql, *v))
     table.grab()
     for row in range(table.model.rowCount()):
         tips(table, row)
-    assert asked == []
+    assert queries == []

@@ -26,32 +26,32 @@ def targets(**more):
 
 
 def test_a_contact_event_wins_over_a_nearer_frame():
-    there = targets(contacts=np.array([2.0]), frames=np.array([2.05]))
+    available = targets(contacts=np.array([2.0]), frames=np.array([2.05]))
     # 100 px/s: the pointer at 2.06 s is 1 px from the frame and 6 px from the event.
-    assert snap(2.06, 100, there) == Snap(2.0, "contact")
+    assert snap(2.06, 100, available) == Snap(2.0, "contact")
 
 
 def test_the_nearer_of_edge_and_contact_event_wins():
-    there = targets(contacts=np.array([2.0]), tracks=((Segment(1.0, 2.07, "grab"),),))
-    assert snap(2.06, 100, there) == Snap(2.07, "edge")
-    assert snap(2.02, 100, there) == Snap(2.0, "contact")
+    available = targets(contacts=np.array([2.0]), tracks=((Segment(1.0, 2.07, "grab"),),))
+    assert snap(2.06, 100, available) == Snap(2.07, "edge")
+    assert snap(2.02, 100, available) == Snap(2.0, "contact")
 
 
 def test_a_frame_wins_over_a_nearer_sample():
-    there = targets(frames=np.array([2.035]))
-    assert snap(2.041, 1000, there) == Snap(2.035, "frame")
+    available = targets(frames=np.array([2.035]))
+    assert snap(2.041, 1000, available) == Snap(2.035, "frame")
 
 
 @pytest.mark.parametrize(("scale", "kind"), [(399.0, None), (400.0, "sample")])
 def test_samples_are_offered_from_four_pixels_apart_on(scale, kind):
-    found = snap(2.001, scale, targets())
-    assert (found.kind if found else None) == kind
+    target = snap(2.001, scale, targets())
+    assert (target.kind if target else None) == kind
 
 
 def test_reach_is_eight_pixels():
-    there = targets(contacts=np.array([2.0]))
-    assert snap(2.0799, 100, there) == Snap(2.0, "contact")
-    assert snap(2.081, 100, there) is None
+    available = targets(contacts=np.array([2.0]))
+    assert snap(2.0799, 100, available) == Snap(2.0, "contact")
+    assert snap(2.081, 100, available) is None
 
 
 def test_what_is_being_moved_does_not_attract_itself():
@@ -77,11 +77,11 @@ def test_a_time_that_snaps_to_nothing_is_rounded_to_its_sample():
 def test_a_time_of_an_event_an_edge_a_frame_or_a_sample_is_on_target():
     track = (Segment(1.0, 2.0712, "grab"),)
     events, frames = np.array([2.0044]), np.array([2.0351])
-    there = targets(contacts=events, frames=frames, tracks=(track,), marks=(9.9999,))
+    available = targets(contacts=events, frames=frames, tracks=(track,), marks=(9.9999,))
     for time in (2.0044, 2.0351, 2.0712, 9.9999, 3.0, 3.0 + 1e-12):
-        assert is_on_target(time, there), time
+        assert is_on_target(time, available), time
     for time in (2.0045, 2.0352, 2.0711, 9.9998, 3.0 + 1e-6):
-        assert not is_on_target(time, there), time
+        assert not is_on_target(time, available), time
     assert not is_on_target(0.5, SnapTargets(samples=np.empty(0)))
 
 
@@ -99,27 +99,27 @@ def test_it_is_the_nearest_of_the_best_kind_in_reach(time, scale, contacts, fram
     pairs = cuts[: len(cuts) // 2 * 2].reshape(-1, 2).tolist()
     track = tuple(Segment(a, b, "grab") for a, b in pairs)
     exclude = set(cuts[:left].tolist())
-    there = targets(contacts=contacts, frames=frames, tracks=(track,))
-    found = snap(time, scale, there, exclude=exclude)
+    available = targets(contacts=contacts, frames=frames, tracks=(track,))
+    target = snap(time, scale, available, exclude=exclude)
 
     def near(values):
         return [v for v in values if abs(v - time) <= 8 / scale and v not in exclude]
 
     events = near([*contacts, *(t for pair in pairs for t in pair)])
-    wanted = events or near(frames) or (near(SAMPLES) if 0.01 * scale >= 4 else [])
-    if not wanted:
-        assert found is None
+    expected = events or near(frames) or (near(SAMPLES) if 0.01 * scale >= 4 else [])
+    if not expected:
+        assert target is None
     else:
-        assert abs(found.time - time) == min(abs(v - time) for v in wanted)
-        assert found.time in wanted
+        assert abs(target.time - time) == min(abs(v - time) for v in expected)
+        assert target.time in expected
 
 
 @given(times)
 def test_rounding_moves_by_half_a_sample_at_most_and_is_done_once(time):
-    there = targets(marks=(0.0, 10.0))
-    once = round_to_sample(time, there)
+    available = targets(marks=(0.0, 10.0))
+    once = round_to_sample(time, available)
     assert abs(once - time) <= 0.005 + 1e-12
-    assert round_to_sample(once, there) == once
+    assert round_to_sample(once, available) == once
 
 
 TRACK = (Segment(1.0, 2.0, "grab"), Segment(2.0, 3.0, "hold"), Segment(5.0, 6.0, "release"))
@@ -127,7 +127,7 @@ PIXEL = 0.01
 
 
 @pytest.mark.parametrize(
-    ("time", "found"),
+    ("time", "target"),
     [
         (0.5, Hit()),
         (0.96, Hit(0, "start")),
@@ -142,8 +142,8 @@ PIXEL = 0.01
         (6.06, Hit()),
     ],
 )
-def test_edges_are_grabbed_from_five_pixels_on_either_side(time, found):
-    assert hit(TRACK, time, PIXEL) == found
+def test_edges_are_grabbed_from_five_pixels_on_either_side(time, target):
+    assert hit(TRACK, time, PIXEL) == target
 
 
 def test_the_middle_third_of_a_narrow_segment_is_its_body():
@@ -182,14 +182,14 @@ def test_a_hit_is_always_near_what_it_names(cuts, time, pixel):
     cuts = sorted(cuts)
     pairs = [(a, b) for a, b in zip(cuts[::2], cuts[1::2], strict=False) if b > a]
     track = tuple(Segment(a, b, "x") for a, b in pairs)
-    found = hit(track, time, pixel)
+    target = hit(track, time, pixel)
     covered = [i for i, (a, b) in enumerate(pairs) if a <= time < b]
-    if found.index is None:
+    if target.index is None:
         assert not covered
         return
-    segment = track[found.index]
-    if found.edge is not None:
-        assert abs(getattr(segment, found.edge) - time) <= 5 * pixel + 1e-9
+    segment = track[target.index]
+    if target.edge is not None:
+        assert abs(getattr(segment, target.edge) - time) <= 5 * pixel + 1e-9
     elif covered:
         close = abs((segment.start + segment.end) / 2 - time) <= pixel + 1e-9
-        assert found.index == covered[0] or close
+        assert target.index == covered[0] or close

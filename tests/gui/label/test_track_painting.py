@@ -54,9 +54,9 @@ def test_segments_have_their_actions_colours_and_the_rest_is_unlabelled(document
 
 
 def test_an_action_that_is_not_in_the_vocabulary_is_grey(document):
-    looks = styles_of(document.vocabulary, ["grab", "unheard of"], colours())
-    assert looks["grab"].colour == QColor(document.vocabulary["grab"].colour)
-    assert looks["unheard of"].colour == QColor(colours().muted)
+    styles = styles_of(document.vocabulary, ["grab", "unheard of"], colours())
+    assert styles["grab"].colour == QColor(document.vocabulary["grab"].colour)
+    assert styles["unheard of"].colour == QColor(colours().muted)
 
 
 def test_the_others_tracks_are_seen_too(document, panel):
@@ -139,8 +139,8 @@ def test_slim_rows_all_lie_in_the_panel_and_are_full_again_where_there_is_room(d
 def test_a_name_is_written_only_where_its_letters_are_not_cut(document, height, written):
     image = QImage(200, 20, QImage.Format.Format_RGB32)
     painter, box = QPainter(image), QRectF(0, 0, 200, height)
-    look = {"vocabulary": document.vocabulary, "theme": colours(), "size": 10.0}
-    paint_row(painter, box, Axis(1.0, 2.0, 0.0, 200.0), TRACK, **look)
+    style = {"vocabulary": document.vocabulary, "theme": colours(), "size": 10.0}
+    paint_row(painter, box, Axis(1.0, 2.0, 0.0, 200.0), TRACK, **style)
     painter.end()
     inks = {image.pixel(x, y) for x in range(4, 196) for y in range(2, int(height) - 2)}
     assert (len(inks) > 1) == written
@@ -213,9 +213,9 @@ def test_no_two_actions_are_shortened_to_the_same(app, room):
 
 
 def test_a_beginning_that_another_name_has_does_not_stand_for_a_longer_one(app):
-    seen = {short_name("slip transition", STYLUS, 12.0, room)[0] for room in range(8, 110)}
-    assert not {"sl", "s", "sli…", "slip…"} & seen
-    assert any(short.startswith("s…t") for short in seen)
+    shortened = {short_name("slip transition", STYLUS, 12.0, room)[0] for room in range(8, 110)}
+    assert not {"sl", "s", "sli…", "slip…"} & shortened
+    assert any(short.startswith("s…t") for short in shortened)
 
 
 def test_an_action_that_is_added_leaves_the_signs_of_the_others():

@@ -226,10 +226,10 @@ def test_without_a_brush_a_drag_marks_a_range_and_asks_what_with(document, hand,
 
 
 def test_what_to_do_with_a_marked_range_is_said_and_an_action_can_be_new(document, hand, panel):
-    said = []
-    document.said.connect(lambda sentence, _: said.append(sentence))
+    messages = []
+    document.said.connect(lambda sentence, _: messages.append(sentence))
     hand.drag(3.5, 4.25)
-    assert said == ["Choose an action for the marked range, here or under Actions."]
+    assert messages == ["Choose an action for the marked range, here or under Actions."]
     entries = {action.text(): action for action in panel.menu.actions()}
     assert "Erase the range" not in entries, "there is nothing in it"
     entries["Another action…"].trigger()
@@ -438,10 +438,10 @@ def test_the_menu_of_anothers_track_copies(document, panel):
 
 
 def test_the_menu_asks_for_a_segment_to_be_played(panel):
-    heard = []
-    panel.play_requested.connect(lambda start, end: heard.append((start, end)))
+    requests = []
+    panel.play_requested.connect(lambda start, end: requests.append((start, end)))
     menu_of(panel, 1.5)["Play it"].trigger()
-    assert heard == [(1.0, 2.0)]
+    assert requests == [(1.0, 2.0)]
 
 
 def test_the_longest_gap_is_asked_for_and_filled(document, panel):
@@ -470,12 +470,12 @@ def test_an_action_picked_by_its_key_in_the_menu(document, hand, panel):
 
 def test_a_menu_does_not_keep_its_panel(document):
     document.set_range(3.2, 3.7)
-    for made in (
+    for menu_of in (
         lambda panel: panel.menu_at(panel.rows()[0], 1.5),
         lambda panel: track_menus.range_menu(panel, document),
     ):
         panel = TrackPanel(document)
-        panel.menu, gone = made(panel), weakref.ref(panel)
+        panel.menu, gone = menu_of(panel), weakref.ref(panel)
         del panel
         gc.collect()
         assert gone() is None
@@ -566,7 +566,7 @@ def test_an_empty_track_says_how_to_begin_until_the_first_stroke(app):
 
         empty = inks()
         document.begin_stroke("hold", document.bounds[0])
-        begun = inks()
+        painted = inks()
         document.cancel_stroke()
         again = inks()
         hand = Hand(panel)
@@ -576,6 +576,6 @@ def test_an_empty_track_says_how_to_begin_until_the_first_stroke(app):
         dragged = inks()
         hand.release(0.5)
         assert empty == again > 3
-        assert begun < empty
+        assert painted < empty
         assert dragged < empty
         panel.close()

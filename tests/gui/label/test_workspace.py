@@ -117,7 +117,7 @@ def timeline_in(window, parts):
     return timeline
 
 
-def seen(timeline, parts, height):
+def shown_parts(timeline, parts, height):
     timeline.resize(400, height)
     assert timeline.height() == height
     return "".join(name[0] for name, part in parts.items() if not part.isHidden())
@@ -126,25 +126,25 @@ def seen(timeline, parts, height):
 def test_in_a_low_window_the_least_needed_give_way_and_come_back(timeline, parts):
     assert timeline.minimumSizeHint().height() == 100
     heights = (400, 290, 230, 100, 230, 290, 400)
-    assert [seen(timeline, parts, height) for height in heights] == [
+    assert [shown_parts(timeline, parts, height) for height in heights] == [
         "rtfsob", "rtfsb", "rtfb", "rtb", "rtfb", "rtfsb", "rtfsob"
     ]  # fmt: skip
 
 
 def test_what_is_not_wanted_leaves_its_room_to_others(timeline, parts):
     timeline.set_shown(parts["force"], False)
-    assert seen(timeline, parts, 240) == "rtsob"
+    assert shown_parts(timeline, parts, 240) == "rtsob"
     timeline.set_shown(parts["force"], True)
-    assert seen(timeline, parts, 240) == "rtfb"
+    assert shown_parts(timeline, parts, 240) == "rtfb"
     timeline.set_shown(parts["tracks"], False)
-    assert "t" not in seen(timeline, parts, 400)
+    assert "t" not in shown_parts(timeline, parts, 400)
 
 
 def test_a_part_that_grows_takes_the_room_of_others(timeline, parts, until):
-    assert seen(timeline, parts, 400) == "rtfsob"
+    assert shown_parts(timeline, parts, 400) == "rtfsob"
     parts["tracks"].setMinimumHeight(160)
     until(parts["overview"].isHidden)
-    assert seen(timeline, parts, 400) == "rtfsb"
+    assert shown_parts(timeline, parts, 400) == "rtfsb"
 
 
 class Rows(Part):
@@ -168,6 +168,8 @@ def test_the_first_panel_is_slim_where_the_second_one_would_have_no_room_else(ap
     timeline = timeline_in(window, parts)
     window.show()
     assert timeline.minimumSizeHint().height() == 80
-    shown = [(seen(timeline, parts, height), rows.compact) for height in (200, 180, 100, 200)]
+    shown = [
+        (shown_parts(timeline, parts, height), rows.compact) for height in (200, 180, 100, 200)
+    ]
     assert shown == [("rtfb", False), ("rtfb", True), ("rtb", True), ("rtfb", False)]
     window.close()
