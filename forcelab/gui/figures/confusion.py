@@ -125,17 +125,19 @@ class ConfusionMatrix(Figure):
     @property
     def shares(self) -> NDArray[np.float64]:
         """Counts over their row's or column's total, or the largest; shape (k, k + 1)."""
-        wholes = self._wholes
-        return np.divide(self.counts, wholes, out=np.zeros(self.counts.shape), where=wholes > 0)
+        denominators = self._denominators
+        return np.divide(
+            self.counts, denominators, out=np.zeros(self.counts.shape), where=denominators > 0
+        )
 
     @cached_property
-    def _wholes(self) -> NDArray[np.float64]:
+    def _denominators(self) -> NDArray[np.float64]:
         """What each count is a share of, shape (k, k + 1)."""
         if self.share == "counts":
-            whole = self.counts.max(keepdims=True)
+            total = self.counts.max(keepdims=True)
         else:
-            whole = self.counts.sum(axis=1 if self.share == "row" else 0, keepdims=True)
-        return np.broadcast_to(whole.astype(np.float64), self.counts.shape)
+            total = self.counts.sum(axis=1 if self.share == "row" else 0, keepdims=True)
+        return np.broadcast_to(total.astype(np.float64), self.counts.shape)
 
     @property
     def size(self) -> QSizeF:
@@ -205,7 +207,7 @@ class ConfusionMatrix(Figure):
         return tuple(text.elided_name(name, text.font(), room, names) for name in names)
 
     @cached_property
-    def _upwards(self) -> bool:
+    def _names_upright(self) -> bool:
         """Whether the columns' names are too long to stand level."""
         return text.widest(self._names, text.font()) > self._cell - 4
 
@@ -215,19 +217,19 @@ class ConfusionMatrix(Figure):
         k = len(self.actions)
         names = text.widest(self._names[:-1], text.font())
         left = self._margin + SIDE_TITLE + names + 10
-        above = text.widest(self._names, text.font()) if self._upwards else 11.0
+        above = text.widest(self._names, text.font()) if self._names_upright else 11.0
         top = self._predicted_at + 12 + above + 8
         return QRectF(left, top, (k + 1) * self._cell + APART, k * self._cell)
 
     @cached_property
     def _totals(self) -> tuple[str, ...]:
-        return tuple(self._counted(total) for total in self.counts.sum(axis=1).tolist())
+        return tuple(self._count_text(total) for total in self.counts.sum(axis=1).tolist())
 
-    def _counted(self, count: float) -> str:
+    def _count_text(self, count: float) -> str:
         """A count as text: seconds to a tenth, whole numbers whole."""
         return f"{count:,.1f}" if self.unit == "s" else f"{count:,}"
 
-    def _shades(self, shares: NDArray[np.float64]) -> NDArray[np.uint8]:
+    def _cell_colours(self, shares: NDArray[np.float64]) -> NDArray[np.uint8]:
         """The colours of shares, shape (..., 3), from the ground's lightness away from it."""
         dark = QColor(self.theme.background).lightnessF() < 0.5
         return colormap_colours(1.0 - shares if dark else shares)
@@ -247,7 +249,7 @@ class ConfusionMatrix(Figure):
         for column, name in enumerate(self._names):
             ink = QColor(self.theme.muted if column == last else self.theme.text)
             x = self.box(0, column).center().x()
-            if self._upwards:
+            if self._names_upright:
                 text.draw_text_upwards(painter, x, matrix.top() - 8, name, face=face, ink=ink)
             else:
                 text.draw_text(painter, x, matrix.top() - 13, name, face=face, ink=ink, align=0.5)
@@ -276,15 +278,15 @@ class ConfusionMatrix(Figure):
 
     def _paint_cells(self, painter: QPainter) -> None:
         """Draw the cells: colour, per cent and count, as much of it as has room."""
-        counts = [self._counted(count) for count in self.counts.ravel().tolist()]
+        counts = [self._count_text(count) for count in self.counts.ravel().tolist()]
         shares = self.shares
         if self.share == "counts":
             texts = count_labels(counts, self._cell)
         else:
-            known = np.where(self._wholes > 0, shares, np.nan)
+            known = np.where(self._denominators > 0, shares, np.nan)
             texts = share_labels(counts, known, self._cell)
         up = 0.0 if texts.below is None else 8.0
-        grounds = self._shades(shares).reshape(-1, 3).tolist()
+        grounds = self._cell_colours(shares).reshape(-1, 3).tolist()
         for number, label in enumerate(texts.labels):
             row, column = divmod(number, len(self.actions) + 1)
             box, colour = self.box(row, column), QColor(*grounds[number])
@@ -304,7 +306,7 @@ class ConfusionMatrix(Figure):
         box = QRectF(self._bar_left, matrix.top(), BAR_WIDTH, high)
         gradient = QLinearGradient(box.bottomLeft(), box.topLeft())
         stops = np.linspace(0.0, 1.0, len(COLORMAP_STOPS))
-        for share, ground in zip(stops.tolist(), self._shades(stops).tolist(), strict=True):
+        for share, ground in zip(stops.tolist(), self._cell_colours(stops).tolist(), strict=True):
             gradient.setColorAt(share, QColor(*ground))
         painter.fillRect(box, gradient)
         largest = float(self.counts.max())

@@ -254,7 +254,7 @@ class TimelinePairs(Figure):
             key = text.elided(sentence, text.font(10), room)
             height = MARGIN + 26 + line * KEY_LINE
             text.draw_text(painter, MARGIN, height, key, face=text.font(10), ink=muted)
-        self._legend.paint(painter, MARGIN, self._head, self.theme)
+        self._legend.paint(painter, MARGIN, self._legend_top, self.theme)
         axis = self.axis
         if not self.stretched:
             self._paint_grid(painter, axis)
@@ -301,7 +301,7 @@ class TimelinePairs(Figure):
         return [" ".join(line) for line in (first, second) if line]
 
     @property
-    def _head(self) -> float:
+    def _legend_top(self) -> float:
         """Where the legend begins, in pixels."""
         return MARGIN + 40 + (len(self._key) - 1) * KEY_LINE
 
@@ -340,7 +340,7 @@ class TimelinePairs(Figure):
     def _rows_top(self) -> float:
         """Upper edge of the first row, in pixels."""
         above = AXIS_ROOM + 8 if self._is_tall and not self.stretched else 0
-        return self._head + self._legend.height + 12 + above
+        return self._legend_top + self._legend.height + 12 + above
 
     @property
     def _rows_end(self) -> float:

@@ -315,13 +315,13 @@ class ActionSuggestions(QScrollArea):
         column = QVBoxLayout(page)
         self._text = QLabel()
         self._text.setWordWrap(True)
-        self.enough = QPushButton("Hide suggestions")
-        self.enough.setToolTip(
+        self.hide_button = QPushButton("Hide suggestions")
+        self.hide_button.setToolTip(
             "Show only the actions of this task; painting hides suggestions, too"
         )
-        self.enough.clicked.connect(self.dismissed)
+        self.hide_button.clicked.connect(self.dismissed)
         column.addWidget(self._text)
-        column.addWidget(self.enough)
+        column.addWidget(self.hide_button)
         # Below each other: side by side the longer names are cut off in a narrow list.
         self.buttons: dict[str, QPushButton] = {}
         for name, entry in glossary_by_action().items():
@@ -340,7 +340,7 @@ class ActionSuggestions(QScrollArea):
         """Hide the buttons of these actions, which the vocabulary has."""
         for name, button in self.buttons.items():
             button.setVisible(name not in names)
-        self.enough.setVisible(bool(names))
+        self.hide_button.setVisible(bool(names))
         if names:
             self._text.setText("More actions to add:")
         else:
@@ -386,14 +386,14 @@ class ActionList(SideList):
         completer = QCompleter(list(glossary_by_action()), self)
         completer.setCaseSensitivity(Qt.CaseSensitivity.CaseInsensitive)
         self.entry.setCompleter(completer)
-        self.plus = add = QToolButton()
+        self.add_button = add = QToolButton()
         add.setIcon(icon("plus"))
         add.setToolTip("Add the action; it gets a free colour and a free key")
         add.setAccessibleName("Add action")
         add.clicked.connect(self._add_typed)
         self.suggestions = ActionSuggestions()
         self.suggestions.chosen.connect(self.add)
-        self.suggestions.dismissed.connect(self._suggest_no_more)
+        self.suggestions.dismissed.connect(self._hide_suggestions)
         self.nothing = placeholder("No demonstration is open.")
         #: The task to which actions are suggested: from its first one on, until it is painted.
         self._suggested: str | None = None
@@ -404,9 +404,9 @@ class ActionList(SideList):
         for widget in (self.list, self.suggestions, self.nothing):
             self.column.addWidget(widget, 1)
         self.column.addLayout(bar)
-        self._striking = -1
-        self._counting = QTimer(self, singleShot=True, interval=COUNT_DELAY_MS)
-        self._counting.timeout.connect(self._count)
+        self._stroke_row = -1
+        self._count_timer = QTimer(self, singleShot=True, interval=COUNT_DELAY_MS)
+        self._count_timer.timeout.connect(self._count)
         document.project_changed.connect(self.entry.clear)
         document.vocabulary_changed.connect(self._refresh)
         document.demonstration_changed.connect(self._refresh)
@@ -425,9 +425,9 @@ class ActionList(SideList):
         current = (
             names.index(stroke.action) if stroke is not None and stroke.action in names else -1
         )
-        for row in {self._striking, current} - {-1}:
+        for row in {self._stroke_row, current} - {-1}:
             self.list.update(self.list.model().index(row, 0))
-        self._striking = current
+        self._stroke_row = current
 
     def showEvent(self, event: QShowEvent) -> None:
         """Count what was painted while it was hidden."""
@@ -442,9 +442,9 @@ class ActionList(SideList):
         if document.range is not None:
             fill_range(document, name)
         else:
-            self._toggle(name)
+            self._toggle_brush(name)
 
-    def _toggle(self, name: str) -> None:
+    def _toggle_brush(self, name: str) -> None:
         """Set the action as the brush, or clear the brush if it is that already."""
         self.document.set_action(None if self.document.action == name else name)
 
@@ -482,7 +482,7 @@ class ActionList(SideList):
         brush = menu.addAction("Use as brush")
         brush.setCheckable(True)
         brush.setChecked(document.action == name)
-        brush.triggered.connect(lambda: self._toggle(name))
+        brush.triggered.connect(lambda: self._toggle_brush(name))
         if document.range is not None:
             fill = menu.addAction(icon("range"), "Fill the marked range")
             fill.triggered.connect(lambda: fill_range(document, name))
@@ -541,13 +541,13 @@ class ActionList(SideList):
         if not names:
             self._suggested = task
         self.suggestions.leave_out(names)
-        self._show_parts()
+        self._update_visibility()
         obstacle = "" if is_open else "Open a demonstration first: its task gets the action."
         set_enabled_with_reason(self.entry, obstacle)
-        set_enabled_with_reason(self.plus, obstacle)
+        set_enabled_with_reason(self.add_button, obstacle)
         self._count_soon()
 
-    def _show_parts(self) -> None:
+    def _update_visibility(self) -> None:
         """Show the actions, the suggestions, or both."""
         suggesting = self._suggested is not None
         is_open = self.document.demonstration is not None
@@ -558,20 +558,20 @@ class ActionList(SideList):
         self.suggestions.setVisible(suggesting)
         self.nothing.setHidden(is_open)
 
-    def _suggest_no_more(self) -> None:
+    def _hide_suggestions(self) -> None:
         self._suggested = None
-        self._show_parts()
+        self._update_visibility()
 
     def _follow_painting(self) -> None:
         """Drop the suggestions once the coder paints."""
         document = self.document
         if self._suggested is not None and (document.segments or document.stroke is not None):
-            self._suggest_no_more()
+            self._hide_suggestions()
 
     def _count_soon(self) -> None:
         """Count when painting pauses."""
         if self.isVisible():
-            self._counting.start()
+            self._count_timer.start()
 
     def _count(self) -> None:
         if self.isVisible():

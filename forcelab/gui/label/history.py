@@ -97,10 +97,10 @@ class HistoryModel(QAbstractListModel):
         else:
             self._edits = new + self._edits
         self._track = track
-        self._sort_out()
+        self._update_states()
         # What redo can bring back lies between the last page and the latest edit that stands.
         while not self._complete and EditState.DONE not in self._states.values():
-            self._keep_older(self._page(self._edits[-1].id))
+            self._append_page(self._page(self._edits[-1].id))
         self.endResetModel()
 
     def clear(self) -> None:
@@ -133,7 +133,7 @@ class HistoryModel(QAbstractListModel):
         more = len(edit_states([*self._edits, *page])) - before
         if more:
             self.beginInsertRows(NOWHERE, before, before + more - 1)
-        self._keep_older(page)
+        self._append_page(page)
         if more:
             self.endInsertRows()
 
@@ -172,13 +172,13 @@ class HistoryModel(QAbstractListModel):
             return []
         return list(reversed(edits))
 
-    def _keep_older(self, page: list[Edit]) -> None:
+    def _append_page(self, page: list[Edit]) -> None:
         """Append a page of older edits."""
         self._complete = len(page) < PAGE
         self._edits += page
-        self._sort_out()
+        self._update_states()
 
-    def _sort_out(self) -> None:
+    def _update_states(self) -> None:
         """Tell edits from undos and redos, and what has become of each."""
         self._states = edit_states(self._edits)
         self.rows = [edit for edit in self._edits if edit.id in self._states]
@@ -218,8 +218,8 @@ class HistoryView(SideList):
         self.list = RowList(self.model)
         self.list.setItemDelegate(_Delegate(self.model, self.list))
         self.list.setAccessibleName("Edits of your track, newest first")
-        self.list.doubleClicked.connect(self._chosen)
-        self.list.opened.connect(self._chosen)
+        self.list.doubleClicked.connect(self._row_activated)
+        self.list.opened.connect(self._row_activated)
         self.undo = self._button("undo", "Undo", document.undo)
         self.redo = self._button("redo", "Redo", document.redo)
         self.reach = QLabel()
@@ -232,12 +232,12 @@ class HistoryView(SideList):
         bar.addWidget(self.reach, 1)
         self.column.addLayout(bar)
         self.column.addWidget(self.pages, 1)
-        self._soon = QTimer(self, singleShot=True, interval=PAUSE)
-        self._soon.timeout.connect(self.refresh)
+        self._refresh_timer = QTimer(self, singleShot=True, interval=PAUSE)
+        self._refresh_timer.timeout.connect(self.refresh)
         document.tracks_changed.connect(self._refresh_soon)
         document.demonstration_changed.connect(self.refresh)
         themes().changed.connect(self.list.viewport().update)
-        self._show_reach()
+        self._update_buttons()
 
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)
@@ -268,7 +268,7 @@ class HistoryView(SideList):
         if farther:  # what changed out of sight is not to go by in the middle
             document.say_here(". ".join(farther))
 
-    def _chosen(self, index: QModelIndex) -> None:
+    def _row_activated(self, index: QModelIndex) -> None:
         """Go to the edit that was activated."""
         if not 0 <= index.row() < len(self.model.rows):
             return
@@ -280,15 +280,15 @@ class HistoryView(SideList):
     def _refresh_soon(self) -> None:
         """Refresh when painting pauses: strokes come first."""
         if self.isVisible():
-            self._soon.start()
+            self._refresh_timer.start()
 
     def refresh(self) -> None:
-        self._soon.stop()
+        self._refresh_timer.stop()
         if self.isVisible():
             self.model.refresh()
-            self._show_reach()
+            self._update_buttons()
 
-    def _show_reach(self) -> None:
+    def _update_buttons(self) -> None:
         """Show in buttons and label what undo and redo would do."""
         rows = range(len(self.model.rows))
         nothing = "No edits yet. Every edit can be undone."

@@ -60,7 +60,7 @@ class KeyLabelling(QObject):
         self.window = window
         self._scale = pixels_per_second
         self._clock = clock
-        self._shown = shown
+        self._is_shown = shown
         #: The key that began the stroke and is still down: key, when, and where the cursor was.
         self._held: tuple[str, float, float] | None = None
         self._repeats = AutoRepeatFilter(self)
@@ -71,27 +71,27 @@ class KeyLabelling(QObject):
             # them. Following the focus costs nothing; a filter on the application sees every event.
             application.focusChanged.connect(self._follow_focus)
             self._follow_focus(None, application.focusWidget())
-        document.demonstration_changed.connect(self.let_go)
+        document.demonstration_changed.connect(self.forget_held_key)
 
     def press(self, key: str) -> bool:
         """Act on a key; gives whether it was an action's key, or could be one and is not."""
         document = self.document
-        action = self._action(key)
+        action = self._action_of(key)
         if document.demonstration is not None and not document.vocabulary and key in KEYS:
             document.say_here(
                 "There is no action for a key to paint: add one under Actions first.", True
             )
         if action is None or document.demonstration is None:
-            return self._say_unknown(key)
+            return self._report_unknown_key(key)
         self._held = None
         if document.range is not None:
             fill_range(document, action)
         elif document.stroke is not None:
-            self._press_again(action, key)
+            self._press_during_stroke(action, key)
         elif not document.playing and document.selected is not None:
             document.relabel(document.selected, action)
         else:
-            self._begin(action, key, self._position())
+            self._begin_stroke(action, key, self._stroke_position())
         return True
 
     def cancel(self) -> bool:
@@ -102,7 +102,7 @@ class KeyLabelling(QObject):
         self.document.cancel_stroke()
         return True
 
-    def let_go(self) -> None:
+    def forget_held_key(self) -> None:
         """Forget the held key, whose release will not arrive; the stroke goes on."""
         self._held = None
 
@@ -112,7 +112,7 @@ class KeyLabelling(QObject):
         """Take the keys of actions, and Esc during a stroke."""
         kind = event.type()
         if kind == QEvent.Type.WindowDeactivate:
-            self.let_go()
+            self.forget_held_key()
         elif kind == QEvent.Type.KeyPress and isinstance(event, QKeyEvent):
             return self._key_press(watched, event)
         elif kind == QEvent.Type.KeyRelease and isinstance(event, QKeyEvent):
@@ -125,7 +125,7 @@ class KeyLabelling(QObject):
         focus = QApplication.focusWidget()
         if is_typing(focus) or (isinstance(watched, QWidget) and is_typing(watched)):
             return False
-        if kept_keys(focus, event) or not self._shown():
+        if kept_keys(focus, event) or not self._is_shown():
             return False
         if event.key() == Qt.Key.Key_Escape:
             return self.cancel()
@@ -134,7 +134,7 @@ class KeyLabelling(QObject):
             return False
         key = _pressed_key_name(event)
         if self._repeats.repeats(event):
-            return self._action(key) is not None
+            return self._action_of(key) is not None
         return self.press(key)
 
     def _key_release(self, event: QKeyEvent) -> bool:
@@ -142,18 +142,18 @@ class KeyLabelling(QObject):
         key = _pressed_key_name(event)
         if self._held is None or self._held[0] != key:
             return False
-        released, cursor, position = self._clock(), self.document.cursor, self._position()
-        self._repeats.released(event, lambda: self._let_up(key, released, cursor, position))
+        released, cursor, position = self._clock(), self.document.cursor, self._stroke_position()
+        self._repeats.released(event, lambda: self._key_up(key, released, cursor, position))
         return True
 
     def _follow_focus(self, _: QWidget | None, focused: QWidget | None) -> None:
         """Filter the keys of the widget that has the focus."""
-        if focused is None or not self._inside(focused):
-            self.let_go()
+        if focused is None or not self._in_window(focused):
+            self.forget_held_key()
         else:
             focused.installEventFilter(self)  # a second time changes nothing
 
-    def _inside(self, widget: QWidget | None) -> bool:
+    def _in_window(self, widget: QWidget | None) -> bool:
         """Whether a widget is in the window, or in a dock that floats."""
         while widget is not None and widget is not self.window:
             separate = widget.isWindow() and not isinstance(widget, QDockWidget)
@@ -164,7 +164,7 @@ class KeyLabelling(QObject):
 
     # Strokes
 
-    def _say_unknown(self, key: str) -> bool:
+    def _report_unknown_key(self, key: str) -> bool:
         """Report that no action has this key, if one could; gives whether it was reported."""
         document = self.document
         could_paint = document.demonstration is not None and document.vocabulary and key
@@ -180,16 +180,16 @@ class KeyLabelling(QObject):
         )
         return True
 
-    def _action(self, key: str) -> str | None:
+    def _action_of(self, key: str) -> str | None:
         """The action that a key paints."""
         actions = self.document.vocabulary
         return next((action.name for action in actions if key and action.key == key), None)
 
-    def _press_again(self, action: str, key: str) -> None:
+    def _press_during_stroke(self, action: str, key: str) -> None:
         """Handle a key that is pressed during a stroke."""
         stroke = self.document.stroke
         assert stroke is not None
-        position = self._position()
+        position = self._stroke_position()
         same = stroke.action == action
         if same or abs(position - stroke.start) > SAME_TIME:
             self.document.end_stroke(position)
@@ -197,14 +197,14 @@ class KeyLabelling(QObject):
             # Nothing was painted yet: the coder has thought better of the action.
             self.document.cancel_stroke()
         if not same and self.document.stroke is None:
-            self._begin(action, key, position)
+            self._begin_stroke(action, key, position)
 
-    def _begin(self, action: str, key: str, position: float) -> None:
+    def _begin_stroke(self, action: str, key: str, position: float) -> None:
         self.document.select(None)
         self.document.begin_stroke(action, position)
         self._held = key, self._clock(), self.document.cursor
 
-    def _let_up(self, key: str, released: float, cursor: float, position: float) -> None:
+    def _key_up(self, key: str, released: float, cursor: float, position: float) -> None:
         """End the stroke of a key that was held."""
         if self._held is None or self._held[0] != key:
             return
@@ -214,7 +214,7 @@ class KeyLabelling(QObject):
         if held and cursor != began and self.document.stroke is not None:
             self.document.end_stroke(position)
 
-    def _position(self) -> float:
+    def _stroke_position(self) -> float:
         """Where a stroke starts or ends, in seconds."""
         document = self.document
         targets = snap_targets(document)

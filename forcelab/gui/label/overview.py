@@ -75,17 +75,17 @@ class Overview(QWidget):
         for stale in (
             document.demonstration_changed,
             self._source.choices_changed,
-            self._source.grown,
+            self._source.data_read,
             themes().changed,
         ):
             stale.connect(self.invalidate)
-        self._repainting = QTimer(self, singleShot=True, interval=PAUSE)
-        self._repainting.timeout.connect(self._tracks_changed)
+        self._track_timer = QTimer(self, singleShot=True, interval=PAUSE)
+        self._track_timer.timeout.connect(self._tracks_changed)
         for painted in (document.tracks_changed, document.vocabulary_changed):
-            painted.connect(self._repainting.start)
-        document.span_changed.connect(self._moved_on)
-        document.cursor_moved.connect(self._moved_on)
-        self._held: Handle | None = None
+            painted.connect(self._track_timer.start)
+        document.span_changed.connect(self._repaint)
+        document.cursor_moved.connect(self._repaint)
+        self._handle: Handle | None = None
         self._press = QPointF()
         self._span = (0.0, 1.0)
         self._dragging = False
@@ -234,7 +234,7 @@ class Overview(QWidget):
         x = round(self.axis.at(self.document.cursor)) + 0.5
         painter.drawLine(QLineF(x, 0, x, HEIGHT))
 
-    def _moved_on(self, *_: object) -> None:
+    def _repaint(self, *_: object) -> None:
         if self.isVisible():
             self.update()
 
@@ -257,18 +257,18 @@ class Overview(QWidget):
     def mousePressEvent(self, event: QMouseEvent) -> None:
         """Begin to drag the window, one of its edges, or another span."""
         if event.button() == Qt.MouseButton.LeftButton and self.document.demonstration is not None:
-            self._held = self.handle_at(event.position().x())
+            self._handle = self.handle_at(event.position().x())
             self._press = event.position()
             self._span = (self.document.start, self.document.end)
             self._dragging = False
-            if self._held == "body":
+            if self._handle == "body":
                 self.setCursor(Qt.CursorShape.ClosedHandCursor)
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
         """Pan, zoom or choose a span."""
         x = event.position().x()
-        if self._held is None:
-            self._hint(x)
+        if self._handle is None:
+            self._set_pointer(x)
             return
         far = abs(x - self._press.x()) >= QApplication.startDragDistance()
         self._dragging = self._dragging or far
@@ -277,23 +277,23 @@ class Overview(QWidget):
         low, high = self.document.bounds
         start, end = self._span
         by = (x - self._press.x()) / self.plot.width() * (high - low)
-        if self._held == "body":
+        if self._handle == "body":
             by = min(max(by, low - start), high - end)
             self.document.set_span(start + by, end + by)
-        elif self._held == "new":
+        elif self._handle == "new":
             first, last = sorted((self.time_at(self._press.x()), self.time_at(x)))
             self._band = (first, last)
             self.update()
         else:
-            fixed, free = (end, start) if self._held == "start" else (start, end)
+            fixed, free = (end, start) if self._handle == "start" else (start, end)
             first, last = sorted((fixed, min(max(free + by, low), high)))
             self.document.set_span(first, last)
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
         """Show the chosen span; a click centres the window and moves the cursor."""
-        if event.button() != Qt.MouseButton.LeftButton or self._held is None:
+        if event.button() != Qt.MouseButton.LeftButton or self._handle is None:
             return
-        band, self._held, self._band = self._band, None, None
+        band, self._handle, self._band = self._band, None, None
         if not self._dragging:
             time, half = self.time_at(event.position().x()), (self._span[1] - self._span[0]) / 2
             low, high = self.document.bounds
@@ -302,7 +302,7 @@ class Overview(QWidget):
             self.document.seek(time)
         elif band is not None:
             self.document.set_span(*band)
-        self._hint(event.position().x())
+        self._set_pointer(event.position().x())
         self.update()
 
     def wheelEvent(self, event: QWheelEvent) -> None:
@@ -316,7 +316,7 @@ class Overview(QWidget):
             self.document.zoom(ZOOM_STEP**-notches, (start + end) / 2)
         event.accept()
 
-    def _hint(self, x: float) -> None:
+    def _set_pointer(self, x: float) -> None:
         """Show by the pointer what a drag would move."""
         shapes = {
             "start": Qt.CursorShape.SizeHorCursor,

@@ -53,8 +53,8 @@ class PictureView(QWidget):
         # Every pixel is painted here; what lies below need not be.
         self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
         self._scaled: QPixmap | None = None
-        self._fits = QSize()
-        self._zoom, self._middle = 1.0, QPointF(0.5, 0.5)
+        self._announced_size = QSize()
+        self._zoom, self._centre = 1.0, QPointF(0.5, 0.5)
         self._dragged: QPointF | None = None
         themes().changed.connect(self.update)
 
@@ -69,12 +69,12 @@ class PictureView(QWidget):
         return ""
 
     @property
-    def troubled(self) -> bool:
+    def failed(self) -> bool:
         """Whether the message reports a failure."""
         return False
 
     @property
-    def above(self) -> float:
+    def top_margin(self) -> float:
         """Height in pixels that is kept free above the picture."""
         return 0.0
 
@@ -88,7 +88,7 @@ class PictureView(QWidget):
         `fitted` is the same in the size that :attr:`fits` told last, where it is ready.
         """
         self._image = image
-        self._scaled = None if fitted is None else self._on_screen(fitted)
+        self._scaled = None if fitted is None else self._screen_pixmap(fitted)
         self.setAccessibleDescription(self.message or self.caption)
         self.update()
 
@@ -101,7 +101,7 @@ class PictureView(QWidget):
     @property
     def _stage(self) -> QRectF:
         """The area of the picture: all but the caption, and what is above."""
-        below, above = self.fontMetrics().height() + MARGIN, self.above
+        below, above = self.fontMetrics().height() + MARGIN, self.top_margin
         return QRectF(0, above, self.width(), max(self.height() - below - above, 1.0))
 
     def picture_box(self) -> QRectF:
@@ -111,8 +111,8 @@ class PictureView(QWidget):
         size = QSizeF(self._image.size()).scaled(
             stage.size() * self._zoom, Qt.AspectRatioMode.KeepAspectRatio
         )
-        left = _placed(stage.center().x(), self._middle.x(), size.width(), stage.width())
-        top = _placed(stage.center().y(), self._middle.y(), size.height(), stage.height())
+        left = _placed(stage.center().x(), self._centre.x(), size.width(), stage.width())
+        top = _placed(stage.center().y(), self._centre.y(), size.height(), stage.height())
         return QRectF(QPointF(left, top), size)
 
     def paintEvent(self, event: QPaintEvent) -> None:
@@ -123,7 +123,7 @@ class PictureView(QWidget):
             if self._image is not None and not message:
                 self._paint_picture(painter, stage)
             elif message:
-                self._paint_words(painter, stage, message)
+                self._paint_message(painter, stage, message)
             caption = QRectF(MARGIN, stage.bottom(), self.width() - 2 * MARGIN, self.height())
             caption.setBottom(float(self.height()))
             painter.setPen(QColor(theme.muted))
@@ -132,13 +132,13 @@ class PictureView(QWidget):
             )
             painter.drawText(caption, Qt.AlignmentFlag.AlignCenter, text)
 
-    def _paint_words(self, painter: QPainter, stage: QRectF, message: str) -> None:
+    def _paint_message(self, painter: QPainter, stage: QRectF, message: str) -> None:
         """Write a message in place of the picture; a long path is broken anywhere."""
         inner = stage.adjusted(2 * MARGIN, MARGIN, -2 * MARGIN, -MARGIN)
         wrap = Qt.TextFlag.TextWordWrap
         if painter.boundingRect(inner, wrap, message).width() > inner.width():
             wrap = Qt.TextFlag.TextWrapAnywhere
-        painter.setPen(QColor(colours().trouble if self.troubled else colours().muted))
+        painter.setPen(QColor(colours().trouble if self.failed else colours().muted))
         painter.drawText(inner, Qt.AlignmentFlag.AlignCenter | wrap, message)
 
     def _paint_picture(self, painter: QPainter, stage: QRectF) -> None:
@@ -148,7 +148,7 @@ class PictureView(QWidget):
         painter.fillRect(stage, QColor("#000000" if colours().dark else "#14161a"))
         painter.setClipRect(stage)
         if self._zoom > 1:
-            self._tell_fit(QSize())
+            self._announce_size(QSize())
             smooth = box.width() * self.devicePixelRatioF() < SHARP_ZOOM * self._image.width()
             painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform, smooth)
             painter.drawImage(box, self._image)
@@ -161,20 +161,20 @@ class PictureView(QWidget):
         exact = (size * self.devicePixelRatioF()).toSize().expandedTo(QSize(1, 1))
         if self._scaled is None or self._scaled.size() != exact:
             assert self._image is not None
-            self._scaled = self._on_screen(scaled(self._image, exact))
-        self._tell_fit(exact)
+            self._scaled = self._screen_pixmap(scaled(self._image, exact))
+        self._announce_size(exact)
         return self._scaled
 
-    def _on_screen(self, image: QImage) -> QPixmap:
+    def _screen_pixmap(self, image: QImage) -> QPixmap:
         """A pixmap whose pixels are those of the screen."""
         pixmap = QPixmap.fromImage(image)
         pixmap.setDevicePixelRatio(self.devicePixelRatioF())
         return pixmap
 
-    def _tell_fit(self, size: QSize) -> None:
+    def _announce_size(self, size: QSize) -> None:
         """Emit the size in which pictures are shown, if it has changed."""
-        if size != self._fits:
-            self._fits = size
+        if size != self._announced_size:
+            self._announced_size = size
             self.fits.emit(size)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
@@ -195,22 +195,22 @@ class PictureView(QWidget):
         )
         self._zoom = min(max(self._zoom * factor, 1.0), LARGEST_ZOOM)
         after = self.picture_box().size()
-        self._move_middle(
+        self._centre_on(
             share.x() - (about.x() - self._stage.center().x()) / after.width(),
             share.y() - (about.y() - self._stage.center().y()) / after.height(),
         )
 
     def fit(self) -> None:
         """Show the whole picture."""
-        self._zoom, self._middle = 1.0, QPointF(0.5, 0.5)
+        self._zoom, self._centre = 1.0, QPointF(0.5, 0.5)
         self.update()
 
-    def _move_middle(self, x: float, y: float) -> None:
+    def _centre_on(self, x: float, y: float) -> None:
         """Put a point of the picture, in shares of it, into the middle of the stage."""
         size, stage = self.picture_box().size(), self._stage
         half_x = min(stage.width() / size.width() / 2, 0.5)
         half_y = min(stage.height() / size.height() / 2, 0.5)
-        self._middle = QPointF(min(max(x, half_x), 1 - half_x), min(max(y, half_y), 1 - half_y))
+        self._centre = QPointF(min(max(x, half_x), 1 - half_x), min(max(y, half_y), 1 - half_y))
         self.update()
 
     def wheelEvent(self, event: QWheelEvent) -> None:
@@ -226,9 +226,9 @@ class PictureView(QWidget):
         if self._dragged is not None and self._image is not None:
             moved, size = event.position() - self._dragged, self.picture_box().size()
             self._dragged = event.position()
-            self._move_middle(
-                self._middle.x() - moved.x() / size.width(),
-                self._middle.y() - moved.y() / size.height(),
+            self._centre_on(
+                self._centre.x() - moved.x() / size.width(),
+                self._centre.y() - moved.y() / size.height(),
             )
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:

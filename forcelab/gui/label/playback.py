@@ -45,8 +45,8 @@ class Player(QObject):
         self._clock = clock
         self._timer = QTimer(self, timerType=Qt.TimerType.PreciseTimer, interval=TICK)
         self._timer.timeout.connect(self.tick)
-        self._own = False
-        self._stretch: tuple[float, float] | None = None
+        self._moving_cursor = False
+        self._span: tuple[float, float] | None = None
         self._anchor = (0.0, 0.0, 1.0)  # clock, cursor and speed of the last start, seek or change
         document.playing_changed.connect(self._follow_playing)
         document.cursor_moved.connect(self._follow_cursor)
@@ -126,7 +126,7 @@ class Player(QObject):
             self._move(position)
         elif self.loop and end > start:
             position = start + math.fmod(position - start, end - start)
-            self._hold(position)
+            self._set_anchor(position)
             self._move(position)
         else:
             self._move(end)
@@ -135,11 +135,11 @@ class Player(QObject):
     def _play(self, stretch: tuple[float, float] | None, position: float) -> None:
         if self.document.demonstration is None:
             return
-        self._stretch = stretch
+        self._span = stretch
         start, end = self._bounds()
         if not start <= position < end:
             position = start
-        self._hold(position)
+        self._set_anchor(position)
         self._move(position)
         self._timer.start()
         self.document.set_playing(True)
@@ -147,16 +147,16 @@ class Player(QObject):
     def _bounds(self) -> tuple[float, float]:
         """The span that is played, or the whole demonstration."""
         low, high = self.document.bounds
-        if self._stretch is None:
+        if self._span is None:
             return low, high
-        return max(self._stretch[0], low), min(self._stretch[1], high)
+        return max(self._span[0], low), min(self._span[1], high)
 
     def _position(self) -> float:
         """Where the cursor is by the clock."""
         began, position, speed = self._anchor
         return position + (self._clock() - began) * speed
 
-    def _hold(self, position: float) -> None:
+    def _set_anchor(self, position: float) -> None:
         """Anchor the clock at a position."""
         self._anchor = (self._clock(), position, self.document.speed)
 
@@ -168,26 +168,26 @@ class Player(QObject):
     @contextmanager
     def _moving(self) -> Iterator[None]:
         """While this lasts, the cursor is moved by playback."""
-        self._own = True
+        self._moving_cursor = True
         try:
             yield
         finally:
-            self._own = False
+            self._moving_cursor = False
 
     def _follow_playing(self) -> None:
         """Start, stop or change the speed, as the document says."""
         if not self.document.playing:
             self._timer.stop()
-            self._stretch = None
+            self._span = None
         elif not self._timer.isActive():
-            self._play(self._stretch, self.document.cursor)
+            self._play(self._span, self.document.cursor)
         elif self._anchor[2] != self.document.speed:
-            self._hold(self._position())
+            self._set_anchor(self._position())
 
     def _follow_cursor(self, position: float) -> None:
         """Go on from where the cursor was moved; outside the played span, play to the end."""
-        if self._own or not self.document.playing:
+        if self._moving_cursor or not self.document.playing:
             return
-        if self._stretch is not None and not self._stretch[0] <= position < self._stretch[1]:
-            self._stretch = None
-        self._hold(position)
+        if self._span is not None and not self._span[0] <= position < self._span[1]:
+            self._span = None
+        self._set_anchor(position)

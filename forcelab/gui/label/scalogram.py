@@ -80,7 +80,7 @@ class ScalogramButton(QToolButton):
         self._channels, self._kinds = QActionGroup(self._choices), QActionGroup(self._choices)
         self.setMenu(self._choices)
 
-    def offer(self, channels: Sequence[str], channel: str, phase: bool, steady: bool) -> None:
+    def set_choices(self, channels: Sequence[str], channel: str, phase: bool, steady: bool) -> None:
         """Fill the menu and mark what is chosen."""
         room = max(self.width() - 18, 10)
         name = self.fontMetrics().elidedText(channel, NAMES, room)
@@ -220,7 +220,7 @@ class ScalogramLoader(QObject):
         self.pending = True
         self._timer.start()
         if self.view is not None and self._job is not None:
-            # What it computes is out of date, and it would slow down whoever pans and zooms.
+            # What it computes is out of date, and it would slow down panning and zooming.
             self._job.cancel()
             self._job = None
 
@@ -255,7 +255,7 @@ class ScalogramLoader(QObject):
         def progressed(step: object) -> None:
             picture = getattr(step, "picture", None)
             if picture is not None and picture is not self._shown:
-                if not picture.coarse:  # what the job goes on with is not seen
+                if not picture.coarse:  # the job goes on with what is not visible
                     self.pending = self._timer.isActive()
                 self._emit_picture(picture)
 
@@ -356,15 +356,15 @@ class ScalogramPanel(TimePanel):
         self._layers = ScalogramLayers()
         self._pointer: QPointF | None = None
         self._trouble = ""
-        self._owed = False  # a picture that was not asked for while the window was minimised
+        self._request_due = False  # a picture that was not asked for while the window was minimised
         self._loader = ScalogramLoader(jobs, self._request, self)
-        self._loader.loaded.connect(self._take)
-        self._loader.refused.connect(self._refused)
+        self._loader.loaded.connect(self._show_picture)
+        self._loader.refused.connect(self._show_refusal)
         self._button = ScalogramButton(self)
         self._button.channel_chosen.connect(self.set_channel)
         self._button.phase_chosen.connect(self.set_phase)
         self._button.steady_chosen.connect(self.set_steady)
-        document.span_changed.connect(self._ask)
+        document.span_changed.connect(self._request_picture)
         document.demonstration_changed.connect(self._demonstration_changed)
         themes().changed.connect(self._recolour)
         self._demonstration_changed()
@@ -389,17 +389,17 @@ class ScalogramPanel(TimePanel):
     def set_channel(self, name: str) -> None:
         if name != self.channel and name in self.channels:
             self.channel = name
-            self._forget()
+            self._reset()
 
     def set_phase(self, phase: bool) -> None:
         if phase != self._phase:
             self._phase = phase
-            self._drop()
+            self._clear()
 
     def set_steady(self, steady: bool) -> None:
         """Give colours one range for the whole demonstration, or one for each view."""
         self._steady = steady
-        self._write_button()
+        self._update_button()
         self._recolour()
 
     # Qt
@@ -414,7 +414,7 @@ class ScalogramPanel(TimePanel):
 
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)
-        self._ask()
+        self._request_picture()
 
     def hideEvent(self, event: QHideEvent) -> None:
         super().hideEvent(event)
@@ -423,8 +423,8 @@ class ScalogramPanel(TimePanel):
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
         self._button.setGeometry(2, 2, self.GUTTER - 6, BUTTON)
-        self._write_button()
-        self._ask()
+        self._update_button()
+        self._request_picture()
 
     def contextMenuEvent(self, event: QContextMenuEvent) -> None:
         self._button.menu().popup(event.globalPos())
@@ -443,8 +443,8 @@ class ScalogramPanel(TimePanel):
 
     def paint_content(self, painter: QPainter, plot: QRectF) -> None:
         """Draw the pictures where their time is now, then the cone and the scales."""
-        if self._owed:
-            self._ask()  # not every platform says so when a minimised window comes back
+        if self._request_due:
+            self._request_picture()  # not every platform says so when a minimised window comes back
         theme, rows, document = colours(), self._rows, self.document
         span = document.start, document.end
         self._layers.paint(painter, plot, *span, smooth=self.settled)
@@ -497,32 +497,32 @@ class ScalogramPanel(TimePanel):
         names = self.channels
         if self.channel not in names:
             self.channel = names[0] if names else ""
-        self._forget()
+        self._reset()
 
-    def _forget(self) -> None:
+    def _reset(self) -> None:
         """Drop what belongs to another channel."""
         self._loader.forget()
         self._trouble = ""
-        self._drop()
+        self._clear()
 
-    def _drop(self) -> None:
+    def _clear(self) -> None:
         """Drop all pictures, also the one that is being computed."""
         self._loader.stop()
         self._layers.clear()
         self.picture = None
-        self._write_button()
+        self._update_button()
         self.invalidate()
-        self._ask()
+        self._request_picture()
 
-    def _write_button(self) -> None:
+    def _update_button(self) -> None:
         """Show the channel on the button, and mark in its menu what is chosen."""
-        self._button.offer(self.channels, self.channel, self._phase, self._steady)
+        self._button.set_choices(self.channels, self.channel, self._phase, self._steady)
 
-    def _ask(self, *_: object) -> None:
+    def _request_picture(self, *_: object) -> None:
         """Request a picture of the visible span, once it has come to rest."""
         # To Qt the panels of a minimised window are visible.
-        self._owed = self.window().isMinimized()
-        if self.isVisible() and self.channel and not self._owed:
+        self._request_due = self.window().isMinimized()
+        if self.isVisible() and self.channel and not self._request_due:
             self._loader.ask()
         else:
             self._loader.stop()
@@ -546,11 +546,11 @@ class ScalogramPanel(TimePanel):
             cache_folder(self.document),
         )
 
-    def _refused(self, sentence: str) -> None:
+    def _show_refusal(self, sentence: str) -> None:
         self._trouble = sentence
         self.invalidate()
 
-    def _take(self, picture: Scalogram) -> None:
+    def _show_picture(self, picture: Scalogram) -> None:
         """Show a newer picture; the older ones stay below until a fine one covers them."""
         self._trouble, self.picture = "", picture
         low, high = self.document.bounds

@@ -56,7 +56,7 @@ def _confirm_rename(
     """Ask whether to rename an action, and in which tasks; None to leave it."""
     box = QMessageBox(parent)
     box.setIcon(QMessageBox.Icon.Question)
-    box.setTextFormat(Qt.TextFormat.PlainText)  # names are anybody's
+    box.setTextFormat(Qt.TextFormat.PlainText)  # a name is not markup
     consequences = everywhere.sentences(done=False)
     if everywhere.merges:
         box.setWindowTitle("Merge actions")

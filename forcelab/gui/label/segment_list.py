@@ -94,12 +94,12 @@ class SegmentModel(QAbstractTableModel):
     def refresh(self) -> None:
         """Show the track as it is now, telling views only about rows that differ."""
         self._source, self.origins = self.document.segments, self.document.origins()
-        self._renew()
+        self._update_rows()
         self.follow(self.document.cursor)
 
-    def _renew(self) -> None:
+    def _update_rows(self) -> None:
         """Tell views about the rows that come, go or change."""
-        rows = self._arranged()
+        rows = self._ordered_rows()
         position, removed, inserted = splice(self.rows, rows)
         common = min(len(removed), len(inserted))
         if common:
@@ -127,12 +127,12 @@ class SegmentModel(QAbstractTableModel):
         text = text.strip().casefold()
         if text != self._filter:
             self._filter = text
-            self._renew()
+            self._update_rows()
 
     def sort(self, column: int, order: Qt.SortOrder = Qt.SortOrder.AscendingOrder) -> None:
         self._column, self._descending = column, order == Qt.SortOrder.DescendingOrder
         self.beginResetModel()
-        self.rows = self._arranged()
+        self.rows = self._ordered_rows()
         self.endResetModel()
 
     def follow(self, cursor: float) -> None:
@@ -147,7 +147,7 @@ class SegmentModel(QAbstractTableModel):
 
     def row_of(self, segment: Segment) -> int | None:
         """Where a segment is shown, if it is."""
-        if self._natural:
+        if self._in_time_order:
             row = bisect_left(self.rows, segment.start, key=_start)
             return row if row < len(self.rows) and self.rows[row] == segment else None
         try:
@@ -155,18 +155,18 @@ class SegmentModel(QAbstractTableModel):
         except ValueError:
             return None
 
-    def number_of(self, row: int) -> int | None:
+    def index_in_track(self, row: int) -> int | None:
         """The index of a row's segment in the document; None if it is no longer there."""
         if not 0 <= row < len(self.rows):
             return None
         return self.document.index_of(self.rows[row])
 
     @property
-    def _natural(self) -> bool:
+    def _in_time_order(self) -> bool:
         """Whether the rows are in order of time; segments that never overlap also end in it."""
         return self._column in (NUMBER, START, END) and not self._descending
 
-    def _arranged(self) -> Segments:
+    def _ordered_rows(self) -> Segments:
         """The filtered segments, in order."""
         rows = self._source
         if self._filter:
@@ -215,15 +215,15 @@ class SegmentModel(QAbstractTableModel):
             return None
         segment, column = self.rows[index.row()], index.column()
         if role == Qt.ItemDataRole.DisplayRole:
-            return self.shown(index.row(), column)
+            return self.cell_text(index.row(), column)
         if role == Qt.ItemDataRole.EditRole:
             return segment.action if column == ACTION else _as_typed(_time(segment, column))
         if role in (Qt.ItemDataRole.ToolTipRole, Qt.ItemDataRole.AccessibleDescriptionRole):
             tip = role == Qt.ItemDataRole.ToolTipRole
-            return self._more(segment, with_action=tip and column == ACTION)
+            return self._tooltip(segment, with_action=tip and column == ACTION)
         return None
 
-    def _more(self, segment: Segment, with_action: bool) -> str | None:
+    def _tooltip(self, segment: Segment, with_action: bool) -> str | None:
         """Which model proposed a segment, below the action if that may be cut off."""
         action = segment.action if with_action else ""
         proposed = origin_text(self.origins.get(segment))
@@ -232,9 +232,9 @@ class SegmentModel(QAbstractTableModel):
     def under_cursor(self, segment: Segment) -> bool:
         return segment is self._current
 
-    def shown(self, row: int, column: int) -> str:
+    def cell_text(self, row: int, column: int) -> str:
         if column == NUMBER:
-            number = self.number_of(row)
+            number = self.index_in_track(row)
             return "" if number is None else str(number + 1)
         segment = self.rows[row]
         return segment.action if column == ACTION else f"{_time(segment, column):.3f}"
@@ -245,7 +245,7 @@ class SegmentModel(QAbstractTableModel):
 
     def setData(self, index: Index, value: Any, role: int = Qt.ItemDataRole.EditRole) -> bool:
         """Carry out what was typed; an error is shown as one sentence."""
-        number = self.number_of(index.row())
+        number = self.index_in_track(index.row())
         typed = str(value).strip()
         if role != Qt.ItemDataRole.EditRole or number is None:
             return False
@@ -331,13 +331,13 @@ class SegmentRowList(QTableView):
         for column, width in numbers.items():
             name = str(model.headerData(column, Qt.Orientation.Horizontal))
             header.resizeSection(column, max(width + 10, measure(name) + 14))
-        self._drop_columns()
+        self._hide_columns()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
-        self._drop_columns()
+        self._hide_columns()
 
-    def _drop_columns(self) -> None:
+    def _hide_columns(self) -> None:
         """Show number and duration if they leave room for eight letters of the action."""
         header = self.horizontalHeader()
         letters = 24 + 8 * self.fontMetrics().averageCharWidth()
@@ -415,7 +415,7 @@ class _Delegate(QStyledItemDelegate):
             painter.fillRect(box, tint)
         if under and column == NUMBER:
             painter.fillRect(QRectF(box.left(), box.top(), 3, box.height()), QColor(theme.cursor))
-        text, side = self._model.shown(row, column), RIGHT
+        text, side = self._model.cell_text(row, column), RIGHT
         box.adjust(3, 0, -3, 0)
         if column == ACTION:
             swatch = QRectF(box.left() + 1, round(box.center().y()) - 6, 12, 12)
@@ -447,7 +447,7 @@ class _Delegate(QStyledItemDelegate):
             return super().createEditor(parent, option, index)
         editor = QComboBox(parent)
         editor.addItems(list(self._model.document.vocabulary.names))
-        editor.activated.connect(lambda: self._chosen(editor))
+        editor.activated.connect(lambda: self._action_chosen(editor))
         return editor
 
     def setEditorData(self, editor: QWidget, index: Index) -> None:
@@ -463,7 +463,7 @@ class _Delegate(QStyledItemDelegate):
         else:
             super().setModelData(editor, model, index)
 
-    def _chosen(self, editor: QComboBox) -> None:
+    def _action_chosen(self, editor: QComboBox) -> None:
         """Choosing an action from the list ends editing."""
         self.commitData.emit(editor)
         self.closeEditor.emit(editor)
@@ -499,7 +499,7 @@ class SegmentTable(SideList):
         document.demonstration_changed.connect(self.table.fit_columns)
         document.demonstration_changed.connect(self.refresh)
         themes().changed.connect(self._repaint)
-        self._say_empty()
+        self._update_placeholder()
 
     def showEvent(self, event: QShowEvent) -> None:
         """Show what changed while it was hidden."""
@@ -521,7 +521,7 @@ class SegmentTable(SideList):
         self._syncing = False
         if self.model.rows is not self.document.segments:
             self.table.viewport().update()  # rows that stay may have other numbers
-        self._say_empty()
+        self._update_placeholder()
         self._show_selection()
 
     def _follow(self, cursor: float) -> None:
@@ -537,10 +537,10 @@ class SegmentTable(SideList):
         self._syncing = True
         self.model.set_filter(text)
         self._syncing = False
-        self._say_empty()
+        self._update_placeholder()
         self._show_selection()
 
-    def _say_empty(self) -> None:
+    def _update_placeholder(self) -> None:
         """Say why the table is empty, where it is."""
         if self.model.rows:
             text = ""
@@ -575,7 +575,7 @@ class SegmentTable(SideList):
         """Select the segment of the row and go to its start."""
         if self._syncing or not index.isValid():
             return
-        number = self.model.number_of(index.row())
+        number = self.model.index_in_track(index.row())
         if number is None:
             return
         segment = self.document.segments[number]
@@ -587,7 +587,7 @@ class SegmentTable(SideList):
 
     def _row_clicked(self, index: QModelIndex) -> None:
         """Go to the start again when the chosen row is clicked."""
-        number = self.model.number_of(index.row())
+        number = self.model.index_in_track(index.row())
         if number is None:
             return
         away = abs(self.document.cursor - self.document.segments[number].start) > SLIVER
@@ -597,7 +597,7 @@ class SegmentTable(SideList):
     # Keys and menus
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        number = self.model.number_of(self.table.currentIndex().row())
+        number = self.model.index_in_track(self.table.currentIndex().row())
         if event.key() == Qt.Key.Key_Delete and number is not None:
             self.document.delete(number)
             event.accept()
@@ -611,7 +611,7 @@ class SegmentTable(SideList):
 
     def menu(self) -> QMenu | None:
         """The chosen segment's menu; None where none is chosen."""
-        number = self.model.number_of(self.table.currentIndex().row())
+        number = self.model.index_in_track(self.table.currentIndex().row())
         if number is None:
             return None
         document, segment = self.document, self.document.segments[number]

@@ -105,7 +105,7 @@ class LaneTexts:
             )
             taken.append(place)
         x = self.left
-        for column, y, below in self._spots():
+        for column, y, below in self._name_places():
             room = right - x - (6 if alone else VALUE_WIDTH)
             face = text.font(size, bold=True)
             name = self.channels[column].name
@@ -127,7 +127,7 @@ class LaneTexts:
     def paint_values(self, painter: QPainter, values: Mapping[str, float | None]) -> None:
         """Write the values at the cursor below the names or behind them, where they have room."""
         face, ink = text.font(NUMBER), QColor(self.theme.text)
-        for column, y, below in self._spots():
+        for column, y, below in self._name_places():
             shown = self._shown(column, values)
             if self._behind_name:
                 shown = text.elided(shown, face, VALUE_WIDTH)
@@ -171,7 +171,7 @@ class LaneTexts:
         wide = text.width(name, text.font(min(NAME, line), bold=True))
         return wide <= self.right - 8 - VALUE_WIDTH - self.left
 
-    def _spots(self) -> list[tuple[int, float, float]]:
+    def _name_places(self) -> list[tuple[int, float, float]]:
         """Channel, height of its name and of its value, for those with room; NaN without value."""
         rows, line = self._lines
         first = self.lane.top + 1 + line / 2
@@ -211,7 +211,7 @@ class ForceChannels(QObject):
     """
 
     choices_changed = Signal()
-    grown = Signal()
+    data_read = Signal()
 
     def __init__(self, document: Document, jobs: Jobs, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -225,8 +225,8 @@ class ForceChannels(QObject):
         self.gaps: Gaps = np.empty((2, 0))
         self.overlaid = False
         self.autoscale = False
-        document.demonstration_changed.connect(self._take)
-        self._take()
+        document.demonstration_changed.connect(self._open)
+        self._open()
 
     # What there is
 
@@ -332,7 +332,7 @@ class ForceChannels(QObject):
 
     # Reading
 
-    def _take(self) -> None:
+    def _open(self) -> None:
         """Read another demonstration; a new video clock leaves its samples as they are."""
         demonstration = self._document.demonstration
         if demonstration is not None and self._document.id == self._id:
@@ -347,7 +347,7 @@ class ForceChannels(QObject):
             if demonstration.signals.size <= SYNCHRONOUS_SAMPLES:
                 self.gaps = finish(_gaps(demonstration))
             else:
-                self._jobs.run(_gaps(demonstration), self._got_gaps, key="force gaps")
+                self._jobs.run(_gaps(demonstration), self._gaps_found, key="force gaps")
         self._read()
         self.choices_changed.emit()
 
@@ -367,22 +367,25 @@ class ForceChannels(QObject):
         elif envelopes:
             key = "force envelopes"
             self._jobs.run(
-                read_envelopes(envelopes), self._got_all, progress=self._got_some, key=key
+                read_envelopes(envelopes),
+                self._envelopes_read,
+                progress=self._redraw_sometimes,
+                key=key,
             )
 
-    def _got_gaps(self, gaps: Gaps) -> None:
+    def _gaps_found(self, gaps: Gaps) -> None:
         self.gaps = gaps
-        self.grown.emit()
+        self.data_read.emit()
 
-    def _got_all(self, _: object) -> None:
-        self.grown.emit()
+    def _envelopes_read(self, _: object) -> None:
+        self.data_read.emit()
 
-    def _got_some(self, _: object) -> None:
+    def _redraw_sometimes(self, _: object) -> None:
         """Redraw now and then while more is read."""
         now = time.monotonic()
         if now - self._drawn_at >= REDRAW_SECONDS:
             self._drawn_at = now
-            self.grown.emit()
+            self.data_read.emit()
 
 
 #: Samples at least so many pixels apart are dotted.
@@ -411,7 +414,7 @@ class ForcePanel(TimePanel):
         self._canvas = CurveCanvas(self.plot, 1.0)
         self._noted_left = False
         self.source.choices_changed.connect(self.invalidate)
-        self.source.grown.connect(self.invalidate)
+        self.source.data_read.connect(self.invalidate)
 
     def menu(self) -> QMenu:
         """The panel's menu, for a right click, the menu key and the window's own menus."""
@@ -494,14 +497,14 @@ class ForcePanel(TimePanel):
         named = {lane.group: self._sensor(lane.group) for lane in strips}
         paint_groups(painter, strips, named, theme)
         for lane, axis in self.axes:
-            taken = self._texts(lane, axis).paint_names(painter)
+            taken = self._lane_texts(lane, axis).paint_names(painter)
             paint_axis(painter, lane, axis, box.right(), taken, theme)
 
     def paint_overlay(self, painter: QPainter, plot: QRectF) -> None:
         cursor = self.document.cursor
         values, x = self.source.values_at(cursor), self.x_at(cursor)
         for lane, axis in self.axes:
-            texts = self._texts(lane, axis)
+            texts = self._lane_texts(lane, axis)
             texts.paint_values(painter, values)
             if texts.tagged and plot.left() <= x <= plot.right():
                 texts.paint_tag(painter, values, x, plot)
@@ -511,10 +514,10 @@ class ForcePanel(TimePanel):
     @property
     def _notes_left(self) -> bool:
         """Whether notes give way to the values at the cursor."""
-        tags = bool(self.axes) and self._texts(*self.axes[0]).tagged
+        tags = bool(self.axes) and self._lane_texts(*self.axes[0]).tagged
         return tags and self.x_at(self.document.cursor) > self.plot.right() - NOTES
 
-    def _texts(self, lane: Lane, axis: Axis) -> LaneTexts:
+    def _lane_texts(self, lane: Lane, axis: Axis) -> LaneTexts:
         return LaneTexts(lane, axis, self.source.channels, self._left, self.GUTTER, colours())
 
     def _marks_moved(self, *_: object) -> None:

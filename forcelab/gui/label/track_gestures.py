@@ -124,7 +124,7 @@ def snap_or_round(time: float, pixels_per_second: float, targets: SnapTargets) -
 
 
 def snapped_time(document: Document, time: float, pixel: float, *, free: bool) -> float:
-    """The time that is taken for a pointed one; `free` of snapping it is only kept in bounds."""
+    """A pointed time, snapped unless `free`, within the demonstration."""
     low, high = document.bounds
     time = min(max(time, low), high)
     if free or not document.snapping:

@@ -58,10 +58,10 @@ class SavedIndicator(QWidget):
         self.text = ""
         self._newest = 0  # the number of the last edit that is known to be stored
         self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
-        self._pause = QTimer(self, singleShot=True, interval=PAUSE)
-        self._pause.timeout.connect(self.refresh)
-        document.tracks_changed.connect(self._pause.start)
-        document.demonstration_changed.connect(self._pause.start)
+        self._refresh_timer = QTimer(self, singleShot=True, interval=PAUSE)
+        self._refresh_timer.timeout.connect(self.refresh)
+        document.tracks_changed.connect(self._refresh_timer.start)
+        document.demonstration_changed.connect(self._refresh_timer.start)
         document.store_failed.connect(self.fail)
         themes().changed.connect(self.update)
         self.refresh()
@@ -69,7 +69,7 @@ class SavedIndicator(QWidget):
     def fail(self, sentence: str) -> None:
         """Show that the last edit was not stored, and why."""
         self.trouble = sentence
-        self._pause.stop()
+        self._refresh_timer.stop()
         self._show_text("Not stored", sentence)
 
     def refresh(self) -> None:
@@ -267,18 +267,18 @@ class Transport(QWidget):
         self._line = QFrame()
         self._line.setFrameShape(QFrame.Shape.VLine)
         self._line.setForegroundRole(QPalette.ColorRole.Mid)
-        self._groups = self._playing(), self._painting()
+        self._groups = self._playback_row(), self._labelling_row()
         self._rows.addLayout(self._groups[0])
         self._rows.addWidget(self._line)
         self._rows.addLayout(self._groups[1], 1)
         document.cursor_moved.connect(self._show_time)
-        document.demonstration_changed.connect(self._show)
+        document.demonstration_changed.connect(self._update)
         document.frame_times_changed.connect(self._show_time)
         document.range_changed.connect(self._show_range)
         document.playing_changed.connect(self._show_playing)
         document.snapping_changed.connect(self._show_snapping)
         player.loop_changed.connect(self.buttons["loop"].setChecked)
-        self._show()
+        self._update()
 
     def sizeHint(self) -> QSize:
         return self._rows.sizeHint()
@@ -301,11 +301,11 @@ class Transport(QWidget):
     def showEvent(self, event: QShowEvent) -> None:
         """Show what changed while it was hidden."""
         super().showEvent(event)
-        self._show()
+        self._update()
 
     # What it is made of
 
-    def _playing(self) -> QHBoxLayout:
+    def _playback_row(self) -> QHBoxLayout:
         """Buttons that move the cursor, the speed and the time."""
         document, player = self.document, self.player
         row = QHBoxLayout()
@@ -331,7 +331,7 @@ class Transport(QWidget):
             label.setForegroundRole(QPalette.ColorRole.PlaceholderText)
         return row
 
-    def _painting(self) -> QHBoxLayout:
+    def _labelling_row(self) -> QHBoxLayout:
         """Snapping, reaction time, the marked range, and whether all is stored."""
         row = QHBoxLayout()
         row.setSpacing(4)
@@ -393,7 +393,7 @@ class Transport(QWidget):
 
     # What it shows
 
-    def _show(self) -> None:
+    def _update(self) -> None:
         is_open = self.document.demonstration is not None
         moving = (button for name, button in self.buttons.items() if name not in ("loop", "magnet"))
         for widget in (*moving, self.speed, self.time):

@@ -155,19 +155,19 @@ class VideoPanel(PictureView):
         super().__init__()
         self.document = document
         self._cameras = cameras
-        self._choice = CameraChoice(cameras, self)
-        self._choice.move(CHOICE_MARGIN, CHOICE_MARGIN)
+        self._camera_choice = CameraChoice(cameras, self)
+        self._camera_choice.move(CHOICE_MARGIN, CHOICE_MARGIN)
         self.setAccessibleName("Video")
         self._frames: VideoFrames | None = None
         self._open: tuple[str, str] | None = None
-        self._forget()
+        self._reset()
         cameras.changed.connect(self._demonstration_changed)
         document.demonstration_changed.connect(self._demonstration_changed)
-        document.cursor_moved.connect(self._follow)
-        document.peeked.connect(self._follow)
+        document.cursor_moved.connect(self._request_frame)
+        document.peeked.connect(self._request_frame)
         self._demonstration_changed()
 
-    def _forget(self) -> None:
+    def _reset(self) -> None:
         """Reset all that is known of a video."""
         self._times: Array | None = None
         self._period = 0.0
@@ -223,7 +223,7 @@ class VideoPanel(PictureView):
         reference = self._reference
         if self._trouble:
             return self._trouble
-        if self.troubled:
+        if self.failed:
             return self._missing[1]
         if self._times is not None and reference is not None and self._requested < 0:
             start = float(reference.clock.to_force(self._times[0]))
@@ -231,28 +231,29 @@ class VideoPanel(PictureView):
         return ""
 
     @property
-    def above(self) -> float:
+    def top_margin(self) -> float:
         """Room for the choice of a camera, where there are several."""
-        return 0.0 if self._choice.isHidden() else self._choice.height() + 2.0 * CHOICE_MARGIN
+        choice = self._camera_choice
+        return 0.0 if choice.isHidden() else choice.height() + 2.0 * CHOICE_MARGIN
 
     @property
-    def troubled(self) -> bool:
+    def failed(self) -> bool:
         """Whether the video, or the frame at the cursor, cannot be shown."""
         return bool(self._trouble) or 0 <= self._requested == self._missing[0]
 
     def close_video(self, patience: float = STOP_TIMEOUT) -> bool:
         """Close the video; gives whether no thread is left after at most `patience` seconds."""
-        self._let_go()
+        self._close()
         return self._frames is None or self._frames.close(patience)
 
     # The document
 
-    def _let_go(self) -> None:
+    def _close(self) -> None:
         """Show no video any more, without waiting for the decoder."""
         if self._open is not None and self._frames is not None:
-            self._frames.leave()
+            self._frames.abandon()
         self._open = None
-        self._forget()
+        self._reset()
 
     @property
     def _reference(self) -> VideoReference | None:
@@ -270,26 +271,26 @@ class VideoPanel(PictureView):
         self._fit_choice()
         reference = self._reference
         if reference is None:
-            self._let_go()
+            self._close()
             if not isinstance(self.parentWidget(), QDockWidget):  # that hides, and keeps its width
                 self.hide()
             return
         video = (self.document.id, str(reference.path))
         if video != self._open:
-            self._forget()
+            self._reset()
             if self.document.frame_times is not None:  # of another camera: nothing steps by them
                 self.document.set_frame_times(None)
             self._open = video
             self.fit()
-            self._source().open(reference.path)
+            self._ensure_frames().open(reference.path)
         elif self._times is not None:
-            self._tell_times()
-            self._follow()
+            self._publish_times()
+            self._request_frame()
         if self.parentWidget() is not None:
             self.show()
         self.update()
 
-    def _source(self) -> VideoFrames:
+    def _ensure_frames(self) -> VideoFrames:
         """The decoder, created when the first video is shown."""
         if self._frames is None:
             self._frames = VideoFrames(self)
@@ -303,7 +304,7 @@ class VideoPanel(PictureView):
             self._frames.missed.connect(self._missed)
         return self._frames
 
-    def _tell_times(self) -> None:
+    def _publish_times(self) -> None:
         """Give the document the times of the frames on the force clock."""
         if self._times is not None and self._reference is not None:
             self.document.set_frame_times(self._reference.clock.to_force(self._times))
@@ -318,7 +319,7 @@ class VideoPanel(PictureView):
         if document.cursor == start and not document.playing and 0 < first - start <= LATEST_START:
             document.seek(first)
 
-    def _follow(self, _: float = 0.0, *, again: bool = False) -> None:
+    def _request_frame(self, _: float = 0.0, *, again: bool = False) -> None:
         """Request the frame at the cursor."""
         if self._times is None:
             return
@@ -329,7 +330,7 @@ class VideoPanel(PictureView):
         elif self.isVisible() and (step or again) and not (number == self._shown and self._sharp):
             travelling = self.document.playing or 0 < step <= LONGEST_STEP
             direction = 1 if travelling else -1 if -LONGEST_STEP <= step < 0 else 0
-            image = self._source().want(number, direction)
+            image = self._ensure_frames().request_frame(number, direction)
             if image is not None:
                 self._show(image, number)
         if step or self._video_time > self._times[-1]:
@@ -341,12 +342,12 @@ class VideoPanel(PictureView):
         self._times = times
         self._period = float(np.median(np.diff(times))) if len(times) > 1 else 0.0
         self._shown = self._requested = -1
-        self._tell_times()
+        self._publish_times()
         self._to_first_frame()
-        self._follow(again=True)
+        self._request_frame(again=True)
         self.update()
 
-    def _named(self, sentence: str) -> str:
+    def _with_video_name(self, sentence: str) -> str:
         """A sentence with the video called as coders know it."""
         reference, demonstration = self._reference, self.document.demonstration
         if reference is None or demonstration is None:
@@ -354,11 +355,11 @@ class VideoPanel(PictureView):
         return said_of_film(sentence, reference.path, demonstration.name)
 
     def _failed(self, sentence: str) -> None:
-        self._trouble = self._named(sentence)
+        self._trouble = self._with_video_name(sentence)
         self._show(None, -1)
 
     def _remarked(self, sentence: str) -> None:
-        sentence = self._named(sentence)
+        sentence = self._with_video_name(sentence)
         self.setToolTip(sentence)
         self.document.say(sentence, True)
         self.update()
@@ -368,7 +369,7 @@ class VideoPanel(PictureView):
         self.update()
 
     def _missed(self, number: int, sentence: str) -> None:
-        self._missing = (number, self._named(sentence))
+        self._missing = (number, self._with_video_name(sentence))
         if number == self._requested:
             self._show(None, -1)
 
@@ -403,9 +404,9 @@ class VideoPanel(PictureView):
         self._fit_choice()
 
     def _fit_choice(self) -> None:
-        self._choice.fit(self.width() - 2 * CHOICE_MARGIN)
+        self._camera_choice.fit(self.width() - 2 * CHOICE_MARGIN)
 
     def showEvent(self, event: QShowEvent) -> None:
         """Request the frame at the cursor, which was not followed while hidden."""
         super().showEvent(event)
-        self._follow(again=True)
+        self._request_frame(again=True)

@@ -55,7 +55,7 @@ class FrameThread:
         self._sketches: Sketches | None = None
         self._sketching: Generator[None, None, None] | None = None
 
-    def want(self, number: int, direction: int) -> QImage | None:
+    def request_frame(self, number: int, direction: int) -> QImage | None:
         """Replace the pending request; gives the picture if it is ready."""
         with self._changed:
             image = self._images.get(number)
@@ -154,13 +154,13 @@ class FrameThread:
             if sketch is not None:
                 self._send("sketch_ready", number, _image(sketch))
         try:
-            frame = self._reach(reader, number, None, patient=True)
+            frame = self._decode_to(reader, number, None, patient=True)
         except InputError as error:
             self._send("missed", number, str(error))
             return
         if frame is not None:
             image = _image(frame)
-            self._keep(number, image, self._neighbours(reader)[0])
+            self._store(number, image, self._neighbours(reader)[0])
             self._send("frame_ready", number, image)
 
     @property
@@ -198,18 +198,18 @@ class FrameThread:
         for neighbour in neighbours:
             if neighbour not in self._images:
                 try:
-                    frame = self._reach(
+                    frame = self._decode_to(
                         reader, neighbour, room if neighbour < number else 0, patient=False
                     )
                     if frame is not None:
-                        self._keep(neighbour, _image(frame), neighbours)
+                        self._store(neighbour, _image(frame), neighbours)
                 except InputError:
                     self._served = (number, 0) if direction else (number, direction)
-                    return False  # it is told when it is asked for
+                    return False  # reported once it is requested
                 return True
         return False
 
-    def _keep(self, number: int, image: QImage, neighbours: list[int]) -> None:
+    def _store(self, number: int, image: QImage, neighbours: list[int]) -> None:
         """Keep a picture, and drop those that are no neighbours of the last frame any more."""
         size = self.size
         fitted = None if size.isEmpty() else scaled(image, size)
@@ -221,7 +221,7 @@ class FrameThread:
             if fitted is not None:
                 self._fitted[number] = fitted
 
-    def _reach(
+    def _decode_to(
         self, reader: VideoReader, number: int, passed: int | None, *, patient: bool
     ) -> Frame | None:
         """Decode up to a frame; None if another request makes it useless."""
@@ -281,17 +281,17 @@ class VideoFrames(QObject):
 
     def open(self, path: Path) -> None:
         """Show another video from now on; pending work for the one before is dropped."""
-        self.leave()
+        self.abandon()
         self._decoder = FrameThread(path, self._sent)
         self._decoder.size = self._size
         self._decoder.thread.start()
 
-    def want(self, number: int, direction: int = 0) -> QImage | None:
+    def request_frame(self, number: int, direction: int = 0) -> QImage | None:
         """Request a frame in place of earlier requests; gives it if it is ready, without a signal.
 
         `direction` is 1 or -1 for where the next request is likely to go; 0 if that is not known.
         """
-        return None if self._decoder is None else self._decoder.want(number, direction)
+        return None if self._decoder is None else self._decoder.request_frame(number, direction)
 
     def fit(self, size: QSize) -> None:
         """Have pictures ready in another size (pixels of the screen), too; an empty one for none.
@@ -313,14 +313,14 @@ class VideoFrames(QObject):
 
     def close(self, patience: float = STOP_TIMEOUT) -> bool:
         """Close the video; gives whether no thread is left after at most `patience` seconds."""
-        self.leave()
+        self.abandon()
         deadline = time.monotonic() + patience
         for decoder in self._ending:
             decoder.thread.join(max(0.0, deadline - time.monotonic()))
         self._ending = [decoder for decoder in self._ending if decoder.thread.is_alive()]
         return not self._ending
 
-    def leave(self) -> None:
+    def abandon(self) -> None:
         """Close the video without waiting for the decoder to end."""
         if self._decoder is not None:
             self._decoder.end()

@@ -287,7 +287,7 @@ class VideoPreview(QWidget):
         number = min(max(number, 0), self.times.size - 1)
         direction = int(np.sign(number - self.number))
         self.number = number
-        image = self.frames.want(number, direction)
+        image = self.frames.request_frame(number, direction)
         if image is not None:
             self._shown(number, image)
         self._show_position()
@@ -427,12 +427,12 @@ class SynchroniseDialog(QDialog):
         ):
             button.clicked.connect(verb)
         self.fit_rate.toggled.connect(lambda: self.set_rows(self.rows))
-        self.table.currentCellChanged.connect(self._look_at)
+        self.table.currentCellChanged.connect(self._show_tap)
         self.preview.show_time(float(self.stored.to_device(document.cursor)))
         self.preview.open(demonstration.video.path, demonstration.name)
-        document.cursor_moved.connect(self._follow)
-        document.demonstration_changed.connect(self._leave_if_other)
-        self._follow()
+        document.cursor_moved.connect(self._show_cursor)
+        document.demonstration_changed.connect(self._close_if_other)
+        self._show_cursor()
         self._show_hint()
         self._refresh()
 
@@ -531,7 +531,7 @@ class SynchroniseDialog(QDialog):
     def mark_frame(self) -> None:
         """Set the video time of the tap that lacks one, or of a new tap, to the chosen frame's."""
         if self.preview.times.size:
-            self._mark(video=self.preview.time)
+            self._set_tap_time(video=self.preview.time)
 
     def mark_force(self) -> None:
         """Set the force time of a tap to the cursor, or to the contact event beside it."""
@@ -539,7 +539,7 @@ class SynchroniseDialog(QDialog):
         if self.snap.isChecked() and contacts.size:
             nearest = float(contacts[np.argmin(np.abs(contacts - time))])
             time = nearest if abs(nearest - time) <= SNAP else time
-        self._mark(force=time)
+        self._set_tap_time(force=time)
 
     def remove(self) -> None:
         """Remove the selected tap."""
@@ -623,11 +623,11 @@ class SynchroniseDialog(QDialog):
         if len(taps) > 1 and self.fit_rate.isChecked():
             fit = fit_clock(video.tolist(), force.tolist())
             return fit.clock, fit.residual
-        rate = self.stored.rate  # one event tells nothing about it
+        rate = self.stored.rate  # one tap says nothing about it
         clock = ClockMap(float(np.mean(force - rate * video)), rate)
         return clock, float(np.sqrt(np.mean((clock.to_force(video) - force) ** 2)))
 
-    def _look_at(self, number: int) -> None:
+    def _show_tap(self, number: int) -> None:
         """Show the frame and the force of a chosen tap."""
         if not 0 <= number < len(self.rows):
             return
@@ -637,7 +637,7 @@ class SynchroniseDialog(QDialog):
         if row.force is not None:
             self.document.seek(row.force)
 
-    def _mark(self, video: float | None = None, force: float | None = None) -> None:
+    def _set_tap_time(self, video: float | None = None, force: float | None = None) -> None:
         """Set the time of the first tap that lacks it, or add a tap."""
         rows = list(self.rows)
         for place, row in enumerate(rows):
@@ -651,11 +651,11 @@ class SynchroniseDialog(QDialog):
             rows.append(TapRow(video, force))
         self.set_rows(tuple(rows))
 
-    def _follow(self) -> None:
+    def _show_cursor(self) -> None:
         with QSignalBlocker(self.force_time):
             self.force_time.setValue(self.document.cursor)
 
-    def _leave_if_other(self) -> None:
+    def _close_if_other(self) -> None:
         if self.document.id != self._id:
             self.reject()
 
@@ -671,15 +671,15 @@ class SynchroniseDialog(QDialog):
     def _refresh(self, proposed: bool = False) -> None:
         """Show taps and clocks as they are now."""
         clock = self.candidate or self.stored
-        with QSignalBlocker(self.table):  # nobody has chosen an event
+        with QSignalBlocker(self.table):  # the coder has chosen no tap
             self._fill_table(clock)
         self.remove_button.setEnabled(bool(self.rows))
         taps = tuple(row.force for row in self.rows if row.force is not None)
         self.plot.show_clock(clock, taps)
         self.stored_label.setText(_offset_sentence(self.stored))
         self.new_label.setText("–" if self.candidate is None else _offset_sentence(self.candidate))
-        self.residual_label.setText(self._residual(proposed))
-        self.confidence_label.setText(self._confidence() if proposed else "–")
+        self.residual_label.setText(self._residual_text(proposed))
+        self.confidence_label.setText(self._confidence_text() if proposed else "–")
         doubtful = proposed and self.proposal is not None and self.proposal.doubtful
         colour = colours().warning if doubtful else colours().text
         self.confidence_label.setStyleSheet(f"color: {colour}")
@@ -699,7 +699,7 @@ class SynchroniseDialog(QDialog):
         if self.rows:
             self.table.setCurrentCell(len(self.rows) - 1, 0)
 
-    def _residual(self, proposed: bool) -> str:
+    def _residual_text(self, proposed: bool) -> str:
         """How far the taps lie from the new clock, and what that tells."""
         count = sum(row.video is not None and row.force is not None for row in self.rows)
         if self.candidate is None or count == 0:
@@ -712,7 +712,7 @@ class SynchroniseDialog(QDialog):
             return "two taps always fit exactly; a third shows the error"
         return "{} ms, root mean square".format(f"{1000 * self.residual:.1f}")
 
-    def _confidence(self) -> str:
+    def _confidence_text(self) -> str:
         """How far what was found can be trusted."""
         assert self.proposal is not None
         value = f"{self.proposal.confidence:.2f}"

@@ -160,10 +160,10 @@ class LabelWorkspace(DockedWindow):
         self._add_panel("force", "Forces", self.force)
         self._add_panel("scalogram", "Scalogram", self.scalogram)
         self._stack = QStackedWidget()
-        self._stack.addWidget(self._nothing())
+        self._stack.addWidget(self._empty_page())
         self._stack.addWidget(self._timeline)
         self.setCentralWidget(self._stack)
-        self.strokes = KeyLabelling(
+        self.key_labelling = KeyLabelling(
             document,
             self.window(),
             lambda: 1 / self.tracks.seconds_per_pixel,
@@ -177,7 +177,7 @@ class LabelWorkspace(DockedWindow):
         self._arrange()
         self._standard = self.saveState(LAYOUT)
         self._before_lending = self._standard
-        self._shared_out = False
+        self._room_distributed = False
         document.demonstration_changed.connect(self._demonstration_changed)
         self._demonstration_changed()
 
@@ -219,7 +219,7 @@ class LabelWorkspace(DockedWindow):
         self.force.source.restore_choices()
         state = settings.data("label/layout")
         if state and self.restoreState(QByteArray(state), LAYOUT):
-            self._shared_out = True
+            self._room_distributed = True
             self._splitter.restoreState(QByteArray(settings.data("label/panels")))
         for name in settings.strings("label/hidden"):
             if name in self.toggles:
@@ -239,16 +239,16 @@ class LabelWorkspace(DockedWindow):
             action.setChecked(True)
         self.restoreState(self._standard, LAYOUT)
         self._show_docks()
-        self._share_out()
+        self._distribute_room()
 
     # Qt
 
     def showEvent(self, event: QShowEvent) -> None:
         """Share out the room once there is some, unless a layout was restored."""
         super().showEvent(event)
-        if not self._shared_out:
-            self._shared_out = True
-            QTimer.singleShot(0, self, self._share_out)  # not once it is gone
+        if not self._room_distributed:
+            self._room_distributed = True
+            QTimer.singleShot(0, self, self._distribute_room)  # not once it is gone
         elif not self._widths:  # a layout was remembered
             QTimer.singleShot(0, self, self.note_widths)
 
@@ -292,7 +292,7 @@ class LabelWorkspace(DockedWindow):
         self.tabifyDockWidget(segments, history)
         segments.raise_()
 
-    def _share_out(self) -> None:
+    def _distribute_room(self) -> None:
         """Give the lists a quarter of the width, the video a picture's shape, tracks their rows."""
         video, actions, segments, _ = self._docks.values()
         width = min(max(self.width() // 4, 230), 420)
@@ -311,7 +311,7 @@ class LabelWorkspace(DockedWindow):
             available = name != "video" or self.video.has_video
             dock.setVisible(available and self.toggles[name].isChecked())
 
-    def _nothing(self) -> QWidget:
+    def _empty_page(self) -> QWidget:
         """The page that is shown while no demonstration is open."""
         label = placeholder()
         choose = "Choose a demonstration on the left to label it."

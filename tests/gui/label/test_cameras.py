@@ -140,7 +140,7 @@ def test_nothing_steps_by_the_frames_of_a_camera_that_is_not_shown(document, unt
     gone = VideoReference(cameras.video.path.with_name("gone.mp4"), ClockMap())
     cameras.all = (cameras.all[0], Camera("right", gone))
     cameras.show(1)
-    until(lambda: panel.troubled)
+    until(lambda: panel.failed)
     assert document.frame_times is None
     panel.close_video()
     panel.close()

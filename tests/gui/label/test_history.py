@@ -149,7 +149,7 @@ def test_hidden_it_reads_nothing(app, document, monkeypatch):
         asked.clear()
         paint(document, 1, first=5)
         assert asked == []
-        assert not view._soon.isActive()
+        assert not view._refresh_timer.isActive()
         assert view.model.rowCount() == 0
 
 

@@ -262,7 +262,7 @@ def test_the_chosen_segment_stays_chosen_when_the_rows_are_sorted(document, tabl
     QTest.mouseClick(header.viewport(), Qt.MouseButton.LeftButton, pos=where)
     assert column(table, ACTION) == sorted(column(table, ACTION))
     (chosen,) = table.table.selectionModel().selectedRows()
-    assert table.model.number_of(chosen.row()) == document.selected == 2
+    assert table.model.index_in_track(chosen.row()) == document.selected == 2
 
 
 def test_the_menu_of_a_very_long_action_fits_the_screen(document, table):
@@ -334,8 +334,8 @@ def test_numbers_are_drawn_anew_when_rows_that_are_filtered_away_come(
     table.grab()
     app.processEvents()
     drawn = []
-    draw = SegmentModel.shown
-    monkeypatch.setattr(SegmentModel, "shown", lambda *cell: drawn.append(cell) or draw(*cell))
+    draw = SegmentModel.cell_text
+    monkeypatch.setattr(SegmentModel, "cell_text", lambda *cell: drawn.append(cell) or draw(*cell))
     document.paint(0.2, 0.5, "hold")
     app.processEvents()
     assert drawn

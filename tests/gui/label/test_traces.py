@@ -323,7 +323,7 @@ def test_a_long_recording_is_shown_while_it_is_read(panel, monkeypatch):
     monkeypatch.setattr(traces, "SYNCHRONOUS_SAMPLES", 1000)
     monkeypatch.setattr(traces, "REDRAW_SECONDS", 0.0)
     grown = []
-    panel.source.grown.connect(lambda: grown.append(panel.source.read))
+    panel.source.data_read.connect(lambda: grown.append(panel.source.read))
     show(panel.document, recording(300_000), "long")
     for _ in range(2000):
         picture(panel)

@@ -260,7 +260,7 @@ def test_what_cannot_be_shown_is_said_in_the_panel(
     document.show(path)
     wait(lambda: panel.message)
     assert panel.settled
-    assert panel.troubled
+    assert panel.failed
     assert path.name in panel.message
     assert panel.message.count(". ") == 0
     assert panel.grab().toImage().height() > 0
@@ -269,7 +269,7 @@ def test_what_cannot_be_shown_is_said_in_the_panel(
     document.show(video, id_="b")
     document.seek(4.0)
     wait(lambda: panel.shown_index >= 0)
-    assert not panel.troubled
+    assert not panel.failed
 
 
 def test_a_video_that_is_cut_short_is_shown_as_far_as_it_goes(panel, document, tmp_path):
@@ -365,11 +365,11 @@ def test_neighbours_are_decoded_while_nothing_is_asked_for(app, video, monkeypat
     frames = VideoFrames()
     frames.frame_ready.connect(lambda number, _: ready.append(number))
     frames.open(video)
-    frames.want(150)
+    frames.request_frame(150)
     wait(lambda: ready == [150])
-    wait(lambda: frames.want(151, 1) is not None)
+    wait(lambda: frames.request_frame(151, 1) is not None)
     wait(lambda: all(readers[0].kept(number) is not None for number in range(148, 164)))
-    wait(lambda: frames.want(152, 1) is not None)
+    wait(lambda: frames.request_frame(152, 1) is not None)
     breathe()
     # What was given at once is not told again; of the first neighbour it depends on who was first.
     assert ready in ([150], [150, 151])
@@ -428,7 +428,7 @@ def test_a_video_that_was_left_keeps_no_pictures_and_one_that_was_deleted_ends(a
     frames.open(video)
     decoder = frames._decoder
     wait(lambda: decoder._sketches is not None and len(decoder._sketches) > 0)
-    frames.leave()
+    frames.abandon()
     wait(lambda: not decoder.thread.is_alive())
     assert decoder._sketches is None
     frames.open(video)
