@@ -77,7 +77,7 @@ from forcelab.gui.item_views import (
     paint_row_background,
     smaller,
 )
-from forcelab.gui.label.track_rows import track_spans
+from forcelab.gui.label.track_spans import track_spans
 from forcelab.gui.layout import page_layout
 from forcelab.gui.text import escape_ampersands, settle_name
 from forcelab.gui.theme import Colours, colours, themes

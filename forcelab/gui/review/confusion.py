@@ -604,7 +604,7 @@ class ConfusionView(QWidget):
             unit="s" if unit == "time" else "segments",
             share=self.switches.share,
             headed=headed,
-            words=MatrixLabels() if headed else words,
+            labels=MatrixLabels() if headed else words,
         )
 
     def _draw(self) -> None:

@@ -44,7 +44,7 @@ from forcelab.gui.figures.pairs import (
     paint_pair,
 )
 from forcelab.gui.figures.tracks import LabelStyle, difference_box
-from forcelab.gui.label.track_rows import crowded_runs, outline
+from forcelab.gui.label.track_painting import narrow_columns, outline
 from forcelab.gui.review.pair_entries import PairEntry
 from forcelab.gui.theme import Colours, colours, themes
 from forcelab.gui.widgets import ARROW_STEPS, ENTER_KEYS, is_plain
@@ -405,7 +405,7 @@ def paint_row(
     on_track = replace(theme, text=theme.on_unlabelled)
     pair = _thinned_pair(entry.pair, axis, ratio)
     mark = QColor(theme.trouble)
-    paint_pair(painter, boxes, axis, pair, looks=looks, theme=on_track, mark=mark)
+    paint_pair(painter, boxes, axis, pair, styles=looks, theme=on_track, mark=mark)
     _paint_texts(painter, layout, row, opened, remark, theme)
 
 
@@ -440,7 +440,7 @@ def thinned_segments(segments: Segments, axis: Axis, ratio: float) -> Segments:
         return segments
     count = max(1, round((axis.finish - axis.begin) * ratio))
     pixel = (axis.end - axis.start) / count
-    wide, columns, names = crowded_runs(segments, axis.start, pixel, count, 3.0 * pixel)
+    wide, columns, names = narrow_columns(segments, axis.start, pixel, count, 3.0 * pixel)
     cuts = np.concatenate([[0], np.flatnonzero(np.diff(columns)) + 1, [count]]).tolist()
     narrow = (
         Segment(axis.start + first * pixel, axis.start + last * pixel, names[columns[first]])

@@ -25,7 +25,7 @@ from forcelab.gui.document import Document
 from forcelab.gui.figures.text import NAMES
 from forcelab.gui.item_views import Index, TableColumn, TableRow, TextModel, TextTable
 from forcelab.gui.jobs import Jobs
-from forcelab.gui.label.track_rows import track_spans
+from forcelab.gui.label.track_spans import track_spans
 from forcelab.gui.layout import PageOrPlaceholder, muted_label, page_layout, set_enabled_with_reason
 from forcelab.gui.review.reviewed_run import blind_demonstrations
 from forcelab.gui.shortcuts import keys

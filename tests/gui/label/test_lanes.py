@@ -117,14 +117,16 @@ def test_curves_drawn_at_once_are_those_drawn_one_by_one(app):
         at_once, one_by_one = CurveCanvas(plot, ratio), CurveCanvas(plot, ratio)
         if ratio == 2.0:
             curves = [
-                c._replace(found=Extremes(np.repeat(c.found.low, 2), np.repeat(c.found.high, 2)))
+                c._replace(
+                    extremes=Extremes(np.repeat(c.extremes.low, 2), np.repeat(c.extremes.high, 2))
+                )
                 for c in curves
             ]
         at_once.draw(curves)
         for curve in curves:
             one_by_one.draw([curve])
-        assert np.array_equal(at_once._pixels, one_by_one._pixels)
-        assert at_once._pixels.any()
+        assert np.array_equal(at_once.pixels, one_by_one.pixels)
+        assert at_once.pixels.any()
 
 
 def test_a_canvas_that_is_used_again_is_empty(app):
@@ -134,7 +136,7 @@ def test_a_canvas_that_is_used_again_is_empty(app):
     axis = Axis(-1.0, 1.0, 28.0, 2.0)
     canvas.draw([Curve(Extremes(low, low + 0.5), axis, QColor("red"), (0.0, 30.0))])
     assert canvas.cleared(plot, 1.0) is canvas
-    assert not canvas._pixels.any()
+    assert not canvas.pixels.any()
     assert canvas.cleared(QRectF(10, 0, 51, 30), 1.0) is not canvas
 
 

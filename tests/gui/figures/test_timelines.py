@@ -63,16 +63,16 @@ def test_human_is_above_predicted_and_pairs_go_down_the_page():
     grab, hold = (Segment(2, 8, "grab"),), (Segment(2, 8, "hold"),)
     pairs = (Pair("1", grab, hold, 0, 10), Pair("2", hold, grab, 0, 10))
     drawn = TimelinePairs("Stylus", pairs, VOCABULARY)
-    tops, seen = [], []
+    tops, colours_found = [], []
     for row in (0, 1):
         tops += [drawn.boxes(row).human.top(), drawn.boxes(row).predicted.top()]
         colours = (strip(drawn, row, predicted=predicted)[0] for predicted in (False, True))
-        seen += [tuple(line[900]) for line in colours]
+        colours_found += [tuple(line[900]) for line in colours]
     grab_rgb, hold_rgb = (
         tuple(rgb(VOCABULARY["grab"].colour)),
         tuple(rgb(VOCABULARY["hold"].colour)),
     )
-    assert seen == [grab_rgb, hold_rgb, hold_rgb, grab_rgb]
+    assert colours_found == [grab_rgb, hold_rgb, hold_rgb, grab_rgb]
     assert tops == sorted(tops)
     assert 0 < drawn.boxes(0).predicted.top() - drawn.boxes(0).human.bottom() < 4
     assert drawn.boxes(1).human.top() - drawn.boxes(0).predicted.bottom() > 5
@@ -248,12 +248,12 @@ def test_a_pair_that_does_not_last_is_named(start, end):
 @pytest.mark.parametrize("note", ["", "72.0 %"])
 def test_what_the_notes_say_is_told_only_where_there_are_notes(note, tmp_path):
     figure(note=note, note_key="At the right: frame accuracy.").save(tmp_path / "f.svg")
-    assert ("White: unlabelled. At the right: frame accuracy." in said(tmp_path)) == bool(note)
+    assert ("White: unlabelled. At the right: frame accuracy." in svg_text(tmp_path)) == bool(note)
     figure(note=note).save(tmp_path / "f.svg")
-    assert "White: unlabelled.|" in said(tmp_path)
+    assert "White: unlabelled.|" in svg_text(tmp_path)
 
 
-def said(folder):
+def svg_text(folder):
     """All texts of a saved figure."""
     texts = ET.parse(folder / "f.svg").getroot().iter("{http://www.w3.org/2000/svg}text")
     return "".join(f"{(''.join(text.itertext())).strip()}|" for text in texts)

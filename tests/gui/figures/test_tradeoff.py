@@ -96,10 +96,10 @@ def test_the_front_is_joined_from_fast_to_exact_whatever_the_order_of_the_rows()
 
 def test_every_name_stands_in_every_panel(tmp_path):
     drawn = many()
-    found = list(texts(drawn, tmp_path))
+    drawn_texts = list(texts(drawn, tmp_path))
     for panel in range(4):
         box = drawn.box(panel)
-        inside = [t for t, x, y in found if box.contains(x, y)]
+        inside = [t for t, x, y in drawn_texts if box.contains(x, y)]
         assert set(inside) >= set(SOLVERS), panel
 
 

@@ -41,7 +41,7 @@ class Watched:
     """A view's copy of the rows, kept by what the model tells alone."""
 
     def __init__(self, model):
-        self.model, self.rows, self.told = model, list(model.rows), 0
+        self.model, self.rows, self.rows_signalled = model, list(model.rows), 0
         model.rowsInserted.connect(self.inserted)
         model.rowsRemoved.connect(self.removed)
         model.dataChanged.connect(self.changed)
@@ -49,20 +49,20 @@ class Watched:
 
     def inserted(self, _, first, last):
         self.rows[first:first] = self.model.rows[first : last + 1]
-        self.told += last - first + 1
+        self.rows_signalled += last - first + 1
 
     def removed(self, _, first, last):
         del self.rows[first : last + 1]
-        self.told += 1
+        self.rows_signalled += 1
 
     def changed(self, first, last):
         here = slice(first.row(), last.row() + 1)
         self.rows[here] = self.model.rows[here]
-        self.told += last.row() - first.row() + 1
+        self.rows_signalled += last.row() - first.row() + 1
 
     def reset(self):
         self.rows = list(self.model.rows)
-        self.told += len(self.rows)
+        self.rows_signalled += len(self.rows)
 
 
 def test_a_row_is_number_action_start_end_and_duration(table):
@@ -73,11 +73,11 @@ def test_a_row_is_number_action_start_end_and_duration(table):
 def test_an_edit_tells_about_the_rows_that_changed_only(document, table):
     watched = Watched(table.model)
     document.editor.paint(4.6, 4.8, "pull")
-    assert watched.told == 1
+    assert watched.rows_signalled == 1
     document.editor.move_edge(0, "start", 0.5)
-    assert watched.told == 2
+    assert watched.rows_signalled == 2
     document.editor.delete(0)
-    assert watched.told <= 4
+    assert watched.rows_signalled <= 4
     assert tuple(watched.rows) == table.model.rows == document.editor.segments
 
 
@@ -267,7 +267,7 @@ def test_the_chosen_segment_stays_chosen_when_the_rows_are_sorted(document, tabl
     QTest.mouseClick(header.viewport(), Qt.MouseButton.LeftButton, pos=where)
     assert column(table, ACTION) == sorted(column(table, ACTION))
     (chosen,) = table.table.selectionModel().selectedRows()
-    assert table.model.number_of(chosen.row()) == document.selected == 2
+    assert table.model.index_in_track(chosen.row()) == document.selected == 2
 
 
 def test_the_menu_of_a_very_long_action_fits_the_screen(document, table):
@@ -279,13 +279,13 @@ def test_the_menu_of_a_very_long_action_fits_the_screen(document, table):
 
 def test_it_says_why_it_is_empty(app, document, table):
     table.filter.setText("nothing")
-    assert "contains 'nothing'" in table._pages.note.text()
+    assert "contains 'nothing'" in table.pages.note.text()
     table.filter.clear()
     document.open_demonstration("02")
-    assert table._pages.note.isVisible()
-    assert "No segments yet" in table._pages.note.text()
+    assert table.pages.note.isVisible()
+    assert "No segments yet" in table.pages.note.text()
     document.close()
-    assert "No demonstration" in table._pages.note.text()
+    assert "No demonstration" in table.pages.note.text()
 
 
 def test_a_narrow_column_leaves_the_duration_away_and_never_scrolls(app, table):
@@ -299,13 +299,13 @@ def test_a_narrow_column_leaves_the_duration_away_and_never_scrolls(app, table):
 
 def test_hidden_it_does_nothing_and_catches_up_when_shown(app, document):
     table = SegmentTable(document)
-    asked = []
-    table.model.refresh = lambda: asked.append("refresh")
-    table.model.follow = lambda _: asked.append("follow")
+    queries = []
+    table.model.refresh = lambda: queries.append("refresh")
+    table.model.follow = lambda _: queries.append("follow")
     document.editor.paint(0.1, 0.2, "pull")
     document.view.seek(3.0)
     document.select(0)
-    assert (asked, table.model.rowCount()) == ([], 0)
+    assert (queries, table.model.rowCount()) == ([], 0)
     del table.model.refresh, table.model.follow
     with shown(app, table):
         assert table.model.rows == document.editor.segments
@@ -317,15 +317,15 @@ def test_hidden_it_does_nothing_and_catches_up_when_shown(app, document):
 
 def test_ten_thousand_segments_stay_instant(app, tmp_path):
     track = tuple(Segment(n / 100, n / 100 + 0.008, f"a{n % 5}") for n in range(10_000))
-    here = opened(tmp_path, track, seconds=101.0)
-    with here as document, shown(app, SegmentTable(document)) as table:
+    opened_document = opened(tmp_path, track, seconds=101.0)
+    with opened_document as document, shown(app, SegmentTable(document)) as table:
         spent = []
         for n in range(12):
             document.blockSignals(True)
             document.editor.relabel(5000 + 7 * n, "slip")
             document.blockSignals(False)
             start = time.process_time()
-            table._refresh()
+            table.refresh()
             table.grab()
             spent.append(time.process_time() - start)
         assert table.model.rows == document.editor.segments
@@ -339,8 +339,8 @@ def test_numbers_are_drawn_anew_when_rows_that_are_filtered_away_come(
     table.grab()
     app.processEvents()
     drawn = []
-    draw = SegmentModel.shown
-    monkeypatch.setattr(SegmentModel, "shown", lambda *cell: drawn.append(cell) or draw(*cell))
+    draw = SegmentModel.cell_text
+    monkeypatch.setattr(SegmentModel, "cell_text", lambda *cell: drawn.append(cell) or draw(*cell))
     document.editor.paint(0.2, 0.5, "hold")
     app.processEvents()
     assert drawn
@@ -408,11 +408,11 @@ def test_proposed_segments_are_marked_full_and_changed_ones_hollow(table, docume
 
 def test_rows_are_told_who_proposed_them_without_asking_the_store(table, document, monkeypatch):
     document.editor.accept((Segment(6, 7, "grab"),), MODEL)
-    asked = []
+    queries = []
     database = document.project._db
     every = database.all
-    monkeypatch.setattr(database, "all", lambda sql, *v: asked.append(sql) or every(sql, *v))
+    monkeypatch.setattr(database, "all", lambda sql, *v: queries.append(sql) or every(sql, *v))
     table.grab()
     for row in range(table.model.rowCount()):
         tips(table, row)
-    assert asked == []
+    assert queries == []

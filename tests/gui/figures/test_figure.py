@@ -273,6 +273,6 @@ QWidget().show()
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="fontconfig finds fonts on Linux")
 def test_a_system_without_fonts_is_told_which_package_has_some(tmp_path):
     (tmp_path / "fonts.conf").write_text("<fontconfig><dir>/nowhere</dir></fontconfig>")
-    said = run_elsewhere(tmp_path, FONTCONFIG_FILE=str(tmp_path / "fonts.conf"))
-    assert "fonts-dejavu-core" in said
+    output = run_elsewhere(tmp_path, FONTCONFIG_FILE=str(tmp_path / "fonts.conf"))
+    assert "fonts-dejavu-core" in output
     assert not (tmp_path / "f.png").exists()

@@ -15,7 +15,7 @@ from forcelab.gui.figures.axes import Axis
 from forcelab.gui.figures.pairs import Pair, PairRow, TimelinePairs
 from forcelab.gui.figures.tracks import (
     LEVELS,
-    THICKEST,
+    STRONGEST,
     agreed_share,
     fade_at,
     fade_overlays,
@@ -55,12 +55,12 @@ def _track(edges, actions):
 @settings(max_examples=60, deadline=None)
 def test_the_agreed_share_is_the_accuracy_of_fine_samples(human, predicted):
     times = np.arange(0.005, 10, 0.01)
-    seen, other = (to_codes(track, times, ACTIONS) for track in (human, predicted))
-    labelled = seen >= 0
+    human_codes, predicted_codes = (to_codes(track, times, ACTIONS) for track in (human, predicted))
+    labelled = human_codes >= 0
     marks = [m for m in compared("x", human, predicted) if m.human is not None]
     share = agreed_share(human, marks)
     if labelled.any():
-        assert share == pytest.approx((seen == other)[labelled].mean())
+        assert share == pytest.approx((human_codes == predicted_codes)[labelled].mean())
     else:
         assert share is None
 
@@ -69,15 +69,15 @@ def test_the_thickness_of_a_veil_falls_with_the_probability():
     thickness = [opacity(p) for p in np.linspace(0, 1, 101)]
     assert thickness == sorted(thickness, reverse=True)
     assert thickness[-1] == opacity(0.96) == 0
-    assert thickness[0] == pytest.approx(THICKEST)
+    assert thickness[0] == pytest.approx(STRONGEST)
     assert len(set(thickness)) == LEVELS + 1
 
 
 @given(st.lists(st.sampled_from((0.2, 0.5, 0.7, 1.0)), min_size=5, max_size=5), tracks())
 @settings(max_examples=40, deadline=None)
 def test_a_veil_lies_where_its_action_is_improbable_and_on_no_unlabelled_time(shares, track):
-    found = fade_overlays(sure_of(*shares), track, AXIS, BOX)
-    assert all(a.right <= b.left for a, b in pairwise(found))
+    fades = fade_overlays(sure_of(*shares), track, AXIS, BOX)
+    assert all(a.right <= b.left for a, b in pairwise(fades))
     edges = {t for s in track for t in (s.start, s.end)} | {0, 2, 4, 6, 8, 10}
     for time in np.arange(0.05, 10, 0.1):
         if min(abs(time - edge) for edge in edges) < 0.09:
@@ -85,7 +85,7 @@ def test_a_veil_lies_where_its_action_is_improbable_and_on_no_unlabelled_time(sh
         action = next((s.action for s in track if s.start <= time < s.end), None)
         share = shares[int(time // 2)]
         probability = {"grab": share, "hold": 1 - share, "release": 0.0, None: 1.0}[action]
-        assert fade_at(found, AXIS.at(time)) == pytest.approx(opacity(probability), abs=0.1), time
+        assert fade_at(fades, AXIS.at(time)) == pytest.approx(opacity(probability), abs=0.1), time
 
 
 def test_what_the_recogniser_does_not_know_is_not_veiled():
@@ -104,7 +104,7 @@ def rich(**changes):
     return TimelinePairs("Stylus", (pair, pair), VOCABULARY, note_key="At the right: accuracy.")
 
 
-def seen(drawn, box, time, height=0.2):
+def pixel_at(drawn, box, time, height=0.2):
     image = pixels(drawn.image(2.0))
     return image[int((box.top() + height * box.height()) * 2), int(drawn.axis_of(0).at(time) * 2)]
 
@@ -119,7 +119,7 @@ def test_lanes_lie_below_the_pair_and_have_captions(tmp_path):
     tops = [box.top() for box in (boxes.human, boxes.predicted, *boxes.lanes)]
     assert tops == sorted(tops)
     assert boxes.lanes[-1].bottom() < drawn.boxes(1).human.top()
-    assert np.abs(seen(drawn, boxes.lanes[1], 3.0) - rgb("grab")).max() <= 2
+    assert np.abs(pixel_at(drawn, boxes.lanes[1], 3.0) - rgb("grab")).max() <= 2
     drawn.save(tmp_path / "f.svg")
     texts = ET.parse(tmp_path / "f.svg").getroot().iter("{http://www.w3.org/2000/svg}text")
     words = ["".join(text.itertext()).strip() for text in texts]
@@ -132,19 +132,19 @@ def test_predictions_are_veiled_and_coders_are_not():
     drawn, sure = rich(), rich(certainty=None)
     boxes = drawn.boxes(0)
     veiled = rgb("grab") + (255 - rgb("grab")) * opacity(0.5)
-    assert np.abs(seen(drawn, boxes.predicted, 2.0) - veiled).max() <= 3
+    assert np.abs(pixel_at(drawn, boxes.predicted, 2.0) - veiled).max() <= 3
     for human in (boxes.human, boxes.lanes[1]):
-        assert np.abs(seen(drawn, human, 2.0) - rgb("grab")).max() <= 2
-    assert np.abs(seen(sure, boxes.predicted, 2.0) - rgb("grab")).max() <= 2
+        assert np.abs(pixel_at(drawn, human, 2.0) - rgb("grab")).max() <= 2
+    assert np.abs(pixel_at(sure, boxes.predicted, 2.0) - rgb("grab")).max() <= 2
 
 
 def test_marks_lie_between_the_bars_where_they_differ():
     drawn = rich()
     band = drawn.boxes(0).band
     red = np.array([0xB3, 0x26, 0x1E])
-    assert np.abs(seen(drawn, band, 7.0, 0.5) - red).max() <= 4
+    assert np.abs(pixel_at(drawn, band, 7.0, 0.5) - red).max() <= 4
     for time in (0.5, 2.0, 9.5):
-        assert np.abs(seen(drawn, band, time, 0.5) - red).max() > 60
+        assert np.abs(pixel_at(drawn, band, time, 0.5) - red).max() > 60
     assert rich(marks=None).boxes(0).band.height() < band.height()
 
 
@@ -160,4 +160,4 @@ def test_a_proposal_has_no_bar_for_the_human():
     drawn = TimelinePairs("S", (pair,), VOCABULARY)
     boxes = drawn.boxes(0)
     assert boxes.human.height() == 0
-    assert np.abs(seen(drawn, boxes.predicted, 2.0) - rgb("grab")).max() <= 2
+    assert np.abs(pixel_at(drawn, boxes.predicted, 2.0) - rgb("grab")).max() <= 2

@@ -11,7 +11,8 @@ from forcelab.gui.commands import COMMANDS
 from forcelab.gui.label import commands, segment_commands
 from forcelab.gui.label.history import HistoryModel
 from forcelab.gui.label.playback import Player
-from forcelab.gui.label.tracks import TrackPanel, copy_menu
+from forcelab.gui.label.track_menus import copy_menu
+from forcelab.gui.label.tracks import TrackPanel
 from forcelab.labels import Segment
 
 TRACK = (Segment(1.0, 2.0, "grab"), Segment(2.0, 3.0, "hold"), Segment(5.0, 6.0, "release"))
@@ -39,7 +40,7 @@ def do(document, tracks):
 
 
 @pytest.fixture
-def said(document):
+def messages(document):
     sentences = []
     document.message_shown.connect(lambda sentence, trouble: sentences.append((sentence, trouble)))
     return sentences
@@ -50,22 +51,22 @@ def test_every_handler_is_a_command_of_the_table(document, tracks):
     assert set(commands.handlers(document, tracks, Player(document), tracks)) <= known
 
 
-def test_walking_along_the_segments(document, do, said):
+def test_walking_along_the_segments(document, do, messages):
     visited = []
     for _ in range(3):
         do("next_segment")
         visited.append((document.selected, document.view.cursor))
     assert visited == [(0, 1.0), (1, 2.0), (2, 5.0)]
-    assert said == []
+    assert messages == []
     do("next_segment")
-    assert said == [("There is no segment after the cursor.", True)]
+    assert messages == [("There is no segment after the cursor.", True)]
     document.view.seek(4.0)
     do("previous_segment")
     assert (document.selected, document.view.cursor) == (1, 2.0)
     do("previous_segment")
     do("previous_segment")
     assert document.selected == 0
-    assert said[-1] == ("There is no segment before the cursor.", True)
+    assert messages[-1] == ("There is no segment before the cursor.", True)
 
 
 def test_the_first_segment_is_reached_from_its_own_start(document, do):
@@ -74,9 +75,9 @@ def test_the_first_segment_is_reached_from_its_own_start(document, do):
     assert document.selected == 0
 
 
-def test_delete_takes_the_selected_segment_or_the_range(document, do, said):
+def test_delete_takes_the_selected_segment_or_the_range(document, do, messages):
     do("delete")
-    assert said[-1][1]
+    assert messages[-1][1]
     document.select(1)
     do("delete")
     assert shown(document) == [TIMES[0], TIMES[2]]
@@ -100,23 +101,23 @@ def test_split_merge_and_erase(document, do):
     assert shown(document) == [(1.0, 1.5, "grab"), (5.5, 6.0, "grab")]
 
 
-def test_a_range_that_only_touches_a_segment_does_not_merge_it(document, do, said):
+def test_a_range_that_only_touches_a_segment_does_not_merge_it(document, do, messages):
     document.view.set_range(2.0, 4.0)
     do("merge")
-    assert said[-1][1]
+    assert messages[-1][1]
     assert shown(document) == TIMES
 
 
-def test_merging_needs_a_next_one(document, do, said):
+def test_merging_needs_a_next_one(document, do, messages):
     document.select(2)
     do("merge")
-    assert "no segment after" in said[-1][0]
+    assert "no segment after" in messages[-1][0]
 
 
-def test_gaps_are_filled_in_the_range_or_everywhere(document, said):
+def test_gaps_are_filled_in_the_range_or_everywhere(document, messages):
     document.view.set_range(0.0, 2.5)
     assert not segment_commands.fill_gaps(document, 3.0)
-    assert said[-1] == ("There is no gap of at most 3 s to fill.", False)
+    assert messages[-1] == ("There is no gap of at most 3 s to fill.", False)
     document.view.clear_range()
     assert segment_commands.fill_gaps(document, 3.0)
     assert shown(document) == [TIMES[0], (2.0, 4.0, "hold"), (4.0, 6.0, "release")]
@@ -141,13 +142,13 @@ def test_nudges_by_ten_milliseconds(document, do, command, index, after, cursor)
     assert document.selected == index
 
 
-def test_nudges_are_of_ten_milliseconds_or_one_whatever_the_video(document, do, said):
+def test_nudges_are_of_ten_milliseconds_or_one_whatever_the_video(document, do, messages):
     document.view.set_frame_times(np.arange(0, 10, 0.04) + 0.001)
     document.select(2)
     do("start_later")
     assert shown(document)[2][0] == 5.01
     do("fine_nudges")
-    assert said[-1] == ("Edges move by 1 ms.", False)
+    assert messages[-1] == ("Edges move by 1 ms.", False)
     do("start_later")
     do("start_later")
     assert shown(document)[2][0] == 5.012
@@ -240,7 +241,7 @@ def test_nudges_stop_at_the_ends(document, do):
     assert shown(document)[3] == (9.99, 10.0, "grab")
 
 
-def test_edges_to_the_cursor(document, do, said):
+def test_edges_to_the_cursor(document, do, messages):
     document.view.seek(4.0)
     do("end_to_cursor")
     assert shown(document)[1] == (2.0, 4.0, "hold")
@@ -252,15 +253,15 @@ def test_edges_to_the_cursor(document, do, said):
     assert shown(document)[0] == (1.5, 2.0, "grab")
     document.view.seek(0.5)
     do("end_to_cursor")
-    assert said[-1] == ("There is no segment before the cursor.", True)
+    assert messages[-1] == ("There is no segment before the cursor.", True)
     document.view.seek(9.0)
     do("start_to_cursor")
-    assert said[-1] == ("There is no segment after the cursor.", True)
+    assert messages[-1] == ("There is no segment after the cursor.", True)
 
 
-def test_zooming_to_the_selection(document, do, said):
+def test_zooming_to_the_selection(document, do, messages):
     do("zoom_selection")
-    assert said[-1][1]
+    assert messages[-1][1]
     document.select(2)
     do("zoom_selection")
     assert (document.view.start, document.view.end) == pytest.approx((4.75, 6.25))
@@ -269,14 +270,14 @@ def test_zooming_to_the_selection(document, do, said):
     assert (document.view.start, document.view.end) == pytest.approx((0.0, 2.5))
 
 
-def test_copying_from_the_only_other_author(document, do, said):
+def test_copying_from_the_only_other_author(document, do, messages):
     do("copy_from")
-    assert said[-1] == ("Ines has no segment at the cursor; mark a range to copy.", True)
+    assert messages[-1] == ("Ines has no segment at the cursor; mark a range to copy.", True)
     document.view.seek(7.5)
     do("copy_from")
     assert shown(document) == [*TIMES, (7.0, 8.0, "hold")]
     do("copy_from")
-    assert said[-1] == ("Your labels are the same as Ines's there; nothing copied.", False)
+    assert messages[-1] == ("Your labels are the same as Ines's there; nothing copied.", False)
 
 
 def test_an_empty_track_is_begun_with_all_that_another_author_has(document, do):

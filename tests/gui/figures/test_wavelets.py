@@ -21,8 +21,8 @@ def view(magnitudes=None, **changes):
     hertz = np.geomspace(4, 64, 9)
     if magnitudes is None:
         magnitudes = np.zeros((9, len(TIMES)))
-    made = WaveletView("p = 5", t, np.exp(5j * t - t**2 / 2), hertz, magnitudes)
-    return replace(made, **changes)
+    default = WaveletView("p = 5", t, np.exp(5j * t - t**2 / 2), hertz, magnitudes)
+    return replace(default, **changes)
 
 
 def test_magnitudes_are_drawn_at_their_time_and_frequency():

@@ -1,7 +1,7 @@
 """What is seen on the tracks: pixels and names."""
 
 from dataclasses import replace
-from itertools import pairwise
+from itertools import combinations, pairwise
 
 import numpy as np
 import pytest
@@ -12,7 +12,14 @@ from PySide6.QtCore import QRectF
 from PySide6.QtGui import QColor, QImage, QPainter
 
 from forcelab.gui.figures.axes import Axis
-from forcelab.gui.label.track_rows import crowded_runs, paint_row, styles_of, visible
+from forcelab.gui.label.track_painting import (
+    abbreviations,
+    narrow_columns,
+    paint_row,
+    short_name,
+    styles_of,
+    visible,
+)
 from forcelab.gui.label.tracks import TrackPanel
 from forcelab.gui.theme import colours
 from forcelab.labels import Segment
@@ -47,9 +54,9 @@ def test_segments_have_their_actions_colours_and_the_rest_is_unlabelled(document
 
 
 def test_an_action_that_is_not_in_the_vocabulary_is_grey(document):
-    looks = styles_of(document.vocabulary, ["grab", "unheard of"], colours())
-    assert looks["grab"].colour == QColor(document.vocabulary["grab"].colour)
-    assert looks["unheard of"].colour == QColor(colours().muted)
+    styles = styles_of(document.vocabulary, ["grab", "unheard of"], colours())
+    assert styles["grab"].colour == QColor(document.vocabulary["grab"].colour)
+    assert styles["unheard of"].colour == QColor(colours().muted)
 
 
 def test_the_others_tracks_are_seen_too(document, panel):
@@ -112,11 +119,11 @@ def test_room_grows_with_the_authors(document, panel):
 
 def test_slim_rows_all_lie_in_the_panel_and_are_full_again_where_there_is_room(document, panel):
     document.other_tracks = {f"coder {i}": TRACK for i in range(5)}
-    full = panel.least_height(slim=False)
-    panel.set_slim(True)
-    slim = panel.least_height(slim=True)
-    assert panel.minimumSizeHint().height() == slim < 0.6 * full
-    for height in (slim, full - 10, full + 40):
+    full = panel.least_height(compact=False)
+    panel.set_compact(True)
+    compact = panel.least_height(compact=True)
+    assert panel.minimumSizeHint().height() == compact < 0.6 * full
+    for height in (compact, full - 10, full + 40):
         panel.resize(600, height)
         rows = panel.rows()
         assert rows[-1].box.bottom() <= height
@@ -124,7 +131,7 @@ def test_slim_rows_all_lie_in_the_panel_and_are_full_again_where_there_is_room(d
         assert all(row.box.height() >= 5 for row in rows)
         panel.grab()
     high = rows[-1].box.height()
-    panel.set_slim(False)
+    panel.set_compact(False)
     assert panel.rows()[-1].box.height() == high
 
 
@@ -132,8 +139,8 @@ def test_slim_rows_all_lie_in_the_panel_and_are_full_again_where_there_is_room(d
 def test_a_name_is_written_only_where_its_letters_are_not_cut(document, height, written):
     image = QImage(200, 20, QImage.Format.Format_RGB32)
     painter, box = QPainter(image), QRectF(0, 0, 200, height)
-    look = {"vocabulary": document.vocabulary, "theme": colours(), "size": 10.0}
-    paint_row(painter, box, Axis(1.0, 2.0, 0.0, 200.0), TRACK, **look)
+    style = {"vocabulary": document.vocabulary, "theme": colours(), "size": 10.0}
+    paint_row(painter, box, Axis(1.0, 2.0, 0.0, 200.0), TRACK, **style)
     painter.end()
     inks = {image.pixel(x, y) for x in range(4, 196) for y in range(2, int(height) - 2)}
     assert (len(inks) > 1) == written
@@ -148,7 +155,7 @@ def test_visible_segments_reach_into_the_span():
 def test_the_rarest_of_a_crowd_is_seen():
     track = [Segment(i / 1000, (i + 1) / 1000, "a") for i in range(1000)]
     track[555] = replace(track[555], action="b")
-    wide, columns, names = crowded_runs(tuple(track), 0.0, 0.01, 100, 0.03)
+    wide, columns, names = narrow_columns(tuple(track), 0.0, 0.01, 100, 0.03)
     assert wide == ()
     assert [names[code] for code in columns] == ["a"] * 55 + ["b"] + ["a"] * 44
 
@@ -166,7 +173,7 @@ def test_every_narrow_segment_has_a_column_that_it_or_a_neighbour_shows(cuts, pi
     pairs = cuts[: len(cuts) // 2 * 2].reshape(-1, 2).tolist()
     track = tuple(Segment(a, b, f"action {i % 3}") for i, (a, b) in enumerate(pairs) if b > a)
     count = int(max(cuts, default=0.0) / pixel) + 2
-    wide, columns, names = crowded_runs(track, 0.0, pixel, count, 3 * pixel)
+    wide, columns, names = narrow_columns(track, 0.0, pixel, count, 3 * pixel)
     assert wide == tuple(s for s in track if s.duration >= 3 * pixel)
     near = set()
     for segment in set(track) - set(wide):
@@ -178,3 +185,44 @@ def test_every_narrow_segment_has_a_column_that_it_or_a_neighbour_shows(cuts, pi
             middle = columns[int((segment.start + segment.end) / 2 / pixel)]
             assert names[middle] == segment.action
     assert set(np.flatnonzero(columns >= 0).tolist()) <= near
+
+
+STYLUS = ("still", "grab", "pull", "slip", "slip transition", "slipped", "release")
+
+
+def test_a_name_is_cut_to_what_fits_but_not_to_nothing(app):
+    names = ("slip transition",)
+    whole, wide = short_name("slip transition", names, 12.0, 500)
+    assert whole == "slip transition"
+    for room in range(500):
+        name, width = short_name("slip transition", names, 12.0, room)
+        assert width <= max(room, 0)
+        if room >= 12:
+            assert name.startswith("s")
+        if room >= wide:
+            assert name == whole
+    assert short_name("slip transition", names, 12.0, 3) == ("", 0.0)
+    assert short_name("x", ("x",), 12.0, 100)[0] == "x"
+
+
+@pytest.mark.parametrize("room", range(4, 120, 3))
+def test_no_two_actions_are_shortened_to_the_same(app, room):
+    short = [short_name(name, STYLUS, 12.0, room)[0] for name in STYLUS]
+    for (one, other), (a, b) in zip(combinations(STYLUS, 2), combinations(short, 2), strict=True):
+        assert not a or a != b, (one, other, a)
+
+
+def test_a_beginning_that_another_name_has_does_not_stand_for_a_longer_one(app):
+    shortened = {short_name("slip transition", STYLUS, 12.0, room)[0] for room in range(8, 110)}
+    assert not {"sl", "s", "sli…", "slip…"} & shortened
+    assert any(short.startswith("s…t") for short in shortened)
+
+
+def test_an_action_that_is_added_leaves_the_signs_of_the_others():
+    before = abbreviations(STYLUS[:4])
+    after = abbreviations(STYLUS)
+    assert {name: pair[0] for name, pair in before.items()} == {
+        name: after[name][0] for name in before
+    }
+    assert after["slip"][0] == "sl"
+    assert after["slipped"][0] == "sp"

@@ -217,7 +217,7 @@ def test_an_empty_vocabulary_is_begun_from_the_glossary(app, tmp_path):
 def test_hidden_it_counts_nothing(app, document):
     view = ActionList(document)
     document.editor.paint(9.0, 9.5, "grab")
-    assert not view._counting.isActive()
+    assert not view._count_timer.isActive()
     assert view.model.counts == {}
     with shown(app, view):
         assert view.model.counts["grab"][0] == 3
@@ -244,7 +244,7 @@ def test_suggestions_stay_until_the_coder_paints_or_has_enough(app, tmp_path):
             document.set_vocabulary(Vocabulary())
             with shown(app, ActionList(document)) as view:
                 buttons = view.suggestions.buttons
-                assert not view.suggestions.enough.isVisible()
+                assert not view.suggestions.hide_button.isVisible()
                 for name in ("grab", "hold"):
                     QTest.mouseClick(buttons[name], Qt.MouseButton.LeftButton)
                     assert buttons["pull"].isVisible()
@@ -254,7 +254,7 @@ def test_suggestions_stay_until_the_coder_paints_or_has_enough(app, tmp_path):
                 if ending == "painting":
                     document.editor.paint(0.0, 1.0, "grab")
                 else:
-                    QTest.mouseClick(view.suggestions.enough, Qt.MouseButton.LeftButton)
+                    QTest.mouseClick(view.suggestions.hide_button, Qt.MouseButton.LeftButton)
                 assert not view.suggestions.isVisible()
                 assert view.list.isVisible()
                 assert app.focusWidget() is view.list  # not the field: the next keys paint

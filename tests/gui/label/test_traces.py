@@ -60,7 +60,7 @@ def ink(image, colour, box):
 
 def lane_of(panel, name):
     i = panel.source.names.index(name)
-    return next((lane, axis) for lane, axis in panel._axes if i in lane.channels)
+    return next((lane, axis) for lane, axis in panel.axes if i in lane.channels)
 
 
 def test_every_channel_is_drawn_where_its_values_are(panel):
@@ -118,8 +118,8 @@ def test_a_glitch_leaves_the_curve_as_it_is_and_is_marked_at_the_edge(panel, unt
 
 
 def test_glitches_in_view_are_told(panel, monkeypatch):
-    told = []
-    monkeypatch.setattr("forcelab.gui.label.traces.paint_notes", lambda *a, **_: told.append(a[2]))
+    shown = []
+    monkeypatch.setattr("forcelab.gui.label.traces.paint_notes", lambda *a, **_: shown.append(a[2]))
     signals = np.array(recording().signals)
     signals[[5000, 7000], 2] = 1e16
     demonstration = Demonstration("g", "", recording().times, signals, CHANNELS)
@@ -127,7 +127,7 @@ def test_glitches_in_view_are_told(panel, monkeypatch):
     for span, words in (((0, 20), "2 samples are"), ((4, 6), "1 sample is"), ((8, 9), "")):
         panel.document.view.set_span(*span)
         picture(panel)
-        notes = [note for note in told[-1] if "glitch" in note]
+        notes = [note for note in shown[-1] if "glitch" in note]
         assert [note.startswith(words) for note in notes] == [True] * bool(words)
 
 
@@ -232,8 +232,8 @@ def test_autoscale_follows_what_is_visible(panel):
 def test_overlaid_channels_share_an_axis_with_those_of_their_unit(panel):
     panel.source.set_overlaid(True)
     picture(panel)
-    assert [lane.channels for lane, _ in panel._axes] == [(0, 1, 2, 3, 4), (5,)]
-    assert [lane.unit for lane, _ in panel._axes] == ["N", "°C"]
+    assert [lane.channels for lane, _ in panel.axes] == [(0, 1, 2, 3, 4), (5,)]
+    assert [lane.unit for lane, _ in panel.axes] == ["N", "°C"]
 
 
 def test_a_constant_channel_and_one_without_a_sample_can_be_drawn(panel):
@@ -293,10 +293,10 @@ def test_choices_are_remembered_by_the_channels_names(panel, document, jobs):
 
 
 def test_another_demonstration_keeps_the_choices(panel):
-    heard = []
-    panel.source.choices_changed.connect(lambda: heard.append(panel.source.shown))
+    changes = []
+    panel.source.choices_changed.connect(lambda: changes.append(panel.source.shown))
     panel.source.set_shown("fx1", False)
-    assert heard == [NAMES[1:]]
+    assert changes == [NAMES[1:]]
     show(panel.document, recording(seed=9), "other")
     assert panel.source.shown == NAMES[1:]
     panel.source.show_all()
@@ -321,9 +321,9 @@ def test_the_menu_key_offers_every_choice(panel):
 
 def test_a_long_recording_is_shown_while_it_is_read(panel, monkeypatch):
     monkeypatch.setattr(traces, "SYNCHRONOUS_SAMPLES", 1000)
-    monkeypatch.setattr(traces, "RANGE_MARGIN", 0.0)
+    monkeypatch.setattr(traces, "REDRAW_SECONDS", 0.0)
     grown = []
-    panel.source.grown.connect(lambda: grown.append(panel.source.read))
+    panel.source.data_read.connect(lambda: grown.append(panel.source.read))
     show(panel.document, recording(300_000), "long")
     for _ in range(2000):
         picture(panel)
@@ -353,30 +353,30 @@ def test_closing_the_demonstration_leaves_nothing_drawn(panel):
 def test_pointing_at_a_name_tells_it_in_full(panel):
     picture(panel)
     lane, _ = lane_of(panel, "temperature")
-    assert panel._gutter_tip(20, lane.middle) == "temperature (°C)"
-    assert panel._gutter_tip(400, lane.middle) == ""
+    assert panel.gutter_tip(20, lane.middle) == "temperature (°C)"
+    assert panel.gutter_tip(400, lane.middle) == ""
 
 
 @pytest.mark.parametrize("height", [80, 120, 400])
 def test_values_stand_behind_the_names_and_at_the_cursor_only_where_names_are_long(
     panel, monkeypatch, height
 ):
-    said = []
+    drawn = []
     put = text.draw_text
 
-    def heard(painter, x, y, line, **more):
-        said.append((line, x))
+    def record(painter, x, y, line, **more):
+        drawn.append((line, x))
         put(painter, x, y, line, **more)
 
-    monkeypatch.setattr(text, "draw_text", heard)
+    monkeypatch.setattr(text, "draw_text", record)
     panel.resize(700, height)
     panel.document.view.seek(10.0)
     picture(panel)
     signals = panel.document.demonstration.signals
     for column, name in enumerate(NAMES):
         value = number_format(signals[10_000, column], 1.0)
-        assert [x for line, x in said if line == value], name
-        at_cursor = any(x > panel.plot.left() for line, x in said if line == value)
+        assert [x for line, x in drawn if line == value], name
+        at_cursor = any(x > panel.plot.left() for line, x in drawn if line == value)
         assert at_cursor == (height < 200 and name == "temperature")
 
 
@@ -384,13 +384,13 @@ def test_values_stand_behind_the_names_and_at_the_cursor_only_where_names_are_lo
 def test_in_low_lanes_what_the_gutter_says_does_not_overlap(panel, monkeypatch, height):
     boxes, put = [], text.draw_text
 
-    def heard(painter, x, y, line, *, face, align=0.0, **more):
+    def record(painter, x, y, line, *, face, align=0.0, **more):
         wide = text.width(line, face)
         if x < panel.GUTTER:
             boxes.append((line, QRectF(x - align * wide, y - 4, wide, 8)))
         put(painter, x, y, line, face=face, align=align, **more)
 
-    monkeypatch.setattr(text, "draw_text", heard)
+    monkeypatch.setattr(text, "draw_text", record)
     monkeypatch.setattr(text, "draw_text_upwards", lambda *_, **__: None)  # left of all of it
     panel.resize(700, height)
     panel.document.view.seek(10.0)
