@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QWidget
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.layout import page_layout
-from forcelab.gui.review.trainer import TRAINING, Trainer
+from forcelab.gui.review.trainer import MEASURING, TRAINING, Trainer
 from forcelab.gui.review.training_backend import training_progress_text
 from forcelab.gui.status_bar import BackgroundIndicator
 
@@ -53,7 +53,7 @@ class TrainingIndicator(BackgroundIndicator):
 
 WARM_UP = "warming up"
 #: Jobs that nobody waits for in front of the screen: it is complete without what they will bring.
-BACKGROUND_JOBS = frozenset({TRAINING, WARM_UP})
+BACKGROUND_JOBS = frozenset({TRAINING, MEASURING, WARM_UP})
 
 
 class ReviewTab(QWidget):

@@ -250,8 +250,8 @@ class EditCounter(QObject):
 
 #: Training by itself begins when nothing was edited for so many ms.
 QUIET_TIME = 5000
-#: The key of its job.
-TRAINING = "training"
+#: The keys of the jobs that go on behind a complete screen: of a training, and of a measurement.
+TRAINING, MEASURING = "training", "measuring recognition"
 
 
 class Trainer(QObject):

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from forcelab.gui.review.loss_plot import LossView
     from forcelab.gui.review.proposals import ProposalsView
     from forcelab.gui.review.scores import ScoresView
+    from forcelab.gui.review.tradeoff import TradeoffView
 
 __all__ = ["ReviewWorkspace"]
 
@@ -81,6 +82,7 @@ class ReviewWorkspace(QWidget):
             "proposals": "Proposals",
             "coders": "Coders",
             "loss": "Training",
+            "tradeoff": "Accuracy and speed",
         }
         self._rooms = {name: _placeholder() for name in titles}
         for name, title in titles.items():
@@ -113,6 +115,10 @@ class ReviewWorkspace(QWidget):
         timeline.show()
         self._demonstration_changed()
 
+    def show_list(self, name: str) -> None:
+        """Bring a list to the front, such as ``"queue"`` or ``"tradeoff"``."""
+        self.lists.setCurrentIndex(tuple(self._rooms).index(name))
+
     def restore_layout(self) -> None:
         """Share out the room as when the window was last closed."""
         for name, splitter in self._splitters.items():
@@ -132,6 +138,8 @@ class ReviewWorkspace(QWidget):
             (self._whole, BESIDE_SHARES),
         ):
             _set_shares(splitter, shares)
+        if "tradeoff" in vars(self):
+            self.tradeoff.reset_layout()
 
     # The lists
 
@@ -176,6 +184,13 @@ class ReviewWorkspace(QWidget):
         from forcelab.gui.review.loss_plot import LossView
 
         return self._fill("loss", LossView(self.document, self._learning))
+
+    @cached_property
+    def tradeoff(self) -> TradeoffView:
+        """How well settings recognise, against what they cost."""
+        from forcelab.gui.review.tradeoff import TradeoffView
+
+        return self._fill("tradeoff", TradeoffView(self._learning))
 
     # Inside
 

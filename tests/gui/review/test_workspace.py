@@ -396,3 +396,15 @@ def test_arrows_move_in_the_list_that_has_the_keyboard_and_elsewhere_the_cursor(
     window.label.tracks.setFocus()
     QTest.keyClick(window.label.tracks, Qt.Key.Key_Right)
     assert document.cursor > cursor
+
+
+def test_accuracy_and_speed_is_a_page_that_its_key_and_the_old_name_open(windows, study):
+    window = windows(study, "tradeoff")
+    lists = window.review.workspace.lists
+    assert window.commands["workspace_review"].isChecked()
+    assert lists.tabText(lists.currentIndex()) == "Accuracy and speed"
+    assert window.review.workspace.tradeoff.isVisible()
+    lists.setCurrentIndex(0)
+    window.show_workspace("label")
+    window.commands["workspace_tradeoff"].trigger()
+    assert window.review.workspace.tradeoff.isVisible()
