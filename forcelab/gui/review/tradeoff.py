@@ -402,6 +402,9 @@ def summary(row: Row) -> str:
 #: What plot and table get at first, and the ratio of width to height from which on they stand
 #: beside each other.
 SHARES, WIDE = (3, 2), 1.4
+#: Letters of an axis that are seen at least, and lines of the table; the page scrolls where there is
+#: less room.
+AXIS_LETTERS, TABLE_LINES = 6, 11
 
 
 class TradeoffView(QWidget):
@@ -414,12 +417,13 @@ class TradeoffView(QWidget):
         self.plot = TradeoffPlot()
         self.summary = copyable()
         self.summary.setContentsMargins(8, 2, 8, 6)
-        self.summary.setMinimumHeight(2 * self.fontMetrics().lineSpacing() + 10)
+        self.summary.setMinimumHeight(3 * self.fontMetrics().lineSpacing() + 8)
         self.summary.setAlignment(Qt.AlignmentFlag.AlignTop)
         self.summary.setAccessibleName("The selected setting")
         self._model = TextModel(self)
         self.table = TextTable(self._model)
         self.table.setAccessibleName("All settings that were measured")
+        self.table.setMinimumHeight(TABLE_LINES * self.fontMetrics().lineSpacing())
         charts = QWidget()
         page_layout(charts, self.plot, self.summary, growing=self.plot)
         self._split = QSplitter(Qt.Orientation.Vertical, childrenCollapsible=False)
@@ -467,19 +471,18 @@ class TradeoffView(QWidget):
 
     def _axes_row(self) -> QWidget:
         """Chooses what is drawn."""
-        parts: list[QWidget] = []
-        boxes = []
-        for name, quantities in (("&Error", ERRORS), ("&against", TIMES)):
-            box = ElidedComboBox()
-            box.set_name(name.replace("&", ""))
+        self.error, self.time = ElidedComboBox(), ElidedComboBox()
+        for box, name, quantities in (
+            (self.error, "Error", ERRORS),
+            (self.time, "Time", TIMES),
+        ):
+            box.set_name(name)
+            box.setMinimumContentsLength(AXIS_LETTERS)
             box.addItems([quantity.title for quantity in quantities])
             box.activated.connect(lambda _: self.refresh())
-            label = QLabel(name)
-            label.setBuddy(box)
-            parts += [label, box]
-            boxes.append(box)
-        self.error, self.time = boxes
-        return _row(*parts)
+        label = QLabel("&against")
+        label.setBuddy(self.time)
+        return _row(self.error, label, self.time)
 
     def refresh(self) -> None:
         """Show what was measured, or what is missing."""
