@@ -111,10 +111,10 @@ class Window(DockedWindow):
         # There from the start: nothing moves when it first says something.
         self.setStatusBar(self._line)
         self.statusBar().addPermanentWidget(self._sample)
-        self.statusBar().addPermanentWidget(self.review.standing)
+        self.statusBar().addPermanentWidget(self.review.indicator)
         self.statusBar().addPermanentWidget(self.capture.line)
         self.capture.line.clicked.connect(partial(self.show_workspace, "capture"))
-        self.review.standing.clicked.connect(partial(self.show_workspace, "review"))
+        self.review.indicator.clicked.connect(partial(self.show_workspace, "review"))
         self._standard = self.saveState(LAYOUT)
         self._listing = QTimer(self, singleShot=True, interval=LIST_MS)
         self._look, self._tidy = QTimer(self), QTimer(self, interval=TIDY_MS)

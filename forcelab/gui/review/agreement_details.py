@@ -39,10 +39,9 @@ from forcelab.gui.figures.tracks import LabelStyle
 from forcelab.gui.item_views import TableColumn, TableRow, TextModel, TextTable
 from forcelab.gui.label.swatches import paint_swatch, style_of
 from forcelab.gui.layout import copyable, emphasise
-from forcelab.gui.review.display_options import combo_box
 from forcelab.gui.review.trainer import task_text
 from forcelab.gui.theme import colours, themes
-from forcelab.gui.widgets import ARROW_STEPS, is_plain
+from forcelab.gui.widgets import ARROW_STEPS, combo_box, is_plain
 from forcelab.review.differences import Interval
 from forcelab.vocabulary import Vocabulary
 

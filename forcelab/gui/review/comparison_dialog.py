@@ -21,10 +21,10 @@ from forcelab.gui.document import Document
 from forcelab.gui.item_views import TableColumn, TableRow, TextModel, TextTable, copy_text
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.layout import muted_label, resize_on_screen
-from forcelab.gui.review.display_options import stage_combo_box
+from forcelab.gui.review.confusion import stage_combo_box
 from forcelab.gui.review.metric_texts import Metric, agreement_metrics, error_metrics
 from forcelab.gui.review.reviewed_run import blind_demonstrations
-from forcelab.gui.review.training_backend import BACKGROUND, Backend, RunInfo, run_text
+from forcelab.gui.review.training_backend import Backend, RunInfo, run_text
 from forcelab.gui.theme import colours, themes
 from forcelab.gui.widgets import ElidedComboBox
 from forcelab.recognition.setting_fields import FIELDS
@@ -154,12 +154,12 @@ class ComparisonDialog(QDialog):
         jobs: Jobs,
         parent: QWidget | None = None,
         *,
-        work: Backend = BACKGROUND,
+        backend: Backend | None = None,
     ) -> None:
         super().__init__(parent)
         self.document = document
         self._jobs = jobs
-        self._work = work
+        self._backend = backend or Backend()
         self.comparison: Comparison | None = None
         self._ids: tuple[str, ...] = ()
         self.setWindowTitle("Compare two runs")
@@ -233,7 +233,9 @@ class ComparisonDialog(QDialog):
         if project is None:
             self.settings.setText("Open a project to compare its runs.")
             return
-        self._jobs.run(self._work.listed(project.path), self._offer, self._fail, key=LISTING_JOB)
+        self._jobs.run(
+            self._backend.list_runs(project.path), self._offer, self._fail, key=LISTING_JOB
+        )
 
     def _offer(self, runs: tuple[RunInfo, ...]) -> None:
         """Offer the runs: at first the one that is reviewed, and the one before it of its tasks."""
@@ -268,7 +270,7 @@ class ComparisonDialog(QDialog):
         self.comparison = None
         self.note.setText("comparing…")
         numbers = (int(self.one.currentData()), int(self.other.currentData()))
-        job = _compare_runs(self._work, project.path, *numbers)
+        job = _compare_runs(self._backend, project.path, *numbers)
         self._jobs.run(job, self._take, self._fail, key=COMPARING_JOB)
 
     def _take(self, comparison: Comparison) -> None:

@@ -60,9 +60,9 @@ def loss_curves(steps: Sequence[Step]) -> tuple[Curve, ...]:
 class LossCurves(QWidget):
     """The curves themselves: the fold at work is bold, the final fit has the range's blue."""
 
-    def __init__(self, learning: Trainer) -> None:
+    def __init__(self, trainer: Trainer) -> None:
         super().__init__()
-        self._learning = learning
+        self._trainer = trainer
         self.curves: tuple[Curve, ...] = ()
         self.setAccessibleName("Loss of each fold")
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
@@ -107,7 +107,7 @@ class LossCurves(QWidget):
             draw_bottom(painter, across, plot.bottom(), "epoch", theme)
             draw_left(painter, up, plot.left(), "loss", theme)
             painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-            working = self._learning.training
+            working = self._trainer.training
             for number, (final, _, points) in enumerate(self.curves):
                 current = working and number == len(self.curves) - 1
                 ink = QColor(theme.range if final else theme.text if current else theme.muted)
@@ -135,7 +135,7 @@ class LossCurves(QWidget):
         """Say which line is which, top right, where curves that fall are not."""
         theme = colours()
         texts = []
-        if self._learning.training:
+        if self._trainer.training:
             texts.append(("now", theme.text))
         if any(not final for final, _, _ in self.curves):
             texts.append(("folds", theme.muted))
@@ -169,7 +169,7 @@ class LossCurves(QWidget):
 
     def empty_text(self) -> str:
         """What is said where there is no curve."""
-        if self._learning.ready and self._learning.classifier != "mlp":
+        if self._trainer.ready and self._trainer.classifier != "mlp":
             return "The loss of each fold is drawn here while it trains; this classifier has none."
         return "The loss of each fold is drawn here while it trains."
 
@@ -180,11 +180,11 @@ class LossView(QWidget):
     While it is hidden nothing is computed.
     """
 
-    def __init__(self, document: Document, learning: Trainer) -> None:
+    def __init__(self, document: Document, trainer: Trainer) -> None:
         super().__init__()
-        self.document, self.learning = document, learning
+        self.document, self.trainer = document, trainer
         self.setAccessibleName("Training")
-        self.curves = LossCurves(learning)
+        self.curves = LossCurves(trainer)
         self.times, self.remarks = muted_label(), set_tone("warning")
         for label in (self.times, self.remarks):
             label.setContentsMargins(8, 0, 8, 2)
@@ -197,8 +197,8 @@ class LossView(QWidget):
         column.addWidget(self.remarks)
         self._soon = QTimer(self, singleShot=True, interval=REFRESH_DELAY)
         self._soon.timeout.connect(self.refresh)
-        learning.losses_changed.connect(self._refresh_soon)
-        learning.changed.connect(self._refresh_soon)
+        trainer.losses_changed.connect(self._refresh_soon)
+        trainer.changed.connect(self._refresh_soon)
         for changed in (document.outcome_changed, document.author_changed):
             changed.connect(self.refresh)
         document.listing_changed.connect(self.refresh)  # somebody may code blind from now on
@@ -224,7 +224,7 @@ class LossView(QWidget):
         """Show what there is by now."""
         if not self.isVisible():
             return
-        self.curves.show_curves(loss_curves(self.learning.step_history))
+        self.curves.show_curves(loss_curves(self.trainer.step_history))
         outcome = self.document.outcome
         parts = [] if outcome is None else self._run_times(outcome)
         self.times.setText(" · ".join(parts))

@@ -28,7 +28,6 @@ from forcelab.gui.figures.tracks import LabelStyle, Legend, styles_in_order
 from forcelab.gui.file_dialogs import ask_picture, save_picture
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.layout import PageOrPlaceholder, page_layout, search_field
-from forcelab.gui.review.display_options import combo_box
 from forcelab.gui.review.pair_entries import (
     CurrentTracks,
     ExtraRows,
@@ -40,11 +39,11 @@ from forcelab.gui.review.pair_entries import (
     tested_entry,
 )
 from forcelab.gui.review.pairs_list import MARGIN, Hit, PairsList, hit_interval
-from forcelab.gui.review.queue_loader import untested_text
-from forcelab.gui.review.reviewed_run import blind_demonstrations, with_keys
+from forcelab.gui.review.reviewed_run import blind_demonstrations, untested_text, with_keys
 from forcelab.gui.shortcuts import keys
 from forcelab.gui.text import escape_ampersands
 from forcelab.gui.theme import colours, themes
+from forcelab.gui.widgets import combo_box
 from forcelab.review.run_result import Outcome, vocabulary_of
 from forcelab.vocabulary import Vocabulary
 

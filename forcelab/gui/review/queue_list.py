@@ -54,12 +54,6 @@ from forcelab.gui.item_views import (
     smaller,
 )
 from forcelab.gui.label.swatches import paint_swatch, style_of
-from forcelab.gui.review.queue_loader import (
-    action_name,
-    percentages_text,
-    section_text,
-    verdict_name,
-)
 from forcelab.gui.theme import colours, themes
 from forcelab.gui.widgets import ENTER_KEYS
 from forcelab.project import StoredVerdict
@@ -72,6 +66,39 @@ SectionKind = Literal["suspected", "actions", "missed", "boundaries", "invented"
 
 #: Sections that are folded at first: many and small, or no mistakes, or done with.
 FOLDED_AT_FIRST = frozenset({"boundaries", "invented", "judged"})
+
+
+def section_text(kind: str) -> str:
+    """What a section of the queue holds, in a sentence."""
+    return {
+        "suspected": "A recogniser that has not seen them contradicts, where it is usually right.",
+        "actions": "Both see an action, but not the same one.",
+        "missed": "Labelled, and the model sees nothing.",
+        "boundaries": "Both see the same actions; only the edge between them differs.",
+        "invented": "Unlabelled time, which is never scored, where the model sees an action.",
+        "judged": "What somebody has judged, the latest first.",
+    }[kind]
+
+
+def percentages_text(kind: str) -> str:
+    """What the percentages of a section are, and in which order it stands."""
+    if kind == "suspected":
+        return "Percentages: how much speaks for an error of the coder, the largest first."
+    return "Percentages: how sure the model is; what is long and sure comes first."
+
+
+def action_name(action: str | None) -> str:
+    """An action as it is written in a row."""
+    return "unlabelled" if action is None else action
+
+
+def verdict_name(verdict: str) -> str:
+    """A verdict as it is written in a row."""
+    return {
+        "human": "human right",
+        "model": "model right",
+        "ambiguous": "ambiguous",
+    }[verdict]
 
 
 @dataclass(frozen=True, slots=True)

@@ -84,3 +84,18 @@ def reviewed_vocabulary(document: Document) -> Vocabulary:
     if project is None or outcome is None:
         return document.vocabulary
     return vocabulary_of(project, outcome)
+
+
+def untested_text(outcome: Outcome, nothing: str, further: str = "") -> str:
+    """Why an outcome tested no demonstration, as the run itself has found.
+
+    Parameters
+    ----------
+    outcome : Outcome
+    nothing : str
+        What follows from it here; said where the run kept no reason.
+    further : str, optional
+        What there is all the same.
+    """
+    reason = outcome.remarks[0] if outcome.remarks else nothing  # the run notes it first
+    return " ".join(filter(None, (reason, further)))

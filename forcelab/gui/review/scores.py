@@ -21,7 +21,6 @@ from forcelab.gui.figures.text import NAMES
 from forcelab.gui.item_views import TableColumn, TableRow, TextModel, TextTable, copy_text
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.layout import PageOrPlaceholder, muted_label, page_layout
-from forcelab.gui.review.display_options import combo_box
 from forcelab.gui.review.metric_texts import (
     Metric,
     agreement_metrics,
@@ -29,8 +28,8 @@ from forcelab.gui.review.metric_texts import (
     reliability_text,
     reliability_tip,
 )
-from forcelab.gui.review.queue_loader import untested_text
-from forcelab.gui.review.reviewed_run import visible_outcome
+from forcelab.gui.review.reviewed_run import untested_text, visible_outcome
+from forcelab.gui.widgets import combo_box
 from forcelab.jobs import Progress
 from forcelab.recognition.intervals import METHOD, Intervals, intervals
 from forcelab.recognition.metrics import timed_counts

@@ -26,29 +26,29 @@ class TrainingIndicator(BackgroundIndicator):
     Seen while another workspace is in front: the review says it in its own bar.
     """
 
-    def __init__(self, learning: Trainer) -> None:
+    def __init__(self, trainer: Trainer) -> None:
         super().__init__()
-        self._learning = learning
+        self._trainer = trainer
         self.setStyleSheet("padding: 0 0.5em")
         self.setToolTip("Show the review")
-        learning.changed.connect(self.refresh)
-        learning.document.tracks_changed.connect(self.refresh)
+        trainer.changed.connect(self.refresh)
+        trainer.document.tracks_changed.connect(self.refresh)
         self.refresh()
 
     def words(self) -> str:
         """How far a training is, or how many edits there were since the last one."""
-        learning = self._learning
-        if learning.training:
-            step = learning.step
+        trainer = self._trainer
+        if trainer.training:
+            step = trainer.step
             return "Training: {}".format(
                 "starting" if step is None else training_progress_text(step)
             )
-        outcome = learning.document.outcome
-        if learning.edits is None or outcome is None:
+        outcome = trainer.document.outcome
+        if trainer.edits is None or outcome is None:
             return ""
         run = f"Run {outcome.number}"
-        what = "Recogniser" if learning.kept else run
-        return f"{what}: {learning.freshness[0]}"
+        what = "Recogniser" if trainer.kept else run
+        return f"{what}: {trainer.freshness[0]}"
 
 
 WARM_UP = "warming up"
@@ -68,7 +68,7 @@ class ReviewTab(QWidget):
 
     Attributes
     ----------
-    learning : Learning
+    trainer : Trainer
         Trains, whichever workspace is in front.
     standing : Standing
         Says how far that is, for the window's status bar.
@@ -77,8 +77,8 @@ class ReviewTab(QWidget):
     def __init__(self, document: Document, jobs: Jobs, label: LabelWorkspace) -> None:
         super().__init__()
         self.document = document
-        self.learning = Trainer(document, jobs, self)
-        self.standing = TrainingIndicator(self.learning)
+        self.trainer = Trainer(document, jobs, self)
+        self.indicator = TrainingIndicator(self.trainer)
         self._jobs = jobs
         self._label = label
         self._built: ReviewWorkspace | None = None
@@ -92,7 +92,7 @@ class ReviewTab(QWidget):
             # What it needs is not loaded by those who only label.
             from forcelab.gui.review.workspace import ReviewWorkspace
 
-            self._built = ReviewWorkspace(self.document, self._jobs, self.learning, self._label)
+            self._built = ReviewWorkspace(self.document, self._jobs, self.trainer, self._label)
             layout = self.layout()
             assert layout is not None
             layout.addWidget(self._built)
@@ -102,7 +102,7 @@ class ReviewTab(QWidget):
 
     def come_to_front(self, front: bool) -> None:
         """Borrow timeline and video, or give them back."""
-        self.standing.set_elsewhere(not front)
+        self.indicator.set_elsewhere(not front)
         tracks = self._label.tracks
         if front:
             self.workspace.borrow()
@@ -127,8 +127,8 @@ class ReviewTab(QWidget):
         """What the commands of reviewing do, by their id in the table."""
         document = self.document
         return {
-            "train": self.learning.train,
-            "cancel_training": self.learning.cancel,
+            "train": self.trainer.train,
+            "cancel_training": self.trainer.cancel,
             "next_review": partial(self._step, 1),
             "previous_review": partial(self._step, -1),
             "accept": document.accept_here,

@@ -281,28 +281,28 @@ def _radio_button(text: str) -> QRadioButton:
 class TaskComboBox(ElidedComboBox):
     """The tasks of the project; below them, the page on which several are chosen."""
 
-    def __init__(self, learning: Trainer) -> None:
+    def __init__(self, trainer: Trainer) -> None:
         super().__init__()
-        self._learning = learning
+        self._trainer = trainer
         self._name = "Task to train on"
         self.set_name(self._name)
         self.activated.connect(self._chosen)
 
     def refresh(self) -> None:
         """List the tasks that there are, the one at hand by all that is trained and tested."""
-        learning = self._learning
-        tasks = learning.tasks
+        trainer = self._trainer
+        tasks = trainer.tasks
         if [self.itemData(i) for i in range(self.count() - 1)] != list(tasks):
             self.clear()
             for task in tasks:
                 self.addItem(task_text(task), task)
             self.addItem("Tasks and tests…", None)
         self.setEnabled(bool(tasks))
-        at = self.findData(learning.task) if tasks else -1
+        at = self.findData(trainer.task) if tasks else -1
         self.setCurrentIndex(max(at, 0) if tasks else -1)
         for index, task in enumerate(tasks):
             here = index == at
-            self.setItemText(index, choice_text(*learning.chosen) if here else task_text(task))
+            self.setItemText(index, choice_text(*trainer.chosen) if here else task_text(task))
 
     def fit(self, roomy: bool) -> None:
         """Show up to twice as many characters of what is chosen where there is much room."""
@@ -320,14 +320,14 @@ class TaskComboBox(ElidedComboBox):
         if task is None:
             self._ask()
         else:
-            self._learning.set_task(str(task))
+            self._trainer.set_task(str(task))
         self.refresh()
 
     def _ask(self) -> None:
         """Let the coder choose what is trained on and what is tested."""
-        learning = self._learning
-        if learning.ready:
-            dialog = TaskChoiceDialog(learning.document, learning.choice, self.window())
-            dialog.accepted.connect(lambda: learning.set_choice(dialog.form.choice()))
+        trainer = self._trainer
+        if trainer.ready:
+            dialog = TaskChoiceDialog(trainer.document, trainer.choice, self.window())
+            dialog.accepted.connect(lambda: trainer.set_choice(dialog.form.choice()))
             dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
             dialog.open()

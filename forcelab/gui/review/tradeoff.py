@@ -402,8 +402,8 @@ def summary(row: Row) -> str:
 #: What plot and table get at first, and the ratio of width to height from which on they stand
 #: beside each other.
 SHARES, WIDE = (3, 2), 1.4
-#: Letters of an axis that are seen at least, and lines of the table; the page scrolls where there is
-#: less room.
+#: Letters of an axis and lines of the table that are seen at least; where there is less room, the
+#: page scrolls.
 AXIS_LETTERS, TABLE_LINES = 6, 11
 
 

@@ -17,7 +17,6 @@ from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.review import training_preferences
 from forcelab.gui.review.training_backend import (
-    BACKGROUND,
     Backend,
     RunInfo,
     SettingsAndChoice,
@@ -297,7 +296,7 @@ class Trainer(QObject):
         jobs: Jobs,
         parent: QObject | None = None,
         *,
-        work: Backend = BACKGROUND,
+        backend: Backend | None = None,
     ) -> None:
         super().__init__(parent)
         self.document = document
@@ -305,9 +304,9 @@ class Trainer(QObject):
         self._reset_task()
         self.jobs = jobs
         self.runs: tuple[RunInfo, ...] = ()
-        self._work = work
+        self._backend = backend or Backend()
         document.listing_changed.connect(self._listing_changed)
-        self._counter = EditCounter(document, work.edits, self)
+        self._counter = EditCounter(document, self._backend.count_edits, self)
         self._counter.counted.connect(self.changed)
         self._counter.edited.connect(self._edited)
         self._quiet = QTimer(self, singleShot=True, interval=QUIET_TIME)
@@ -473,14 +472,14 @@ class Trainer(QObject):
     def show_run(self, number: int) -> None:
         """Review what another run of the project found."""
         if self._path is not None:
-            work = self._work.load(self._path, number)
+            work = self._backend.load(self._path, number)
             self.jobs.run(work, self._take, self._failed_to_load, key=LOADING_RUN)
 
     def remove_run(self, number: int) -> None:
         """Remove a run of the project for good; where it is reviewed, the latest one is then."""
         if (path := self._path) is not None:
             # Without a key: the next one that is removed must not keep this one in the project.
-            work = self._work.remove(path, number)
+            work = self._backend.remove(path, number)
             self.jobs.run(work, lambda _: self._removed(path, number), self._failed_to_load)
 
     def _removed(self, path: Path, number: int) -> None:
@@ -498,7 +497,10 @@ class Trainer(QObject):
         """Read in the background which runs there are."""
         if self._path is not None:
             self.jobs.run(
-                self._work.listed(self._path), self._listed, self._failed_to_load, key=LISTING_RUNS
+                self._backend.list_runs(self._path),
+                self._listed,
+                self._failed_to_load,
+                key=LISTING_RUNS,
             )
 
     def _listed(self, runs: tuple[RunInfo, ...]) -> None:
@@ -545,7 +547,7 @@ class Trainer(QObject):
         there = {info.id for info in self.document.infos}
         if all(one.id in there for one in (*outcome.tested, *outcome.proposals)):
             return
-        work = self._work.load(self._path, outcome.number)
+        work = self._backend.load(self._path, outcome.number)
         self.jobs.run(work, self._take, self._failed_to_reload, key=LOADING_RUN)
 
     def _failed_to_reload(self, error: Exception) -> None:
@@ -636,7 +638,7 @@ class Trainer(QObject):
         self.document.set_training(True)
         name = " + ".join(task or "no task" for task in self.chosen[0])
         self.jobs.run(
-            self._work.train(self._path, self._given(), name, self.step_history),
+            self._backend.train(self._path, self._given(), name, self.step_history),
             self._trained,
             self._failed,
             self._progressed,

@@ -53,23 +53,23 @@ class ReviewWorkspace(QWidget):
     ----------
     document : Document
     jobs : Jobs
-    learning : Learning
+    trainer : Trainer
         Trains, and says how far that is.
     label : LabelWorkspace
         Who lends timeline and video.
     """
 
     def __init__(
-        self, document: Document, jobs: Jobs, learning: Trainer, label: LabelWorkspace
+        self, document: Document, jobs: Jobs, trainer: Trainer, label: LabelWorkspace
     ) -> None:
         super().__init__()
         self.document = document
         self._jobs = jobs
         self._label = label
-        self.bar = TrainingBar(document, learning)
+        self.bar = TrainingBar(document, trainer)
         self.pairs = PairsView(document, jobs)
         self.queue = QueueView(document, jobs)
-        self._learning = learning
+        self._trainer = trainer
         self.lists = OverflowTabs()
         self.lists.setObjectName("narrow")
         self.lists.setMinimumSize(*LEAST_SIZE)
@@ -183,14 +183,14 @@ class ReviewWorkspace(QWidget):
         """How a training goes."""
         from forcelab.gui.review.loss_plot import LossView
 
-        return self._fill("loss", LossView(self.document, self._learning))
+        return self._fill("loss", LossView(self.document, self._trainer))
 
     @cached_property
     def tradeoff(self) -> TradeoffView:
         """How well settings recognise, against what they cost."""
         from forcelab.gui.review.tradeoff import TradeoffView
 
-        return self._fill("tradeoff", TradeoffView(self._learning))
+        return self._fill("tradeoff", TradeoffView(self._trainer))
 
     # Inside
 

@@ -29,23 +29,24 @@ def document(app, tmp_path_factory):
         yield document
 
 
-def work(outcomes):
-    """What lists and reads these runs instead of a project's."""
+class Runs(Backend):
+    """Lists and reads these runs instead of a project's."""
 
-    def listed(_path):
+    def __init__(self, outcomes):
+        self.outcomes = outcomes
+
+    def list_runs(self, _path):
         yield None
         time = datetime(2026, 1, 2, 12, tzinfo=timezone.utc)
-        runs = [RunInfo(o.number, time, o.title, o.tasks, 0.5) for o in outcomes]
+        runs = [RunInfo(o.number, time, o.title, o.tasks, 0.5) for o in self.outcomes]
         return tuple(reversed(runs))
 
-    def load(_path, number):
+    def load(self, _path, number):
         yield None
-        found = next((o for o in outcomes if o.number == number), None)
+        found = next((o for o in self.outcomes if o.number == number), None)
         if found is None:
             raise InputError(f"There is no run {number}.")
         return found
-
-    return Backend(lambda *_: iter(()), load, listed, lambda *_: 0)
 
 
 @pytest.fixture
@@ -60,7 +61,7 @@ def runs(document):
 
 @pytest.fixture
 def dialog(document, jobs, runs, until, up):
-    dialog = up(ComparisonDialog(document, jobs, work=work(runs)))
+    dialog = up(ComparisonDialog(document, jobs, backend=Runs(runs)))
     until(lambda: dialog.comparison is not None)
     return dialog
 
@@ -79,7 +80,7 @@ def test_at_first_a_run_is_compared_with_an_older_one_of_the_same_tasks(
     document, jobs, runs, until, up
 ):
     runs[1] = replace(runs[1], title="stylus", tasks=("stylus",))
-    dialog = up(ComparisonDialog(document, jobs, work=work(runs)))
+    dialog = up(ComparisonDialog(document, jobs, backend=Runs(runs)))
     until(lambda: dialog.comparison is not None)
     assert (dialog.one.currentData(), dialog.other.currentData()) == (1, 3)
     dialog.one.resize(120, dialog.one.height())
@@ -167,13 +168,13 @@ def test_blind_demonstrations_are_not_listed(dialog, document):
 
 
 def test_one_run_is_not_enough(document, jobs, runs, until):
-    dialog = ComparisonDialog(document, jobs, work=work(runs[:1]))
+    dialog = ComparisonDialog(document, jobs, backend=Runs(runs[:1]))
     until(lambda: "Two runs are needed" in dialog.settings.text())
     dialog.close()
 
 
 def test_a_run_that_cannot_be_read_is_told(document, jobs, runs, until):
-    dialog = ComparisonDialog(document, jobs, work=work(runs))
+    dialog = ComparisonDialog(document, jobs, backend=Runs(runs))
     until(lambda: dialog.one.count() == 3)
     dialog.one.setItemData(2, 9)
     dialog.one.setCurrentIndex(2)

@@ -138,7 +138,7 @@ def controller(document, jobs, work, until, monkeypatch):
     monkeypatch.setattr(tradeoff, "COUNT_DELAY", 20)
     monkeypatch.setattr(tradeoff, "measure_task", work.measure)
     monkeypatch.setattr(tradeoff, "read_latest", work.latest)
-    trainer = Trainer(document, jobs, work=FakeWork())
+    trainer = Trainer(document, jobs, backend=FakeWork())
     until(lambda: not jobs.busy)
     controller = TradeoffController(trainer)
     yield controller
