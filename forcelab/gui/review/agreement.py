@@ -38,8 +38,8 @@ COMPARE_DELAY = 400
 class AgreementView(QWidget):
     """Who coded what, how far they agree and where not, and the consensus of two.
 
-    Compared in a job, and only while this can be seen. Demonstrations that whoever looks is to
-    label blind are left out, and it is said how many.
+    Compared in a job while the view is visible. Demonstrations that the coder is to label blind are
+    left out, and counted.
     """
 
     def __init__(self, document: Document, jobs: Jobs) -> None:
@@ -77,20 +77,19 @@ class AgreementView(QWidget):
         self._show()
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Compare them: any demonstration may have been edited meanwhile."""
+        """Compare again: any demonstration may have been edited meanwhile."""
         super().showEvent(event)
         self._stale = True
         self._forget_blind()
         self.refresh()
 
     def hideEvent(self, event: QHideEvent) -> None:
-        """Stop comparing."""
         super().hideEvent(event)
         self._soon.stop()
         self._jobs.cancel("coders")
 
     def refresh(self) -> None:
-        """Compare the coders again, if anything has changed and this can be seen."""
+        """Compare the coders again, if anything has changed and the view is visible."""
         self._soon.stop()
         project = self.document.project
         if not self.isVisible() or not self._stale:
@@ -110,7 +109,7 @@ class AgreementView(QWidget):
         )
 
     def focus_consensus(self) -> None:
-        """Let the keys of the consensus hold, where somebody has come to it by a tab."""
+        """Give the keyboard to the consensus, unless its tab was reached by arrow keys."""
         by_arrows = isinstance(QApplication.focusWidget(), QTabBar)  # which go on to other tabs
         if self.consensus.isVisible() and not by_arrows:
             self.consensus.setFocus()
@@ -118,14 +117,12 @@ class AgreementView(QWidget):
     # Inside
 
     def _agreement_page(self) -> QWidget:
-        """Summary, matrix and the chosen pair, as high as they need."""
         page = QWidget()
         parts = self.summary, self.matrix, self.counts, self.pair
         page_layout(page, *parts, growing=self.pair, margin=6, spacing=6)
         return scroll_area(page)
 
     def _project_changed(self) -> None:
-        """Forget the other project."""
         self.found = None
         self._jobs.cancel("coders")
         self.task.clear()
@@ -133,12 +130,12 @@ class AgreementView(QWidget):
         self._again()
 
     def _author_changed(self) -> None:
-        """Compare for somebody else, who may not be to see what is shown."""
+        """Compare for another coder, who may be blind to what is shown."""
         self._forget_blind()
         self._again()
 
     def _forget_blind(self) -> None:
-        """Show at once nothing of what whoever looks codes blind from now on."""
+        """Show at once nothing of what the coder codes blind from now on."""
         if self.found is not None and blind_demonstrations(self.document) & {
             d.id for d in self.found.coded
         }:
@@ -171,7 +168,7 @@ class AgreementView(QWidget):
             self._again()
 
     def _listing(self) -> object:
-        """What is known of the demonstrations, but for how far the consensus is."""
+        """What is known of the demonstrations, without the progress of the consensus."""
         project, made = self.document.project, self.consensus.name
         assigned = () if project is None else project.assignments(self.document.author)
         return assigned, [
@@ -180,7 +177,6 @@ class AgreementView(QWidget):
         ]
 
     def _list_tasks(self) -> None:
-        """Offer the tasks of the project, and all of them."""
         tasks = tuple(dict.fromkeys(info.task for info in self.document.infos))
         listed = tuple(self.task.itemData(i) for i in range(1, self.task.count()))
         if self.task.count() and listed == tasks:
@@ -194,12 +190,11 @@ class AgreementView(QWidget):
         self.task.setVisible(len(tasks) > 1)
 
     def _done(self, found: Agreement | None) -> None:
-        """Show what was found."""
         self.found = found
         self._show()
 
     def _failed(self, error: Exception) -> None:
-        """Say what stands in the way; what was found before stays."""
+        """Report the error; what was found before stays."""
         self._stale = True
         self.document.say(str(error), True)
 
@@ -236,7 +231,6 @@ class AgreementView(QWidget):
         )
 
     def _summary_text(self, found: Agreement) -> str:
-        """How far all coders agree, in a sentence."""
         if found.fleiss is None or found.fleiss_coders < 3:
             return "The darker a cell, the better the two agree; a click tells more."
         return (
@@ -246,7 +240,6 @@ class AgreementView(QWidget):
         )
 
     def _show_pair(self, pair: PairAgreement | None) -> None:
-        """Show the pair that was chosen in the matrix."""
         self.pair.setVisible(pair is not None)
         if pair is not None and self.found is not None:
             if not self.consensus.isVisible():  # not while somebody decides
@@ -257,7 +250,7 @@ class AgreementView(QWidget):
 def _compare_coders(
     path: Path, task: str | None, viewer: str, made: str
 ) -> Generator[Progress, None, Agreement]:
-    """Compare the coders of a project, read by a connection of the job's own."""
+    """Compare the coders of a project, as a job."""
     from forcelab.project import Project
     from forcelab.review.agreement import agreement, coded_demonstrations
 
@@ -269,7 +262,6 @@ def _compare_coders(
 
 
 def _coder_counts(found: Agreement) -> str:
-    """Who coded what, a line for each coder."""
     return "\n".join(
         f"{author}: " + ", ".join(f"{task} {count}" for task, count in tasks.items())
         for author, tasks in sorted(found.counts.items())

@@ -55,7 +55,7 @@ COLUMN_WIDTHS = (15, 8, 10, 10, 10)
 
 @dataclass(frozen=True, slots=True)
 class IntervalRow:
-    """A place, what kind of thing is there, and whether it is done with."""
+    """An interval, what kind of difference is there, and whether it is decided."""
 
     place: Interval
     kind: str = ""
@@ -63,22 +63,7 @@ class IntervalRow:
 
 
 class IntervalTable(TextTable):
-    """Places in rows: where, how long, what each of two says, and what kind of place it is.
-
-    Parameters
-    ----------
-    title : str
-        What is listed, for screen readers.
-
-    Attributes
-    ----------
-    rows : tuple of IntervalRow
-
-    Signals
-    -------
-    wanted(Place)
-        A click, or Enter: it is to be shown.
-    """
+    """Intervals in rows: where, how long, what each of two coders says, and the kind."""
 
     wanted = Signal(object)
 
@@ -100,16 +85,7 @@ class IntervalTable(TextTable):
     def put(
         self, rows: Sequence[IntervalRow], names: Mapping[str, str], heads: tuple[str, str, str]
     ) -> None:
-        """Show other places.
-
-        Parameters
-        ----------
-        rows : sequence of IntervalRow
-        names : mapping of str to str
-            Of the demonstrations, by id.
-        heads : tuple of str
-            Over the two sayings and the kind.
-        """
+        """Show other intervals; `names` are the demonstrations', `heads` the last columns'."""
         self.rows = tuple(rows)
         numbers = TableColumn("At, s"), TableColumn("Length, s")
         texts = [TableColumn(head, number=False) for head in ("Demonstration", *heads)]
@@ -118,16 +94,13 @@ class IntervalTable(TextTable):
         )
 
     def sizeHint(self) -> QSize:
-        """Room for some rows."""
         return QSize(320, 9 * self.verticalHeader().defaultSectionSize())
 
     def minimumSizeHint(self) -> QSize:
-        """Room for the header and three rows."""
         return QSize(160, round(4.5 * self.verticalHeader().defaultSectionSize()))
 
 
 def _interval_cells(row: IntervalRow, names: Mapping[str, str]) -> TableRow:
-    """What stands in a row."""
     place = row.place
     return TableRow(
         (
@@ -149,19 +122,9 @@ CHART_MARGIN = 6
 
 
 def histogram_bins(offsets: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    """A histogram about zero.
+    """A histogram of offsets in ms: counts (2 n,) and edges (2 n + 1,), as far below zero as above.
 
-    Parameters
-    ----------
-    offsets : ndarray, shape (m,)
-        Milliseconds.
-
-    Returns
-    -------
-    counts : ndarray of int64, shape (2 n,)
-    edges : ndarray of float64, shape (2 n + 1,)
-        Multiples of the bins' width, as far below zero as above; an offset on an edge counts in
-        the bin above it.
+    An offset on an edge counts in the bin above it.
     """
     reach = max(float(np.abs(offsets).max(initial=0.0)), LEAST_RANGE)
     width = next((w for w in BIN_WIDTHS if 2 * reach / w <= MOST_BINS), BIN_WIDTHS[-1])
@@ -173,7 +136,7 @@ def histogram_bins(offsets: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDA
 
 
 class OffsetHistogram(QWidget):
-    """How many boundaries the second coder puts how much later than the first."""
+    """How much later than the first coder, in ms, the second puts the boundaries."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -189,15 +152,12 @@ class OffsetHistogram(QWidget):
         self.update()
 
     def sizeHint(self) -> QSize:
-        """Wide and low."""
         return QSize(320, 9 * self.fontMetrics().height())
 
     def minimumSizeHint(self) -> QSize:
-        """As high as it is."""
         return QSize(160, self.sizeHint().height())
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Draw bars, the axis in ms, zero and the median."""
         if not len(self.offsets):
             return
         with QPainter(self) as painter:
@@ -217,7 +177,6 @@ class OffsetHistogram(QWidget):
             self._paint_median(painter, axis, box)
 
     def _paint_axis(self, painter: QPainter, axis: Axis, box: QRectF) -> None:
-        """Draw the numbers below, and what they are."""
         theme, metrics = colours(), self.fontMetrics()
         line, middle = metrics.height(), Qt.AlignmentFlag.AlignHCenter
         for value, number in axis.marks(line, upright=False):
@@ -241,7 +200,6 @@ class OffsetHistogram(QWidget):
         painter.drawText(below, middle, "ms")
 
     def _paint_median(self, painter: QPainter, axis: Axis, box: QRectF) -> None:
-        """Draw the line that half of the offsets lie below."""
         median = float(np.median(self.offsets))
         x, line = axis.at(median), self.fontMetrics().height()
         painter.setPen(QPen(QColor(colours().cursor), 2))
@@ -277,20 +235,16 @@ class ActionBars(QWidget):
         self.update()
 
     def sizeHint(self) -> QSize:
-        """A line for each action."""
         return QSize(320, round(len(self.shares) * self._line) + 2)
 
     def minimumSizeHint(self) -> QSize:
-        """As high as it is."""
         return QSize(160, self.sizeHint().height())
 
     @property
     def _line(self) -> float:
-        """Height of a row in pixels."""
         return 1.5 * self.fontMetrics().height()
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Draw swatch, name, bar and number of each action."""
         with QPainter(self) as painter:
             theme, metrics = colours(), self.fontMetrics()
             line, side = self._line, metrics.height() * 0.8
@@ -350,13 +304,7 @@ def kappa_word(kappa: float) -> str:
 
 
 class CoderMatrix(QWidget):
-    """Coders against coders: kappa and its word; the darker, the better they agree.
-
-    Signals
-    -------
-    chosen(PairAgreement)
-        A pair was clicked, or reached with the arrow keys.
-    """
+    """Coders against coders: kappa and its word; the darker, the better they agree."""
 
     chosen = Signal(object)
 
@@ -372,7 +320,7 @@ class CoderMatrix(QWidget):
         themes().changed.connect(self.update)
 
     def show_agreement(self, found: Agreement) -> None:
-        """Show what was found, and keep the pair that is chosen if it is there still."""
+        """Show an agreement, and keep the chosen pair if it is still in it."""
         kept = self.pair
         self._found, self.authors = found, found.authors
         cells = [self._cell_of(pair) for pair in found.pairs]
@@ -384,36 +332,31 @@ class CoderMatrix(QWidget):
 
     @property
     def pair(self) -> PairAgreement | None:
-        """The pair that is chosen."""
         return self._pair_at(*self.at) if max(self.at) < len(self.authors) else None
 
     def choose(self, row: int, column: int) -> None:
-        """Choose a pair by its cell."""
         inside = 0 <= row < len(self.authors) and 0 <= column < len(self.authors)
         if inside and row != column:
             self.at = (row, column)
             self._tell()
 
     def cell(self, row: int, column: int) -> QRectF:
-        """Where a cell lies, in pixels."""
         left, top, wide, high = self._layout()
         return QRectF(left + column * wide, top + row * high, wide, high)
 
     def sizeHint(self) -> QSize:
-        """Room for every cell."""
         high = round((len(self.authors) * CELL_LINES + 1.8) * self.fontMetrics().height())
         return QSize(320, high + 2)
 
     def minimumSizeHint(self) -> QSize:
-        """As high as it is; names are cut."""
+        """As high as it is; names are elided."""
         return QSize(160, self.sizeHint().height())
 
     def keeps(self, event: QKeyEvent) -> bool:
-        """Whether a key is an arrow, which is the window's too."""
+        """Whether a key is an arrow, which the window uses too."""
         return event.key() in ARROW_STEPS and is_plain(event)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """The arrow keys go from pair to pair."""
         step = ARROW_STEPS.get(Qt.Key(event.key()))
         if step is None:
             super().keyPressEvent(event)
@@ -424,19 +367,17 @@ class CoderMatrix(QWidget):
         self.choose(row, column)
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        """Choose the pair that is clicked."""
         if (spot := self._cell_at_point(event.position())) is not None:
             self.choose(*spot)
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        """Tell what lies under the pointer, as names may be cut."""
+        """Show the cell in words, as names may be elided."""
         spot = self._cell_at_point(event.position())
         self.setToolTip("" if spot is None else self._cell_text(*spot))
         if spot is None:
             QToolTip.hideText()
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Draw names and cells."""
         with QPainter(self) as painter:
             theme, metrics = colours(), self.fontMetrics()
             left, top, wide, high = self._layout()
@@ -460,7 +401,7 @@ class CoderMatrix(QWidget):
                 painter.drawRect(self.cell(*self.at).adjusted(1, 1, -1, -1))
 
     def _paint_cell(self, painter: QPainter, row: int, column: int) -> None:
-        """Draw one cell: kappa and word; or on the diagonal how much the coder labelled."""
+        """Kappa and its word; on the diagonal how much the coder labelled."""
         theme, box = colours(), self.cell(row, column).adjusted(1, 1, -1, -1)
         middle = Qt.AlignmentFlag.AlignCenter
         pair = self._pair_at(row, column)
@@ -500,14 +441,12 @@ class CoderMatrix(QWidget):
         return left, 1.6 * metrics.height(), wide, CELL_LINES * metrics.height()
 
     def _cell_at_point(self, where: QPointF) -> tuple[int, int] | None:
-        """The cell at a point."""
         left, top, wide, high = self._layout()
         row, column = int((where.y() - top) // high), int((where.x() - left) // wide)
         count = len(self.authors)
         return (row, column) if 0 <= row < count and 0 <= column < count else None
 
     def _pair_at(self, row: int, column: int) -> PairAgreement | None:
-        """What was found for a cell."""
         if self._found is None or row == column:
             return None
         return self._found.pair(self.authors[row], self.authors[column])
@@ -517,12 +456,10 @@ class CoderMatrix(QWidget):
         return self.authors.index(pair.a), self.authors.index(pair.b)
 
     def _labelled(self, author: str) -> int:
-        """How many demonstrations a coder labelled."""
         counts = {} if self._found is None else self._found.counts
         return sum(counts.get(author, {}).values())
 
     def _cell_text(self, row: int, column: int) -> str:
-        """A cell in words."""
         a, b = self.authors[row], self.authors[column]
         if row == column:
             text = "{0}: {1} demonstrations labelled"
@@ -536,7 +473,6 @@ class CoderMatrix(QWidget):
         return text.format(a, b, pair.kappa, kappa_word(pair.kappa), len(pair.demonstrations))
 
     def _tell(self) -> None:
-        """Draw it, and hand on what is chosen."""
         if self.authors:
             self.setAccessibleDescription(self._cell_text(*self.at) if self.pair else "")
         self.update()
@@ -557,7 +493,7 @@ def sentence_label(muted: bool = False) -> QLabel:
 
 
 class PairDetails(QWidget):
-    """What two coders agree on, and where they do not."""
+    """What two coders agree on, and where they differ."""
 
     def __init__(self, document: Document) -> None:
         super().__init__()
@@ -607,7 +543,6 @@ class PairDetails(QWidget):
         self._list()
 
     def _show_frames(self, pair: PairAgreement) -> None:
-        """Say how much of the time they agree."""
         many = "{0} and {1}, {2} demonstrations"
         one = "{0} and {1}, 1 demonstration"
         count = len(pair.demonstrations)
@@ -634,12 +569,10 @@ class PairDetails(QWidget):
         )
 
     def _show_actions(self, pair: PairAgreement) -> None:
-        """Say how each action agrees."""
         self.each.setText("Actions: where one of the two says it, how often the other says it too.")
         self.bars.show_shares(pair.by_action, self.document.vocabulary)
 
     def _show_boundaries(self, pair: PairAgreement) -> None:
-        """Say how far boundaries lie apart."""
         from forcelab.review.agreement import WINDOW
 
         quartiles = pair.quartiles
@@ -677,7 +610,6 @@ class PairDetails(QWidget):
         self.histogram.show_offsets(pair.offsets, pair.b)
 
     def _show_segments(self, pair: PairAgreement) -> None:
-        """Say how many segments find their counterpart."""
         f1 = ", ".join(
             f"{_percent_text(value)} at {overlap} %"
             for overlap, value in pair.f1.items()
@@ -756,7 +688,6 @@ class ConsistencyView(QWidget):
         column.addWidget(self.places, 1)
 
     def show_agreement(self, found: Agreement, names: Mapping[str, str]) -> None:
-        """Show the coders that were found."""
         kept = self.coder.currentText()
         self._own, self._names = found.own, names
         self.coder.clear()
@@ -765,7 +696,6 @@ class ConsistencyView(QWidget):
         self._show()
 
     def _show(self) -> None:
-        """Show the coder that is chosen."""
         index = self.coder.currentIndex()
         if not 0 <= index < len(self._own):
             return

@@ -45,7 +45,7 @@ _SETTING_LABELS = {
 def comparison_columns(
     comparison: Comparison, first: str, *, sure: bool
 ) -> tuple[TableColumn, ...]:
-    """The columns' names; `first` is what the rows are, `sure` whether there are intervals."""
+    """The columns' names; `first` heads the rows, `sure` adds the intervals."""
     run = "run {0}"
     columns = (
         TableColumn(first, number=False),
@@ -90,7 +90,7 @@ def demonstration_rows(
 
 
 def settings_differences(comparison: Comparison) -> str:
-    """What was asked for differently, in a line or two."""
+    """The settings that differ, in a line or two."""
     if not comparison.settings:
         text = "Both runs have the same settings."
     else:
@@ -103,7 +103,7 @@ def settings_differences(comparison: Comparison) -> str:
 
 
 def _setting_difference(name: str, one: str, other: str) -> str:
-    """What was asked for differently, as the dialog calls it in which it is chosen."""
+    """A setting that differs, under its label in the dialog of settings."""
     field = next((field for field in FIELDS if field.name == name), None)
     words = _SETTING_LABELS.get(name, name) if field is None else field.label
     options = {} if field is None else dict(field.options)
@@ -137,16 +137,7 @@ LISTING_JOB, COMPARING_JOB = "runs to compare", "comparing"
 
 
 class ComparisonDialog(QDialog):
-    """Two runs of the project side by side, pooled and for each demonstration that both tested.
-
-    Parameters
-    ----------
-    document : Document
-    jobs : Jobs
-    parent : QWidget, optional
-    work : Work, optional
-        What lists and reads runs.
-    """
+    """Two runs of the project side by side, pooled and for each demonstration that both tested."""
 
     def __init__(
         self,
@@ -188,11 +179,10 @@ class ComparisonDialog(QDialog):
 
     @property
     def metrics(self) -> tuple[Metric, ...]:
-        """What is compared."""
         return (*agreement_metrics(), *(metric for metric in error_metrics() if metric.better))
 
     def done(self, result: int) -> None:
-        """Nothing is computed any more when it closes."""
+        """Cancel the jobs when it closes."""
         for key in (LISTING_JOB, COMPARING_JOB):
             self._jobs.cancel(key)
         super().done(result)
@@ -200,7 +190,6 @@ class ComparisonDialog(QDialog):
     # Inside
 
     def _lay_out(self) -> None:
-        """Runs and settings above the tables."""
         runs = QHBoxLayout()
         runs.addWidget(self.one, 1)
         runs.addWidget(QLabel("→"))
@@ -228,7 +217,6 @@ class ComparisonDialog(QDialog):
         column.addLayout(buttons)
 
     def _list(self) -> None:
-        """Read which runs there are."""
         project = self.document.project
         if project is None:
             self.settings.setText("Open a project to compare its runs.")
@@ -238,7 +226,7 @@ class ComparisonDialog(QDialog):
         )
 
     def _offer(self, runs: tuple[RunInfo, ...]) -> None:
-        """Offer the runs: at first the one that is reviewed, and the one before it of its tasks."""
+        """Offer the runs: at first the reviewed one, and the one before it of its tasks."""
         if len(runs) < 2:
             self.settings.setText(
                 "Two runs are needed to compare; train once more, with other settings."
@@ -253,7 +241,7 @@ class ComparisonDialog(QDialog):
         self._compare()
 
     def _first_two(self, runs: tuple[RunInfo, ...]) -> tuple[int, int]:
-        """Places of an older and a newer run that are worth a comparison; the latest is first."""
+        """Indices of an older and a newer run that are worth a comparison; the latest is first."""
         outcome = self.document.outcome
         numbers = [run.number for run in runs]
         shown = None if outcome is None else outcome.number
@@ -263,7 +251,6 @@ class ComparisonDialog(QDialog):
         return max(one, other), min(one, other)
 
     def _compare(self) -> None:
-        """Read both runs and compare them in the background."""
         project = self.document.project
         if project is None:
             return
@@ -274,18 +261,15 @@ class ComparisonDialog(QDialog):
         self._jobs.run(job, self._take, self._fail, key=COMPARING_JOB)
 
     def _take(self, comparison: Comparison) -> None:
-        """Show what came of it."""
         self.comparison = comparison
         self._show()
 
     def _fail(self, error: Exception) -> None:
-        """Say what stands in the way."""
         sentence = str(error) if isinstance(error, ForcelabError) else repr(error)
         self.settings.setText(sentence)
         self.note.setText("")
 
     def _show(self) -> None:
-        """Fill the table of metrics."""
         comparison = self.comparison
         if comparison is None:
             return
@@ -300,7 +284,6 @@ class ComparisonDialog(QDialog):
         self.note.setText(self._note(comparison, stage))
 
     def _note(self, comparison: Comparison, stage: str) -> str:
-        """On what the comparison rests."""
         if not comparison.shared:
             return (
                 "The two tested no demonstration in common, so there is nothing to set side by "
@@ -311,7 +294,6 @@ class ComparisonDialog(QDialog):
         return f"{shared} {reason}".strip()
 
     def _show_each(self, index: QModelIndex) -> None:
-        """Fill the table of demonstrations with the chosen metric."""
         comparison = self.comparison
         if comparison is None or not index.isValid():
             return
@@ -329,7 +311,6 @@ class ComparisonDialog(QDialog):
         return frozenset(shared) - blind_demonstrations(self.document)
 
     def _open(self, index: QModelIndex) -> None:
-        """Open the demonstration of a row."""
         if index.isValid():
             self.document.open_demonstration(self._ids[index.row()])
 
@@ -337,7 +318,6 @@ class ComparisonDialog(QDialog):
 def _compare_runs(
     work: Backend, path: Path, one: int, other: int
 ) -> Generator[object, None, Comparison]:
-    """Read two runs and compare them."""
     first = yield from work.load(path, one)
     second = first if one == other else (yield from work.load(path, other))
     return (yield from comparing(first, second))

@@ -53,17 +53,7 @@ from forcelab.review.run_result import Outcome
 
 
 def cell_sentence(cells: Cells, cell: tuple[int, int], unit: Unit, share: Share) -> str:
-    """Such as ``"grab seen as hold: 12.3 s, 8 % of grab, in 5 places"``.
-
-    Parameters
-    ----------
-    cells : Cells
-    cell : (int, int)
-        Row and column.
-    unit : {"time", "segments"}
-    share : {"row", "column", "counts"}
-        By column, the per cent is of what was predicted.
-    """
+    """Such as ``"grab seen as hold: 12.3 s, 8 % of grab, in 5 places"``; by column, of hold."""
     row, column = cell
     human = cells.actions[row]
     missed = column == len(cells.actions)
@@ -97,15 +87,7 @@ def cell_sentence(cells: Cells, cell: tuple[int, int], unit: Unit, share: Share)
 
 
 def missing_matrix_text(outcome: Outcome | None, *, opened: bool) -> str:
-    """Why there is no matrix of an outcome without tested demonstrations, or of none.
-
-    Parameters
-    ----------
-    outcome : Outcome or None
-        What is reviewed.
-    opened : bool
-        Whether a project is open.
-    """
+    """Why there is no matrix; `opened` says whether a project is open."""
     if not opened:
         return "Open a project to see which actions are confused."
     if outcome is None:
@@ -145,13 +127,7 @@ def _percent_text(part: float) -> str:
 
 
 class CellIntervals(QWidget):
-    """Places, the longest and most confident first; choosing one shows it in the window.
-
-    Attributes
-    ----------
-    places : tuple of Place
-        What is listed.
-    """
+    """Intervals, the longest and most confident first; choosing one shows it in the window."""
 
     def __init__(self, document: Document) -> None:
         super().__init__()
@@ -170,7 +146,6 @@ class CellIntervals(QWidget):
         self.clear()
 
     def minimumSizeHint(self) -> QSize:
-        """The header and two rows."""
         return QSize(160, 90)
 
     def clear(self) -> None:
@@ -182,17 +157,7 @@ class CellIntervals(QWidget):
     def show_places(
         self, places: tuple[Interval, ...], names: Mapping[str, str], number: int
     ) -> None:
-        """List places.
-
-        Parameters
-        ----------
-        places : tuple of Place
-            In their order.
-        names : mapping of str to str
-            The demonstrations' names by id.
-        number : int
-            How many there are in all.
-        """
+        """List intervals of `number` in all; `names` are the demonstrations' by id."""
         columns = (
             TableColumn("Demonstration", number=False),
             TableColumn("Start (s)"),
@@ -228,12 +193,11 @@ class CellIntervals(QWidget):
             self.hint.setText("This cell is empty.")
 
     def _row_chosen(self, index: QModelIndex) -> None:
-        """Show the place of the row."""
         if index.isValid() and not self._filling:
             self.document.examine(self.places[index.row()])
 
     def _row_clicked(self, index: QModelIndex) -> None:
-        """Show the place once more, if the window has gone elsewhere since."""
+        """Show the interval once more, if the window has gone elsewhere since."""
         document, place = self.document, self.places[index.row()]
         here = document.id, document.cursor
         if document.examined is not place or here != (place.demonstration, place.start):
@@ -247,17 +211,7 @@ Cell = tuple[int, int]
 
 
 class MatrixCanvas(QWidget):
-    """Draws a matrix and tells which cell is pointed at, focused and chosen.
-
-    Attributes
-    ----------
-    figure : ConfusionMatrix or None
-        What is drawn.
-    focus : (int, int)
-        Row and column that the keyboard is at.
-    chosen : (int, int) or None
-        The cell that was clicked last.
-    """
+    """Draws a matrix and tells which cell is pointed at, focused and chosen, as (row, column)."""
 
     #: The cell that is pointed at or focused, as (row, column); None for none.
     pointed = Signal(object)
@@ -290,11 +244,10 @@ class MatrixCanvas(QWidget):
     # Qt
 
     def keeps(self, event: QKeyEvent) -> bool:
-        """Whether a key is an arrow or Enter, which are the window's too."""
+        """Whether a key is an arrow or Enter, which the window uses too."""
         return event.key() in (*ARROW_STEPS, *ENTER_KEYS) and is_plain(event)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Arrows move the focus; Enter picks its cell."""
         figure, key = self.figure, Qt.Key(event.key())
         if figure is None:
             super().keyPressEvent(event)
@@ -314,30 +267,25 @@ class MatrixCanvas(QWidget):
             super().keyPressEvent(event)
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        """Tell which cell the pointer is over."""
         self._point_at(self._cell_at(event.position()))
 
     def leaveEvent(self, event: QEvent) -> None:
-        """Nothing is pointed at any more."""
         self._point_at(None)
         super().leaveEvent(event)
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        """Pick a cell."""
         cell = self._cell_at(event.position())
         if event.button() == Qt.MouseButton.LeftButton and cell is not None:
             self.focus = cell
             self._pick(cell, by_key=False)
 
     def focusInEvent(self, event: QFocusEvent) -> None:
-        """Show where the keyboard is."""
         super().focusInEvent(event)
         if self.figure is not None and self._hovered is None:
             self.pointed.emit(self.focus)
         self.update()
 
     def focusOutEvent(self, event: QFocusEvent) -> None:
-        """The keyboard is elsewhere."""
         super().focusOutEvent(event)
         self.update()
 
@@ -360,18 +308,16 @@ class MatrixCanvas(QWidget):
     # Inside
 
     def _cell_at(self, point: QPointF) -> Cell | None:
-        """The cell at a point."""
         return None if self.figure is None else self.figure.cell_at(point)
 
     def _pick(self, cell: Cell, *, by_key: bool) -> None:
-        """Mark a cell and say so."""
         self.chosen = cell
         self.pointed.emit(cell)
         self.picked.emit(*cell, by_key)
         self.update()
 
     def _point_at(self, cell: Cell | None) -> None:
-        """Say which cell is pointed at; without one, which is chosen or focused."""
+        """Emit the cell that is pointed at; without one, the chosen or focused one."""
         if cell != self._hovered:
             self._hovered = cell
             resting = self.chosen if self.chosen is not None or not self.hasFocus() else self.focus
@@ -379,7 +325,6 @@ class MatrixCanvas(QWidget):
             self.update()
 
     def _bring_into_view(self) -> None:
-        """Scroll to the focus."""
         viewport = self.parentWidget()
         area = None if viewport is None else viewport.parentWidget()
         if isinstance(area, QScrollArea) and self.figure is not None:
@@ -387,12 +332,10 @@ class MatrixCanvas(QWidget):
             area.ensureVisible(int(spot.x()), int(spot.y()), 40, 40)
 
     def _invalidate(self) -> None:
-        """Say that the picture is stale."""
         self._drawn = None
         self.update()
 
     def _picture(self, figure: ConfusionMatrix, ratio: float) -> QPixmap:
-        """The figure at the screen's resolution."""
         pixmap = QPixmap(self.size() * ratio)
         pixmap.setDevicePixelRatio(ratio)
         pixmap.fill(QColor(figure.theme.background))
@@ -411,14 +354,7 @@ class MatrixCanvas(QWidget):
 
 
 def fit_figure(figure: ConfusionMatrix, room: QSize) -> ConfusionMatrix:
-    """The figure with its cells as large as its room lets them be; cells have a smallest size.
-
-    Parameters
-    ----------
-    figure : ConfusionMatrix
-    room : QSize
-        In pixels. What does not fit even with the smallest cells is scrolled.
-    """
+    """The figure with cells as large as its room, in pixels, lets them be; the smallest scroll."""
     text.ensure_application()
     columns = len(figure.actions) + 1
     made = replace(figure, room=MATRIX)
@@ -433,7 +369,7 @@ def fit_figure(figure: ConfusionMatrix, room: QSize) -> ConfusionMatrix:
 
 
 def stage_combo_box() -> QComboBox:
-    """Which prediction is meant: ``"filtered"`` or ``"raw"``."""
+    """Offers the stages ``"filtered"`` and ``"raw"`` of the predictions."""
     return combo_box(
         "Prediction",
         {"Filtered": "filtered", "Raw": "raw"},
@@ -491,14 +427,14 @@ class DisplayOptions(QWidget):
             box.currentIndexChanged.connect(lambda _: self.changed.emit())
 
     def minimumSizeHint(self) -> QSize:
-        """As narrow as the lists: what is done with the matrix then stands below them."""
+        """As narrow as the lists: the buttons then stand below them."""
         margins = self._rows.contentsMargins()
         widest = max(part.minimumSize().width() for part in self._parts)
         least = widest + margins.left() + margins.right()
         return QSize(least, super().minimumSizeHint().height())
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Begin a second row where the first would cut its words off."""
+        """Begin a second row where the first would elide its texts."""
         super().resizeEvent(event)
         margins, way = self._rows.contentsMargins(), QBoxLayout.Direction
         wanted = sum(part.sizeHint().width() for part in self._parts) + self._rows.spacing()
@@ -512,17 +448,14 @@ class DisplayOptions(QWidget):
 
     @property
     def unit(self) -> Unit:
-        """What is counted."""
         return cast(Unit, self.unit_box.currentData())
 
     @property
     def share(self) -> Share:
-        """What is shown of it."""
         return cast(Share, self.share_box.currentData())
 
 
 def _widget_row(*widgets: QWidget) -> QHBoxLayout:
-    """Widgets beside each other."""
     row = QHBoxLayout()
     row.setSpacing(4)
     for widget in widgets:
@@ -536,9 +469,9 @@ LIST_LINES = 13
 
 
 class ConfusionView(QWidget):
-    """The confusion matrix of the outcome, and the places that a cell is counted from.
+    """The confusion matrix of the run, and the intervals that a cell is counted from.
 
-    While it is hidden nothing is counted.
+    Nothing is counted while it is hidden.
     """
 
     def __init__(self, document: Document, jobs: Jobs) -> None:
@@ -579,46 +512,40 @@ class ConfusionView(QWidget):
         return None if self.cells is None else self._figure(headed=True)
 
     def copy(self) -> None:
-        """Copy what the matrix shows as lines of cells with tabs between them."""
         if self.cells is not None:
             copy_text(matrix_as_tsv(self.cells, self.switches.unit, self.switches.share))
             self.document.say("The matrix was copied.")
 
     def ask_save(self) -> None:
-        """Let the user name a file for the matrix."""
         title = "Save the confusion matrix"
         if (chosen := ask_picture(self, title, "confusion.svg")) is not None:
             self.save(chosen)
 
     def save(self, path: Path) -> None:
-        """Write the matrix as a figure in the background, in the format that the suffix names."""
+        """Write the matrix in the background, in the format that the suffix names."""
         if (figure := self.figure) is not None:
             save_picture(figure, path, self.document, self._jobs)
 
     # Qt
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Catch up with what happened while it was hidden."""
         super().showEvent(event)
         self._refresh()
         self._draw()
 
     def hideEvent(self, event: QHideEvent) -> None:
-        """Nothing is counted for nobody."""
         super().hideEvent(event)
         self._jobs.cancel(CONFUSION_JOB)
         if self.cells is None:
             self._outcome = None
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Fit the matrix to its room."""
         super().resizeEvent(event)
         self._draw()
 
     # Inside
 
     def _lay_out(self) -> None:
-        """Switches above the matrix, the sentence and the list below it."""
         upper = QWidget()
         self.sentence.setContentsMargins(8, 2, 8, 4)
         page_layout(upper, self._area, self.sentence, growing=self._area, spacing=2)
@@ -635,7 +562,7 @@ class ConfusionView(QWidget):
         page_layout(self, self.switches, self._pages, growing=self._pages)
 
     def _refresh(self) -> None:
-        """Show the outcome as it is now, counting it if that was not done."""
+        """Show the run as it is now, counting it if that was not done."""
         if not self.isVisible():
             return
         try:
@@ -661,12 +588,10 @@ class ConfusionView(QWidget):
             self._jobs.run(crossing(outcome, self.switches.stage), self._take, key=CONFUSION_JOB)
 
     def _changed(self) -> None:
-        """Show the same otherwise."""
         self._draw()
         self._relist()
 
     def _take(self, cells: Cells) -> None:
-        """Show what was counted."""
         self.cells = cells
         if not cells.demonstrations:
             self._show_empty("This run kept no raw predictions; choose 'Filtered'.")
@@ -678,7 +603,6 @@ class ConfusionView(QWidget):
         self._relist()
 
     def _show_empty(self, text: str) -> None:
-        """Show a sentence in place of the matrix."""
         self.cells = None
         self.canvas.show_figure(None)
         self.list.clear()
@@ -686,7 +610,6 @@ class ConfusionView(QWidget):
         self.switches.hide()
 
     def _figure(self, *, headed: bool) -> ConfusionMatrix:
-        """The matrix as a figure: for paper, or for the window."""
         assert self.cells is not None
         outcome, unit, matrix = (
             self.document.outcome,
@@ -710,7 +633,6 @@ class ConfusionView(QWidget):
         )
 
     def _draw(self) -> None:
-        """Draw the matrix into the room there is."""
         if self.cells is None or not self.isVisible() or not self.cells.actions:
             return
         figure = fit_figure(self._figure(headed=False), self._area.maximumViewportSize())
@@ -718,7 +640,6 @@ class ConfusionView(QWidget):
         self._describe_cell(self.canvas.chosen or self.canvas.focus)
 
     def _describe_cell(self, cell: tuple[int, int] | None) -> None:
-        """Say in a sentence what a cell holds."""
         if self.cells is None or cell is None:
             self.sentence.setText("")
             return
@@ -727,7 +648,7 @@ class ConfusionView(QWidget):
         self.canvas.setAccessibleDescription(text)
 
     def _pick(self, row: int, column: int, by_key: bool) -> None:
-        """List the places of a cell; the keyboard goes there too."""
+        """List the intervals of a cell; the keyboard goes there too."""
         if self.cells is None:
             return
         self._relist()
@@ -736,7 +657,6 @@ class ConfusionView(QWidget):
             self.list.table.setFocus()
 
     def _relist(self) -> None:
-        """List the places of the chosen cell."""
         if self.cells is None or self.canvas.chosen is None:
             self.list.clear()
             return

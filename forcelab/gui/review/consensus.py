@@ -48,17 +48,8 @@ AUTHOR_SETTING = "review/consensus"
 class ConsensusChoice(QWidget):
     """Two coders, a demonstration that both labelled, and a name that is remembered.
 
-    Parameters
-    ----------
-    begin : QWidget
-        Stands below: what begins the consensus.
-    known : callable
-        Gives the coders of the project: where a name is nearly one of theirs, one is asked.
-
-    Signals
-    -------
-    changed()
-        Anything else was chosen.
+    `begin` stands below; `known` gives the project's coders: a name that is nearly one of theirs is
+    asked about.
     """
 
     changed = Signal()
@@ -101,7 +92,6 @@ class ConsensusChoice(QWidget):
 
     @property
     def coders(self) -> tuple[str, str]:
-        """The two coders."""
         return self.first.currentText(), self.second.currentText()
 
     @property
@@ -111,7 +101,7 @@ class ConsensusChoice(QWidget):
 
     @property
     def name(self) -> str:
-        """Who the consensus is by."""
+        """The author of the consensus."""
         return tidy_name(self.author.text()) or CONSENSUS
 
     def offer(self, coded: Sequence[CoderTracks], at_first: str) -> None:
@@ -136,7 +126,6 @@ class ConsensusChoice(QWidget):
         self._offer_demonstrations()
 
     def _offer_demonstrations(self, kept: str = "") -> None:
-        """List the demonstrations that both chosen coders labelled."""
         kept = kept or self.id
         a, b = self.coders
         self.demonstration.clear()
@@ -213,22 +202,10 @@ class _KeyedButtons:
 
 
 class ConsensusButtons(QWidget):
-    """The buttons; what they ask for is a verb of the consensus.
+    """Buttons that emit the verb they ask for.
 
-    Signals
-    -------
-    begun()
-        What both say is wanted.
-    decided(callable)
-        ``verb(consensus, difference)`` decides the current difference.
-    taken_back(callable)
-        ``verb(consensus)`` undoes or redoes.
-    all_meant(float)
-        Edges up to so many seconds apart are to be set to their means.
-    stepped(int)
-        The next difference is wanted, or with -1 the one before.
-    other_asked()
-        Another action is to be chosen.
+    ``decided(verb(consensus, difference))``, ``taken_back(verb(consensus))`` to undo or redo,
+    ``means_requested(seconds)`` for edges at most so far apart, ``stepped(1 or -1)``.
     """
 
     begun = Signal()
@@ -275,7 +252,6 @@ class ConsensusButtons(QWidget):
         self._lay_out()
 
     def _lay_out(self) -> None:
-        """Decisions, steps and what can be taken back; all edges at once below them."""
         decisions = QGridLayout()
         decisions.setSpacing(4)
         decisions.addWidget(self.mean, 1, 0, 1, 2)
@@ -304,7 +280,6 @@ class ConsensusButtons(QWidget):
         self.name_coders(self._coders)
 
     def name_coders(self, coders: tuple[str, str]) -> None:
-        """Print the coders' names on the buttons that take theirs."""
         self._coders = coders
         for button, coder in zip((self.take_a, self.take_b), coders, strict=True):
             whole = f"Take {coder}"
@@ -313,7 +288,6 @@ class ConsensusButtons(QWidget):
             self._keys.name(button, cut, whole)
 
     def offer(self, consensus: Consensus | None, current: CoderDifference | None) -> None:
-        """Let what can be done be pressed."""
         begun = consensus is not None and consensus.begun
         chosen = begun and current is not None
         for button in (self.take_a, self.take_b, self.leave, self.other):
@@ -372,13 +346,11 @@ class ConsensusBar(QWidget):
         self._connect()
 
     def _lay_out(self) -> None:
-        """Put choices above, decisions below them, the list at the bottom."""
         self.places.hideColumn(0)  # it is the same one throughout
         parts = self.choice, self.state, self.now, self.buttons, self.places
         page_layout(self, *parts, growing=self.places, margin=6, spacing=6)
 
     def _connect(self) -> None:
-        """Listen to what is pressed, and to the document."""
         buttons, document = self.buttons, self.document
         self.places.wanted.connect(self._show_row)
         self.choice.changed.connect(self._read)
@@ -401,7 +373,7 @@ class ConsensusBar(QWidget):
 
     @property
     def name(self) -> str:
-        """Who the consensus is by."""
+        """The author of the consensus."""
         return self.choice.name
 
     def show_coded(self, coded: Sequence[CoderTracks], names: Mapping[str, str]) -> None:
@@ -410,12 +382,10 @@ class ConsensusBar(QWidget):
         self.choice.offer(coded, self.document.id)
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Read what there is by now."""
         super().showEvent(event)
         self._read()
 
     def _read(self) -> None:
-        """Read the three tracks of what is chosen."""
         if not self.isVisible():
             return
         project, id_ = self.document.project, self.choice.id
@@ -431,7 +401,7 @@ class ConsensusBar(QWidget):
         self._show()
 
     def _viewer_changed(self) -> None:
-        """Show nothing of what whoever looks codes blind; read what became free to be seen."""
+        """Show nothing of what the coder codes blind; read what became visible."""
         hidden = self.choice.id in blind_demonstrations(self.document)
         if hidden == (self.consensus is not None):
             self._read()
@@ -453,7 +423,6 @@ class ConsensusBar(QWidget):
             self._show()
 
     def _show(self) -> None:
-        """Say how far it is, and list the differences."""
         consensus = self.consensus
         every = () if consensus is None else consensus.differences
         waiting = () if consensus is None else consensus.undecided
@@ -487,7 +456,6 @@ class ConsensusBar(QWidget):
         return "different actions" if both else "only one labelled"
 
     def _state(self, every: int, waiting: int) -> str:
-        """How far the consensus is, in a sentence."""
         if self.consensus is None:
             return "Choose two coders who labelled the same demonstration."
         if not every:
@@ -497,7 +465,6 @@ class ConsensusBar(QWidget):
         return f"{every - waiting} of {every} differences decided"
 
     def _current_item(self) -> str:
-        """What is to be decided."""
         one = self.current
         if one is None:
             return ""
@@ -524,7 +491,6 @@ class ConsensusBar(QWidget):
         self._go_to(found)
 
     def _go_to(self, difference: CoderDifference) -> None:
-        """Look at a difference."""
         self.current = difference
         had = self._has_keyboard()
         self.document.examine(difference.place(self.choice.id))
@@ -538,7 +504,6 @@ class ConsensusBar(QWidget):
         return now is not None and (now is self or self.isAncestorOf(now))
 
     def _show_row(self, place: Interval) -> None:
-        """Look at the difference of a row."""
         every = () if self.consensus is None else self.consensus.differences
         for one in every:
             if one.start == place.start:  # they do not overlap
@@ -574,7 +539,7 @@ class ConsensusBar(QWidget):
         self._carry_out(lambda consensus: consensus.mean_all(tolerance))
 
     def _carry_out(self, verb: Callable[[Consensus], Edit | None]) -> bool:
-        """Let the consensus be edited; gives whether it was."""
+        """Edit the consensus; gives whether that was possible."""
         consensus, edit = self.consensus, None
         if consensus is None:
             return False
@@ -600,7 +565,6 @@ class ConsensusBar(QWidget):
         menu.deleteLater()
 
     def action_menu(self) -> QMenu:
-        """The actions of the task."""
         menu = QMenu(self)
         project, id_ = self.document.project, self.choice.id
         if project is not None and id_:
@@ -610,7 +574,6 @@ class ConsensusBar(QWidget):
         return menu
 
     def _put(self, name: str, _checked: bool = False) -> None:
-        """Decide for an action."""
         self._decide(lambda consensus, difference: consensus.put(difference, name))
 
     # Keys
@@ -620,7 +583,6 @@ class ConsensusBar(QWidget):
         return self._handle_key(event) is not None
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Carry out what the key's button does."""
         do = self._handle_key(event)
         if do is None:
             super().keyPressEvent(event)

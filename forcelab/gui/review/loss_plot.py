@@ -42,13 +42,7 @@ Curve = tuple[bool, int, list[tuple[int, float]]]
 
 
 def loss_curves(steps: Sequence[Step]) -> tuple[Curve, ...]:
-    """The curve of each fold, in the order in which they were trained.
-
-    Parameters
-    ----------
-    steps : sequence of Step
-        Those of one training; without a loss they are left out.
-    """
+    """The curve of each fold, in the order of training; steps without a loss are left out."""
     found: dict[tuple[bool, int], list[tuple[int, float]]] = {}
     for step in steps:
         if step.loss is not None and step.epoch is not None and math.isfinite(step.loss):
@@ -68,15 +62,12 @@ class LossCurves(QWidget):
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
 
     def sizeHint(self) -> QSize:
-        """Enough to see a curve bend."""
         return QSize(420, 200)
 
     def minimumSizeHint(self) -> QSize:
-        """Less than that is a thumbnail."""
         return QSize(200, 110)
 
     def show_curves(self, curves: tuple[Curve, ...]) -> None:
-        """Draw other curves."""
         self.curves = curves
         last = curves[-1][2][-1] if curves else None
         self.setAccessibleDescription(
@@ -91,7 +82,6 @@ class LossCurves(QWidget):
         return bool(values) and min(values) > 0 and max(values) / min(values) > LOG_RATIO
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Draw axes and curves, or say why there are none."""
         theme = colours()
         with QPainter(self) as painter:
             painter.fillRect(self.rect(), QColor(theme.background))
@@ -124,7 +114,6 @@ class LossCurves(QWidget):
             self._paint_legend(painter, plot)
 
     def _loss_axis(self, values: list[float], plot: QRectF) -> Axis | LogAxis:
-        """The axis of the losses."""
         high, low = max(values), min(values)
         if self.logarithmic:
             return LogAxis(low / 1.2, high * 1.2, plot.bottom(), plot.top())
@@ -132,7 +121,7 @@ class LossCurves(QWidget):
         return Axis(min(0.0, low), top, plot.bottom(), plot.top())
 
     def _paint_legend(self, painter: QPainter, plot: QRectF) -> None:
-        """Say which line is which, top right, where curves that fall are not."""
+        """The legend, top right, where curves that fall are not."""
         theme = colours()
         texts = []
         if self._trainer.training:
@@ -159,7 +148,6 @@ class LossCurves(QWidget):
             top += 15
 
     def _paint_empty(self, painter: QPainter) -> None:
-        """What will be here."""
         painter.setPen(QColor(colours().muted))
         painter.drawText(
             QRectF(self.rect()).adjusted(16, 8, -16, -8),
@@ -168,7 +156,7 @@ class LossCurves(QWidget):
         )
 
     def empty_text(self) -> str:
-        """What is said where there is no curve."""
+        """Why there is no curve."""
         if self._trainer.ready and self._trainer.classifier != "mlp":
             return "The loss of each fold is drawn here while it trains; this classifier has none."
         return "The loss of each fold is drawn here while it trains."
@@ -206,7 +194,6 @@ class LossView(QWidget):
         self.refresh()
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Catch up with what happened while it was hidden."""
         super().showEvent(event)
         self.refresh()
 
@@ -221,7 +208,6 @@ class LossView(QWidget):
             self._soon.start()
 
     def refresh(self) -> None:
-        """Show what there is by now."""
         if not self.isVisible():
             return
         self.curves.show_curves(loss_curves(self.trainer.step_history))
@@ -242,7 +228,7 @@ class LossView(QWidget):
         return "" if seen is None else "\n".join(seen.remarks)
 
     def _run_times(self, outcome: Outcome) -> list[str]:
-        """How long what took."""
+        """Run times of the parts of an evaluation."""
         names = {
             "features": "features",
             "fit": "fit",

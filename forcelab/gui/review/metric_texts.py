@@ -11,29 +11,16 @@ from forcelab.recognition.intervals import look_up
 
 @dataclass(frozen=True, slots=True)
 class Metric:
-    """A number of the scores.
+    """A number of the scores."""
 
-    Parameters
-    ----------
-    path : str
-        Where it stands in the scores' JSON, such as ``"f1.50"``.
-    name, tip : str
-        For people.
-    unit : {"%", "ms", "s", "", "#"}
-        ``""`` is a plain number from -1 to 1, ``"#"`` a number of things.
-    better : int
-        1 if more is better, -1 if less is, 0 if neither.
-    """
-
-    path: str
+    path: str  # in the scores' JSON, such as "f1.50"
     name: str
     tip: str
-    unit: str
-    better: int = 1
+    unit: str  # "%", "ms", "s", "" (a plain number from -1 to 1) or "#" (a count)
+    better: int = 1  # 1 if more is better, -1 if less is, 0 if neither
 
     @property
     def title(self) -> str:
-        """The name with its unit."""
         return self.name if self.unit in ("", "#") else f"{self.name} ({self.unit})"
 
     def value(self, scores: Mapping[str, Any]) -> float | None:
@@ -51,7 +38,6 @@ class Metric:
         return f"{sign}{shown:,.{decimals}f}".replace("-", "\u2212")
 
     def span(self, ends: tuple[float, float] | None, *, signed: bool = False) -> str:
-        """An interval as it is shown."""
         if ends is None:
             return "–"
         low, high = (self.text(end, signed=signed) for end in ends)
@@ -190,7 +176,7 @@ def error_metrics() -> tuple[Metric, ...]:
 
 
 def reliability_text(found: Mapping[str, Any]) -> str:
-    """How far to rely on the probabilities, as an evaluation's JSON tells; "" of nothing."""
+    """How far to rely on the probabilities, from an evaluation's JSON; "" without probabilities."""
     brier, error = found.get("brier"), found.get("ece")
     if brier is None or error is None:
         return ""
@@ -200,7 +186,6 @@ def reliability_text(found: Mapping[str, Any]) -> str:
 
 
 def reliability_tip() -> str:
-    """What that means."""
     return (
         "Brier score: squared differences between the probabilities and what is right, summed over "
         "the actions, mean over the samples; 0 is best, 2 worst.\n"

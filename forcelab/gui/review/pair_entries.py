@@ -32,32 +32,19 @@ PairOrder = Literal["name", "worst", "longest"]
 
 @dataclass(frozen=True, eq=False)
 class PairEntry:
-    """One demonstration of the list.
-
-    Parameters
-    ----------
-    reviewed : Reviewed
-    human : tuple of Segment or None
-        The coder's track as it is now; None in a proposal.
-    lanes : tuple of Lane
-        The rows that were asked for besides.
-    evaluated : float or None
-        The accuracy that the run found.
-    """
+    """One demonstration of the list."""
 
     reviewed: Reviewed
-    human: Segments | None
-    lanes: tuple[PairRow, ...] = ()
-    evaluated_accuracy: float | None = None
+    human: Segments | None  # the coder's track as it is now; None in a proposal
+    lanes: tuple[PairRow, ...] = ()  # the extra rows
+    evaluated_accuracy: float | None = None  # that the run found
 
     @property
     def id(self) -> str:
-        """Of the demonstration."""
         return self.reviewed.id
 
     @property
     def edited(self) -> bool:
-        """Whether the coder has changed the track since the run."""
         return self.human is not None and self.human != self.reviewed.human
 
     @cached_property
@@ -90,7 +77,7 @@ class PairEntry:
 
     @property
     def pair_without_marks(self) -> Pair:
-        """The pair as far as it costs nothing: all but its marks."""
+        """The pair without its marks, which cost time."""
         reviewed = self.reviewed
         return Pair(
             reviewed.name,
@@ -105,27 +92,18 @@ class PairEntry:
 
     @cached_property
     def pair(self) -> Pair:
-        """The pair, to be drawn."""
         return replace(self.pair_without_marks, marks=self.marks)
 
 
 @dataclass(frozen=True)
 class ExtraRows:
-    """Which rows stand below the pairs.
+    """Which rows stand below the pairs."""
 
-    Parameters
-    ----------
-    stages : tuple of (str, str)
-        Keys of :attr:`Reviewed.stages` with their captions.
-    coders : tuple of str
-        Whose tracks.
-    """
-
-    stages: tuple[tuple[str, str], ...] = ()
+    stages: tuple[tuple[str, str], ...] = ()  # keys of Reviewed.stages with their captions
     coders: tuple[str, ...] = ()
 
     def lanes(self, reviewed: Reviewed, tracks: Tracks) -> tuple[PairRow, ...]:
-        """The further rows of a demonstration, as far as there are such."""
+        """The further rows of a demonstration, as far as it has such."""
         stages = tuple(
             PairRow(caption, reviewed.stages[key], certain=True)
             for key, caption in self.stages
@@ -173,13 +151,7 @@ def _is_as_evaluated(project: Project, outcome: Outcome, reviewed: Reviewed, now
 def read_tracks(
     path: Path, outcome: Outcome, coders: Collection[str], ids: Collection[str]
 ) -> Generator[None, None, dict[str, dict[str, Segments]]]:
-    """Some coders' tracks of all tested demonstrations, as a job; by id.
-
-    Raises
-    ------
-    ForcelabError
-        If the project cannot be read.
-    """
+    """Some coders' tracks of all tested demonstrations, as a job; by id."""
     found = {}
     with Project.open(path) as project:
         for reviewed in outcome.tested:
@@ -192,17 +164,7 @@ def read_tracks(
 def pair_entries(
     outcome: Outcome, tracks: Mapping[str, Tracks], wanted: ExtraRows, hidden: Collection[str]
 ) -> tuple[PairEntry, ...]:
-    """All demonstrations that may be seen, the tested first.
-
-    Parameters
-    ----------
-    outcome : Outcome
-    tracks : mapping
-        By id, as far as they were read; without, the tracks are those of the run.
-    wanted : Wanted
-    hidden : collection of str
-        Ids of the demonstrations that are left out.
-    """
+    """All demonstrations but the hidden, the tested first; tracks by id, else those of the run."""
     scores = outcome.scores.get("filtered", {}).get("demonstrations", ())
     shares = [score.get("accuracy") for score in scores]
     shares += [None] * (len(outcome.tested) - len(shares))
@@ -222,7 +184,6 @@ def pair_entries(
 def tested_entry(
     outcome: Outcome, reviewed: Reviewed, tracks: Tracks, wanted: ExtraRows, share: float | None
 ) -> PairEntry:
-    """A tested demonstration."""
     human = tracks.get(outcome.author, reviewed.human)
     return PairEntry(reviewed, human, wanted.lanes(reviewed, tracks), share)
 
@@ -230,7 +191,7 @@ def tested_entry(
 def filter_and_sort(
     entries: Sequence[PairEntry], order: PairOrder, searched: str = ""
 ) -> list[PairEntry]:
-    """Those whose name or task holds all words searched for, in an order; proposals at the end.
+    """The entries whose name or task holds all words searched for, sorted; proposals at the end.
 
     The worst are those of the run, so that no row runs away while its mistakes are put right. Of
     the proposals the least certain is the worst.
@@ -255,7 +216,7 @@ def filter_and_sort(
 
 
 def _mean_probability(reviewed: Reviewed) -> float | None:
-    """How probable what is predicted is on the whole; None where nothing is known of it."""
+    """Mean probability of the predicted actions by time; None without probabilities."""
     certainty = reviewed.certainty
     seconds = sum(segment.duration for segment in reviewed.predicted)
     if certainty is None or not seconds:
@@ -271,24 +232,9 @@ TRACKS_JOB = "pairs tracks"
 
 
 class CurrentTracks(QObject):
-    """Tracks by demonstration and coder, spelt as in the outcome.
+    """Tracks by demonstration and coder, spelt as in the run; of tested demonstrations only.
 
-    Parameters
-    ----------
-    document : Document
-    jobs : Jobs
-        Reads all tracks in the background.
-    parent : QObject, optional
-
-    Attributes
-    ----------
-    tracks : dict
-        What was read, by id and coder; of the tested demonstrations only.
-
-    Signals
-    -------
-    changed()
-        Of several demonstrations.
+    `changed` follows a reading of all; the open demonstration's are read at once.
     """
 
     changed = Signal()
@@ -301,12 +247,10 @@ class CurrentTracks(QObject):
         self._painted: set[str] = set()
 
     def forget(self) -> None:
-        """Another outcome is reviewed."""
         self._jobs.cancel(TRACKS_JOB)
         self.tracks = {}
 
     def lacks(self, coders: Collection[str]) -> bool:
-        """Whether tracks of these coders were not read yet."""
         return bool(set(coders) - {coder for read in self.tracks.values() for coder in read})
 
     def read_all(self, coders: Sequence[str], hidden: Collection[str]) -> None:
@@ -328,7 +272,7 @@ class CurrentTracks(QObject):
         self._jobs.run(job, take, key=TRACKS_JOB)
 
     def read_open(self, coders: Sequence[str]) -> bool:
-        """Read the open demonstration's tracks at once; gives whether they are other ones."""
+        """Read the open demonstration's tracks at once; gives whether they have changed."""
         document = self._document
         outcome, project = document.outcome, document.project
         if outcome is None or project is None:
@@ -349,7 +293,7 @@ class CurrentTracks(QObject):
 
 
 def other_coders(document: Document, hidden: Collection[str]) -> tuple[str, ...]:
-    """Who else labelled what the outcome tested, as far as it is not hidden."""
+    """The other coders of what the run tested, as far as it is not hidden."""
     outcome = document.outcome
     if outcome is None:
         return ()

@@ -64,14 +64,12 @@ class AcceptButtons(QWidget):
         self._name_buttons()
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Catch up with what happened while it was hidden."""
         super().showEvent(event)
         self._follow()
 
     # What it is made of
 
     def _lay_out(self) -> None:
-        """Two rows: beside the pairs is little room."""
         self.here = QPushButton()
         self.here.clicked.connect(self.accept_here)
         self.in_view = QPushButton()
@@ -104,7 +102,6 @@ class AcceptButtons(QWidget):
             button.setMinimumWidth(0)
 
     def _name_buttons(self) -> None:
-        """Print the keys on the buttons."""
         for button, text, command in (
             (self.here, "Accept &here", "accept"),
             (self.in_view, "Accept all in &view", "accept_all"),
@@ -117,22 +114,22 @@ class AcceptButtons(QWidget):
     # Accepting
 
     def accept_here(self) -> bool:
-        """Take over what is predicted at the cursor."""
+        """Accept what is predicted at the cursor."""
         return self._accept_and_report(self.document.accept_here)
 
     def accept_in_view(self) -> bool:
-        """Take over everything predicted that is in view, where the coder labelled nothing."""
+        """Accept all predictions in view, where the coder labelled nothing."""
         return self._accept_and_report(self.document.accept_in_view)
 
     def accept_above(self) -> bool:
-        """Take over what is that probable anywhere, where the coder labelled nothing."""
+        """Accept all predictions that are probable enough, where the coder labelled nothing."""
         document, at_least = self.document, self.at_least.value()
         return self._accept_and_report(
             lambda: document.accept(*document.bounds, at_least, replace=False)
         )
 
     def _accept_and_report(self, accept: Callable[[], bool]) -> bool:
-        """Take over, and say how many and how to take it back."""
+        """Accept, and say how many and how to undo it."""
         before = set(self.document.segments)
         done = accept()
         if done:
@@ -147,20 +144,17 @@ class AcceptButtons(QWidget):
         return done
 
     def _count(self, start: float, end: float, at_least: float = 0.0) -> int:
-        """How many predicted segments would be taken over."""
         from forcelab.review.active_learning import acceptable
 
         reviewed = self.document.reviewed
         return 0 if reviewed is None else len(acceptable(reviewed, start, end, at_least))
 
     def _is_predicted(self, start: float, end: float) -> bool:
-        """Whether anything is predicted there."""
         predicted = self.document.prediction  # asked at each step of playback: not all of it
         first = bisect_right(predicted, start, key=attrgetter("end"))
         return first < len(predicted) and predicted[first].start < end
 
     def _follow_cursor(self, cursor: float) -> None:
-        """Offer what lies at the cursor."""
         if self.isVisible():
             there = self._is_predicted(cursor, cursor + INSTANT)
             set_enabled_with_reason(
@@ -168,7 +162,6 @@ class AcceptButtons(QWidget):
             )
 
     def _follow_span(self, start: float, end: float) -> None:
-        """Offer what is in view."""
         if self.isVisible():
             there = self._is_predicted(start, end)
             set_enabled_with_reason(self.in_view, "" if there else "Nothing is predicted in view.")
@@ -194,17 +187,10 @@ LABELLED_SHARE = 0.9
 
 
 class ProposalsView(QWidget):
-    """What should be labelled next, and the predictions of what is open.
+    """What should be labelled next, and the predictions of the open demonstration.
 
-    A row leads to the most uncertain stretch of its demonstration. Nothing is computed while the
+    A row leads to the most uncertain interval of its demonstration. Nothing is computed while the
     view is hidden, and nothing is shown of what is coded blind.
-
-    Attributes
-    ----------
-    accepting : AcceptButtons
-        Take predictions over.
-    rows : tuple of Proposal
-        What is listed.
     """
 
     def __init__(self, document: Document, jobs: Jobs) -> None:
@@ -230,13 +216,11 @@ class ProposalsView(QWidget):
         self._say_empty()
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Catch up with what happened while it was hidden."""
         super().showEvent(event)
         self._refresh()
         self._follow()
 
     def _table(self) -> TextTable:
-        """The rows."""
         table = TextTable(self.model)
         table.setAccessibleName("Unlabelled demonstrations, the one to label next first")
         table.setTextElideMode(NAMES)
@@ -246,7 +230,7 @@ class ProposalsView(QWidget):
         return table
 
     def _follow(self, *_: object) -> None:
-        """Tell how much of the open demonstration is labelled by now."""
+        """Show how much of the open demonstration is labelled by now."""
         if not self.isVisible():
             return
         if self._sorted_proposals() != self.rows:
@@ -258,7 +242,7 @@ class ProposalsView(QWidget):
     # What is listed
 
     def _refresh(self) -> None:
-        """Rank what the outcome proposes, in the background."""
+        """Rank the proposals of the run, in the background."""
         if not self.isVisible():
             return
         outcome = self.document.outcome
@@ -270,7 +254,6 @@ class ProposalsView(QWidget):
         self._list()
 
     def _ranked(self, found: tuple[Proposal, ...]) -> None:
-        """Show what was found."""
         self._found = found
         self._list()
 
@@ -291,18 +274,16 @@ class ProposalsView(QWidget):
         self.order.setText(text)
 
     def _uses_density(self) -> bool:
-        """Whether they are ordered by how many are like each, too."""
+        """Whether the order also counts how many demonstrations are like each."""
         from forcelab.review.active_learning import weighed
 
         return bool(self._found) and weighed(self._found)
 
     def _listing_changed(self) -> None:
-        """Who is blind where may have changed."""
         if self.isVisible():
             self._list()
 
     def _list(self) -> None:
-        """Show what may be seen."""
         seen = self._sorted_proposals()
         if seen != self.rows:
             self.rows = seen
@@ -327,11 +308,9 @@ class ProposalsView(QWidget):
         return tuple(sorted(seen, key=lambda one: one.id in done))
 
     def _done(self) -> frozenset[str]:
-        """The demonstrations that the coder has labelled, if not to the last moment."""
         return frozenset(id_ for id_, share in self._labelled().items() if share >= LABELLED_SHARE)
 
     def _table_rows(self) -> tuple[TableRow, ...]:
-        """What is listed, as texts."""
         labelled, weighed = self._labelled(), self._uses_density()
         return tuple(
             TableRow(
@@ -348,7 +327,6 @@ class ProposalsView(QWidget):
         )
 
     def _tip(self, one: Proposal) -> str:
-        """What the figures mean."""
         text = (
             f"{one.name} ({one.task}), {one.seconds:.1f} s: of moments as uncertain as "
             "these, tested "
@@ -374,7 +352,7 @@ class ProposalsView(QWidget):
         return {id_: min(done / all_, 1.0) for id_, (done, all_) in seconds.items() if done * all_}
 
     def _say_empty(self) -> None:
-        """Say why there is nothing to see, where there is nothing."""
+        """Say why the list is empty."""
         self.order.setVisible(bool(self.rows))
         outcome = self.document.outcome
         tasks = () if outcome is None else outcome.tasks
@@ -402,13 +380,12 @@ class ProposalsView(QWidget):
         self._pages.say(text)
 
     def _go(self, index: QModelIndex) -> None:
-        """Go to the most uncertain stretch of a row."""
+        """Go to the most uncertain interval of a row."""
         if index.isValid():
             self.document.examine(self.rows[index.row()].place)
 
 
 def _rank_proposals(outcome: Outcome) -> Generator[None, None, tuple[Proposal, ...]]:
-    """Rank what an outcome proposes."""
     from forcelab.review.active_learning import proposals
 
     yield None
@@ -423,7 +400,6 @@ class _BarDelegate(QStyledItemDelegate):
         self._share = share
 
     def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: Index) -> None:
-        """Draw the ground as always, then number and bar."""
         self.initStyleOption(option, index)
         number, option.text = option.text, ""
         style = option.widget.style()

@@ -44,44 +44,21 @@ QUEUE_JOB = "review queue"
 
 @dataclass(frozen=True)
 class QueueData:
-    """What was read and compared.
+    """What was read and compared."""
 
-    Parameters
-    ----------
-    outcome : Outcome
-        What it was compared with, as far as the coder may see it.
-    queue : Queue
-    tracks : dict of str to tuple of Segment
-    known : dict of str to Compared
-        What need not be compared again while a track stays as it is.
-    """
-
-    outcome: Outcome
+    outcome: Outcome  # as far as the coder may see it
     queue: Queue = field(default_factory=Queue)
     tracks: dict[str, Segments] = field(default_factory=dict)
-    known: dict[str, Compared] = field(default_factory=dict)
+    known: dict[str, Compared] = field(default_factory=dict)  # valid while a track stays as it is
 
 
 def read_queue(
     path: Path, outcome: Outcome, before: QueueData | None, changed: Mapping[str, Segments] | None
 ) -> Generator[Any, None, QueueData]:
-    """Read and compare; a job.
+    """Read and compare, as a job.
 
-    Parameters
-    ----------
-    path : Path
-        Of the project.
-    outcome : Outcome
-        Without what the coder may not see.
-    before : Read, optional
-        What was read before.
-    changed : mapping of str to tuple of Segment, optional
-        The tracks that differ from `before`, as the coder spells them; None reads all of them.
-
-    Raises
-    ------
-    ForcelabError
-        If the project cannot be read.
+    `outcome` is without what the coder may not see; `changed` holds the tracks that differ from
+    `before`, as the coder spells them; None reads all of them.
     """
     with Project.open(path) as project:
         verdicts = project.verdicts()
@@ -99,18 +76,9 @@ def read_queue(
 
 
 class QueueLoader(QObject):
-    """Keeps the queue of a document's outcome up to date, as long as somebody looks at it.
+    """Keeps the queue of a document's run up to date while it is watched.
 
-    Attributes
-    ----------
-    read : Read or None
-        What was found last; None before that.
-    vocabulary : Vocabulary
-        How the outcome's actions are drawn.
-    changed : Signal
-        Something else was found.
-    watched : bool
-        Whether somebody looks: otherwise nothing is compared until :meth:`compare` is called.
+    Unwatched, nothing is compared until :meth:`compare` is called.
     """
 
     changed = Signal()
@@ -136,7 +104,7 @@ class QueueLoader(QObject):
 
     @property
     def stale(self) -> bool:
-        """Whether something has changed that `read` does not know of."""
+        """Whether something has changed that `read` does not contain."""
         return self._compared != self._changes
 
     def track_changed(self) -> None:
@@ -181,12 +149,12 @@ class QueueLoader(QObject):
         )
 
     def _all_changed(self) -> None:
-        """Another outcome; or tracks of any demonstration may have changed."""
+        """Another run; or tracks of any demonstration may have changed."""
         self._upheavals += 1
         self.track_changed()
 
     def _author_changed(self) -> None:
-        """Somebody else looks, who may not be to see what is shown."""
+        """Another coder may be blind to what is shown."""
         self._forget_blind()
         self._all_changed()
 
@@ -199,7 +167,7 @@ class QueueLoader(QObject):
                 self.changed.emit()
 
     def _listing_changed(self) -> None:
-        """The list was read again; where only the open one was, its track has said so already."""
+        """The list was read again; where only the open one changed, its track has been compared."""
         self._forget_blind()
         here = self._document.id
         others = [
@@ -211,7 +179,6 @@ class QueueLoader(QObject):
             self._all_changed()
 
     def _done(self, changes: int, upheavals: int | None, read: QueueData) -> None:
-        """Take over what was found."""
         self.read, self._compared = read, changes
         if upheavals is not None:
             self._reread = upheavals
@@ -220,7 +187,6 @@ class QueueLoader(QObject):
         self.changed.emit()
 
     def _load_vocabulary(self) -> None:
-        """Look up how the outcome's actions are drawn."""
         project = self._document.project
         if self.read is None or project is None:
             return
@@ -228,17 +194,7 @@ class QueueLoader(QObject):
 
 
 def missing_queue_text(outcome: Outcome | None, read: QueueData | None, *, training: bool) -> str:
-    """Why there is nothing to list; empty where there is something.
-
-    Parameters
-    ----------
-    outcome : Outcome or None
-        What is reviewed.
-    read : Read or None
-        What was found in it, of what may be seen.
-    training : bool
-        Whether a recogniser is being trained.
-    """
+    """Why there is nothing to list; empty where there is something."""
     if outcome is None:
         coming = (
             "A recogniser is being trained; every place where you and it differ will be listed "
@@ -279,14 +235,7 @@ BUTTON_MARGIN = 20
 
 
 class VerdictButtons(QWidget):
-    """Three verdicts; for what is judged already, one button to take the verdict back.
-
-    Attributes
-    ----------
-    judged : Signal
-        With ``"human"``, ``"model"`` or ``"ambiguous"``.
-    withdrawn : Signal
-    """
+    """Three verdicts; for what is judged already, one button to withdraw the verdict."""
 
     judged = Signal(str)
     withdrawn = Signal()
@@ -334,12 +283,11 @@ class VerdictButtons(QWidget):
         self.withdraw.setHidden(not judged)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Say it shorter where there is little room."""
         super().resizeEvent(event)
         self._print_keys()
 
     def _print_keys(self) -> None:
-        """Write each key below what it says."""
+        """Write each key below its verdict."""
         longest = max(
             self.fontMetrics().horizontalAdvance(text) for text, _ in self._texts.values()
         )
@@ -355,18 +303,7 @@ _time = attrgetter("time")
 
 @dataclass(frozen=True)
 class _VerdictChange:
-    """A verdict that was given, or withdrawn, in this session.
-
-    Parameters
-    ----------
-    verdict : StoredVerdict
-    withdrawn : bool
-        Whether it was withdrawn instead of given.
-    edit : int
-        The number of the edit that gave the coder's track what the model sees; 0 without one.
-    time : datetime
-        When it was done, or undone.
-    """
+    """A verdict that was given or withdrawn."""
 
     verdict: StoredVerdict
     withdrawn: bool
@@ -375,7 +312,6 @@ class _VerdictChange:
 
     @property
     def place(self) -> Interval:
-        """Where it is shown."""
         v = self.verdict
         return Interval(v.demonstration, v.start, v.end, v.human, v.predicted)
 
@@ -383,8 +319,8 @@ class _VerdictChange:
 class VerdictUndo:
     """The verdicts of this session, undone and redone in order of time with the coder's edits.
 
-    One who judges goes on at once, often to another demonstration, so that edits are looked for
-    in the open one and in that of the latest verdict; what changes is shown.
+    After a verdict the coder goes on at once, often to another demonstration, so edits are looked
+    for in the open one and in that of the latest verdict; what changes is shown.
     """
 
     def __init__(self, document: Document) -> None:
@@ -395,35 +331,22 @@ class VerdictUndo:
         document.author_changed.connect(self._forget)
 
     def add(self, verdict: StoredVerdict, edit: int = 0) -> None:
-        """A verdict was given, with the edit of that number."""
+        """A verdict was given, with the edit of that number; 0 without one."""
         self._done.append(_VerdictChange(verdict, False, edit, utc_now()))
         self._undone.clear()
 
     def add_withdrawn(self, verdict: StoredVerdict) -> None:
-        """A verdict was withdrawn."""
         self._done.append(_VerdictChange(verdict, True, 0, utc_now()))
         self._undone.clear()
 
     def undo(self) -> bool:
-        """Take back the latest verdict or the latest edit, whichever is newer, where it is.
-
-        Raises
-        ------
-        ForcelabError
-            If the store cannot be read or written.
-        """
+        """Undo the latest verdict or the latest edit, whichever is newer, where it is."""
         while self._done and self._counts(self._done[-1]) == self._done[-1].withdrawn:
             self._done.pop()  # undone elsewhere
         return self._revert(self._done, self._undone, "undo")
 
     def redo(self) -> bool:
-        """Do again what was undone last, a verdict or an edit.
-
-        Raises
-        ------
-        ForcelabError
-            If the store cannot be read or written.
-        """
+        """Redo what was undone last, a verdict or an edit."""
         document, project = self._document, self._document.project
         while self._undone and self._counts(self._undone[-1]) != self._undone[-1].withdrawn:
             self._undone.pop()  # redone elsewhere
@@ -465,7 +388,7 @@ class VerdictUndo:
         return True
 
     def _revert_verdict(self, change: _VerdictChange, project: Project, kind: str) -> None:
-        """Withdraw a verdict, or give it once more."""
+        """Withdraw a verdict, or give it again."""
         document = self._document
         if change.withdrawn == (kind == "redo"):
             withdraw(project, change.verdict, document.author)
@@ -475,7 +398,7 @@ class VerdictUndo:
             document.say("The verdict counts again.")
 
     def _counts(self, change: _VerdictChange) -> bool:
-        """Whether what was said counts now, in these words."""
+        """Whether this verdict counts now."""
         project, verdict = self._document.project, change.verdict
         return project is not None and any(
             (v.place, v.verdict) == (verdict.place, verdict.verdict)
@@ -483,21 +406,12 @@ class VerdictUndo:
         )
 
     def _forget(self) -> None:
-        """Another project, or another coder."""
         self._done.clear()
         self._undone.clear()
 
 
 class QueueView(QWidget):
-    """Differences by section, and three verdicts.
-
-    Parameters
-    ----------
-    document : Document
-        Whose outcome is compared with the tracks as they are now.
-    jobs : Jobs
-        Where that is done.
-    """
+    """Differences between the run and the tracks as they are now, and three verdicts."""
 
     def __init__(self, document: Document, jobs: Jobs) -> None:
         super().__init__()
@@ -527,14 +441,12 @@ class QueueView(QWidget):
         self._show()
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Catch up with what happened while it was hidden."""
         super().showEvent(event)
         self.reader.watched = True
         if self.reader.stale:
             self.reader.compare()
 
     def hideEvent(self, event: QHideEvent) -> None:
-        """Compare no more until it is wanted."""
         super().hideEvent(event)
         self.reader.watched = False
 
@@ -542,19 +454,15 @@ class QueueView(QWidget):
 
     @property
     def queue(self) -> Queue:
-        """What was found."""
         return self.reader.read.queue if self.reader.read is not None else Queue()
 
     @property
     def current(self) -> QueueItem | None:
-        """The item that is being looked at."""
+        """The marked item."""
         return self.list.current
 
     def step(self, direction: int) -> None:
-        """Go to the next difference, or with -1 to the one before, as soon as it is known.
-
-        After the last one the first comes again.
-        """
+        """Go to the next difference, or with -1 to the one before, once it is known; it wraps."""
         if self.reader.stale:
             self._steps = direction
             self.reader.compare()
@@ -576,7 +484,7 @@ class QueueView(QWidget):
             self.document.say("Human: {}; model: {}.".format(*sides))
 
     def judge(self, verdict: VerdictKind) -> bool:
-        """Say who is right about the difference that is examined, and go on to the next one.
+        """Judge the examined difference, and go on to the next one.
 
         If the model is right, the coder's own track gets what it predicts, as one edit that can be
         undone; the difference is open again then.
@@ -616,15 +524,12 @@ class QueueView(QWidget):
         return True
 
     def undo(self) -> bool:
-        """Take back the latest verdict or edit, wherever that was."""
         return self._revert(self._history.undo)
 
     def redo(self) -> bool:
-        """Give the verdict again, or make the edit again, that was taken back last."""
         return self._revert(self._history.redo)
 
     def _revert(self, verb: Callable[[], bool]) -> bool:
-        """Undo or redo, and show what came of it."""
         try:
             done = verb()
         except ForcelabError as error:
@@ -635,7 +540,7 @@ class QueueView(QWidget):
         return done
 
     def withdraw(self) -> bool:
-        """Take back what was said of the item that is chosen; it is open again."""
+        """Withdraw the verdict on the chosen item; it is open again."""
         item, project = self.current, self.document.project
         if item is None or project is None or not isinstance(item.about, StoredVerdict):
             self.document.say("Choose a judged place first, at the end of the queue.", True)
@@ -655,7 +560,7 @@ class QueueView(QWidget):
     # Inside
 
     def _repaint(self, difference: Difference, outcome: Outcome) -> bool:
-        """Give the coder's track what the model sees; gives whether the verdict may be kept."""
+        """Give the coder's track what the model predicts; gives whether to store the verdict."""
         document = self.document
         if document.author != outcome.author:
             told = (
@@ -675,24 +580,22 @@ class QueueView(QWidget):
         return not document.refused
 
     def _follow(self) -> None:
-        """Mark the place that is examined, wherever it was chosen; only that one is judged."""
+        """Mark the examined interval, wherever it was chosen; only that one is judged."""
         self.list.mark(self.document.examined)
         self._offer()
 
     def _offer(self) -> None:
-        """Offer the verdicts that can be given."""
         item = self.current
         self.buttons.offer(
             open_=item is not None and not item.judged, judged=bool(item and item.judged)
         )
 
     def _training_changed(self) -> None:
-        """Where there is nothing to list yet, say that it will come."""
         if self.document.outcome is None:
             self._show()
 
     def _compared(self) -> None:
-        """Show what was found, and go where one wanted to go meanwhile."""
+        """Show the comparison, then carry out what was asked for meanwhile."""
         self._show()
         if self._steps and not self.reader.stale:
             direction, self._steps = self._steps, 0
@@ -703,13 +606,11 @@ class QueueView(QWidget):
 
     @property
     def _missing(self) -> str:
-        """Why there is nothing to list, if that is so."""
         return missing_queue_text(
             self.document.outcome, self.reader.read, training=self.document.training
         )
 
     def _show(self) -> None:
-        """Show what the filter lets through."""
         read = self.reader.read
         names = {} if read is None else {d.id: d.name for d in read.outcome.tested}
         if self.model.show(self.queue, names, self.filter.text()):

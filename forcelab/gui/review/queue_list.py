@@ -69,7 +69,6 @@ FOLDED_AT_FIRST = frozenset({"boundaries", "invented", "judged"})
 
 
 def section_text(kind: str) -> str:
-    """What a section of the queue holds, in a sentence."""
     return {
         "suspected": "A recogniser that has not seen them contradicts, where it is usually right.",
         "actions": "Both see an action, but not the same one.",
@@ -81,19 +80,17 @@ def section_text(kind: str) -> str:
 
 
 def percentages_text(kind: str) -> str:
-    """What the percentages of a section are, and in which order it stands."""
+    """What the percentages of a section are, and its order."""
     if kind == "suspected":
         return "Percentages: how much speaks for an error of the coder, the largest first."
     return "Percentages: how sure the model is; what is long and sure comes first."
 
 
 def action_name(action: str | None) -> str:
-    """An action as it is written in a row."""
     return "unlabelled" if action is None else action
 
 
 def verdict_name(verdict: str) -> str:
-    """A verdict as it is written in a row."""
     return {
         "human": "human right",
         "model": "model right",
@@ -110,34 +107,21 @@ class QueueItem:
 
     @property
     def place(self) -> Interval:
-        """Where it is."""
         return interval_of(self.about)
 
     @property
     def judged(self) -> bool:
-        """Whether somebody has judged it."""
         return isinstance(self.about, StoredVerdict)
 
 
 @dataclass(frozen=True, slots=True)
 class QueueSection:
-    """One part of the queue.
-
-    Parameters
-    ----------
-    kind : str
-    listed : tuple of Difference or StoredVerdict
-        What the filter lets through; rows are made of it when they are looked at.
-    total : int
-        How many there are without the filter.
-    names : mapping of str to str
-        The demonstrations' names by their ids.
-    """
+    """One part of the queue."""
 
     kind: SectionKind
-    listed: tuple[Difference | StoredVerdict, ...]
-    total: int
-    names: Mapping[str, str]
+    listed: tuple[Difference | StoredVerdict, ...]  # what the filter lets through
+    total: int  # without the filter
+    names: Mapping[str, str]  # the demonstrations', by their ids
 
     def __len__(self) -> int:
         return len(self.listed)
@@ -149,7 +133,6 @@ class QueueSection:
 
     @property
     def title(self) -> str:
-        """What stands above it."""
         return {
             "suspected": "Suspected coding errors",
             "actions": "Wrong actions",
@@ -161,12 +144,10 @@ class QueueSection:
 
     @property
     def explained(self) -> str:
-        """What it holds, in a sentence."""
         return section_text(self.kind)
 
     @property
     def percentages(self) -> str:
-        """What the percentages at the right are; empty where there are none."""
         if self.kind == "suspected":
             return "suspicion"
         sure = any(isinstance(d, Difference) and d.confidence is not None for d in self.listed[:1])
@@ -174,14 +155,13 @@ class QueueSection:
 
     @property
     def tip(self) -> str:
-        """What it holds, what the percentages are, and in which order it stands."""
         return "\n".join(
             filter(None, (self.explained, self.percentages and percentages_text(self.kind)))
         )
 
 
 def interval_of(about: Difference | StoredVerdict) -> Interval:
-    """The place of a difference, or that a verdict is on."""
+    """The interval of a difference, or of a verdict."""
     if isinstance(about, StoredVerdict):
         return Interval(about.demonstration, about.start, about.end, about.human, about.predicted)
     return about
@@ -190,16 +170,7 @@ def interval_of(about: Difference | StoredVerdict) -> Interval:
 def queue_sections(
     queue: Queue, names: Mapping[str, str], sought: str = ""
 ) -> tuple[QueueSection, ...]:
-    """The sections that hold anything, with the items that a filter lets through.
-
-    Parameters
-    ----------
-    queue : Queue
-    names : mapping of str to str
-        The demonstrations' names by their ids.
-    sought : str
-        Part of an action or of a demonstration's name, in capitals or not.
-    """
+    """The sections that hold anything, with the items whose action or demonstration fits."""
     fits = _text_filter(names, sought.strip().casefold())
     found = []
     for kind in get_args(SectionKind):
@@ -213,8 +184,6 @@ def queue_sections(
 def _text_filter(
     names: Mapping[str, str], sought: str
 ) -> Callable[[Difference | StoredVerdict], bool]:
-    """What tells whether an action or a demonstration's name holds what is sought."""
-
     @cache
     def action(name: str | None) -> bool:
         return sought in action_name(name).casefold()
@@ -232,14 +201,7 @@ def _text_filter(
 class QueueModel(QAbstractListModel):
     """Sections one below the other, each a heading and, unless it is folded, its rows.
 
-    Flat, and no row is made before it is looked at: a queue of thousands is there at once.
-
-    Attributes
-    ----------
-    sections : tuple of Section
-        What is shown; empty ones are left away.
-    folded : set of str
-        The kinds of the sections of which only the heading is shown.
+    Flat, and no row is made before it is painted: a queue of thousands is there at once.
     """
 
     def __init__(self, parent: QObject | None = None) -> None:
@@ -260,7 +222,6 @@ class QueueModel(QAbstractListModel):
         return True
 
     def fold(self, number: int, folded: bool) -> None:
-        """Fold a section, or unfold it."""
         section = self.sections[number]
         if folded == (section.kind in self.folded):
             return
@@ -277,7 +238,7 @@ class QueueModel(QAbstractListModel):
             self.endInsertRows()
 
     def _count(self) -> None:
-        """Say anew where the headings stand."""
+        """Count anew in which rows the headings are."""
         rows = (1 + (0 if s.kind in self.folded else len(s)) for s in self.sections)
         self._heads = tuple(accumulate(rows, initial=0))
 
@@ -291,7 +252,7 @@ class QueueModel(QAbstractListModel):
         return self._heads[number] + 1 + item
 
     def find(self, place: Interval) -> tuple[int, int] | None:
-        """The section and the item that a place is, also in folded sections; None if in none."""
+        """The section and the item of an interval, also in folded sections; None if in none."""
         for number, section in enumerate(self.sections):
             for item, about in enumerate(section.listed):
                 if (
@@ -303,7 +264,6 @@ class QueueModel(QAbstractListModel):
         return None
 
     def at(self, index: Index) -> QueueItem | QueueSection | None:
-        """What stands there."""
         if not index.isValid():
             return None
         number, item = self.where(index.row())
@@ -313,11 +273,9 @@ class QueueModel(QAbstractListModel):
     # What Qt asks
 
     def rowCount(self, parent: Index = NOWHERE) -> int:
-        """How many headings and items there are."""
         return 0 if parent.isValid() else self._heads[-1]
 
     def data(self, index: Index, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
-        """What is shown, told and read aloud of a row."""
         found = self.at(index)
         if found is None:
             return None
@@ -338,7 +296,6 @@ class QueueModel(QAbstractListModel):
 
 
 def item_text(item: QueueItem) -> list[str]:
-    """What a row shows, in words."""
     place, about = item.place, item.about
     told = [
         f"Human: {action_name(place.human)}",
@@ -359,15 +316,7 @@ RIGHT = Qt.AlignmentFlag.AlignRight
 
 
 class QueuePainter(QStyledItemDelegate):
-    """Paints sections as headings and what is in them as two lines each.
-
-    Parameters
-    ----------
-    model : QueueModel
-    vocabulary : callable
-        Gives the vocabulary whose colours and textures are drawn.
-    parent : QObject
-    """
+    """Paints sections as headings and their items as two lines each."""
 
     def __init__(
         self, model: QueueModel, vocabulary: Callable[[], Vocabulary], parent: QObject
@@ -376,11 +325,9 @@ class QueuePainter(QStyledItemDelegate):
         self._model, self._vocabulary = model, vocabulary
 
     def sizeHint(self, option: QStyleOptionViewItem, _index: Index) -> QSize:
-        """Two lines, for sections as for items."""
         return QSize(0, row_height(option.font))
 
     def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: Index) -> None:
-        """Paint one row."""
         item = self._model.at(index)
         painter.save()
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
@@ -395,21 +342,18 @@ class QueuePainter(QStyledItemDelegate):
         painter.restore()
 
     def _style(self, action: str | None) -> LabelStyle:
-        """How an action is drawn; unlabelled time as it is in tracks."""
         if action is None:
             return LabelStyle("", QColor(colours().unlabelled))
         return style_of(self._vocabulary(), action)
 
 
 def row_height(font: QFont) -> int:
-    """Pixels of a row: two lines, and what is left free around them."""
     return round(QFontMetricsF(font).height() * (1 + SMALL + 3 * ABOVE))
 
 
 def _paint_section(
     painter: QPainter, option: QStyleOptionViewItem, section: QueueSection, expanded: bool
 ) -> None:
-    """A section: whether it is folded, its name and how many there are; what it holds below."""
     theme, box = colours(), QRectF(option.rect)
     height = QFontMetricsF(option.font).height()
     left, right = box.left() + SIDE * height, box.right() - SIDE * height
@@ -467,7 +411,6 @@ def _paint_item(
 
 
 def _verdict_or_probability(item: QueueItem) -> str:
-    """What stands at the right: how suspect, how sure, or who is right."""
     about = item.about
     if isinstance(about, StoredVerdict):
         return verdict_name(about.verdict)
@@ -484,7 +427,7 @@ def _paint_names(
     looks: tuple[LabelStyle, LabelStyle],
     actions: tuple[str | None, str | None],
 ) -> None:
-    """Swatch and name of what the human sees, an arrow, and those of what the model sees."""
+    """Swatch and name of what the human labelled, an arrow, and those of the prediction."""
     theme, metrics = colours(), QFontMetricsF(face)
     height = metrics.height()
     side, gap, arrow = round(0.72 * height), GAP * height, 1.1 * height
@@ -511,7 +454,6 @@ def _paint_names(
 
 
 def _paint_arrow(painter: QPainter, box: QRectF) -> None:
-    """From what the human sees to what the model sees."""
     pen = QPen(QColor(colours().muted), 1.3)
     pen.setCapStyle(Qt.PenCapStyle.RoundCap)
     painter.setPen(pen)
@@ -530,21 +472,7 @@ def _paint_arrow(painter: QPainter, box: QRectF) -> None:
 
 
 class QueueList(QTableView):
-    """The rows.
-
-    Parameters
-    ----------
-    model : QueueModel
-    vocabulary : callable
-        Gives the vocabulary whose colours are drawn.
-
-    Attributes
-    ----------
-    chosen : Signal
-        With the place of a row that was clicked or opened with Enter.
-    withdrawn : Signal
-        Delete was pressed: the verdict on the marked row, if there is one, is to be withdrawn.
-    """
+    """The rows; `chosen` holds an interval, `withdrawn` follows Delete."""
 
     chosen = Signal(object)
     withdrawn = Signal()
@@ -579,24 +507,21 @@ class QueueList(QTableView):
         themes().changed.connect(self.viewport().update)
 
     def changeEvent(self, event: QEvent) -> None:
-        """A larger font takes higher rows."""
         super().changeEvent(event)
         if event.type() == QEvent.Type.FontChange:
             self._size_rows()
 
     def _size_rows(self) -> None:
-        """Make rows as high as two lines."""
         self.verticalHeader().setDefaultSectionSize(row_height(self.font()))
 
     @property
     def current(self) -> QueueItem | None:
-        """The item that is marked."""
         found = self._model.at(self.currentIndex())
         return found if isinstance(found, QueueItem) else None
 
     @property
     def _open(self) -> list[int]:
-        """The sections of which something is to be judged and not folded away."""
+        """The unfolded sections with something to judge."""
         folded = self._model.folded
         return [
             number
@@ -606,7 +531,6 @@ class QueueList(QTableView):
 
     @property
     def waiting(self) -> int:
-        """How many items are to be judged, without those that are folded away."""
         return sum(len(self._model.sections[number]) for number in self._open)
 
     def beside(self, direction: int) -> tuple[Interval, bool]:
@@ -621,13 +545,13 @@ class QueueList(QTableView):
         return self._place(there % waiting), not 0 <= there < waiting
 
     def after(self) -> Interval | None:
-        """Where one goes when the current item is done; None where it is the only one."""
+        """What comes after the current item; None where it is the only one."""
         if self._position() is None or self.waiting < 2:
             return None
         return self.beside(1)[0]
 
     def _position(self) -> int | None:
-        """Which of the open items is marked."""
+        """The index of the marked item among the open ones."""
         index = self.currentIndex()
         if not index.isValid():
             return None
@@ -638,7 +562,6 @@ class QueueList(QTableView):
         return item + sum(len(self._model.sections[n]) for n in before if n < marked)
 
     def _place(self, position: int) -> Interval:
-        """The place of an open item."""
         for number in self._open:
             section = self._model.sections[number]
             if position < len(section):
@@ -647,7 +570,7 @@ class QueueList(QTableView):
         raise IndexError(position)
 
     def mark(self, place: Interval | None, unfold: bool = True) -> None:
-        """Mark a place, if it stands here, and bring it into view, unfolding its section."""
+        """Mark an interval, if it is listed, and bring it into view, unfolding its section."""
         found = None if place is None else self._model.find(place)
         if found is not None and self._model.sections[found[0]].kind in self._model.folded:
             if unfold:
@@ -672,7 +595,6 @@ class QueueList(QTableView):
         return False
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Enter shows the place; letters are the window's."""
         text = event.text()
         if event.key() in ENTER_KEYS:
             self._clicked(self.currentIndex())
@@ -684,7 +606,7 @@ class QueueList(QTableView):
             super().keyPressEvent(event)
 
     def _clicked(self, index: QModelIndex) -> None:
-        """Show a place; fold or unfold a section."""
+        """Show an interval; fold or unfold a section."""
         found = self._model.at(index)
         if isinstance(found, QueueItem):
             self.chosen.emit(found.place)

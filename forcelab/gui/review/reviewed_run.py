@@ -10,29 +10,18 @@ from forcelab.vocabulary import Vocabulary
 
 
 def blind_demonstrations(document: Document) -> frozenset[str]:
-    """The demonstrations that the document's coder is assigned to code blind, and has not yet.
-
-    Raises
-    ------
-    ForcelabError
-        If the project cannot be read.
-    """
+    """The demonstrations that the coder is assigned to code blind, and has not finished."""
     if document.project is None:
         return frozenset()
     return document.project.blind_to(document.author)
 
 
 def visible_outcome(document: Document) -> Outcome | None:
-    """The outcome that is reviewed, without what the coder is assigned to code blind.
+    """The reviewed run, without what the coder is assigned to code blind.
 
     Scores that are pooled over demonstrations stay as the run has them. Its remarks name segments
-    and demonstrations, so where it rests on labels that are hidden none of them is told. Such
-    labels are nobody's: how often they were edited since is not told either.
-
-    Raises
-    ------
-    ForcelabError
-        If the project cannot be read.
+    and demonstrations, so they are left out where it rests on hidden labels. Such labels have no
+    author: how often they were edited since is not counted either.
     """
     outcome, blind = document.outcome, blind_demonstrations(document)
     if outcome is None or not blind:
@@ -54,18 +43,10 @@ def visible_outcome(document: Document) -> Outcome | None:
 def with_keys(
     vocabulary: Vocabulary, keys: Vocabulary, *, task: str = "", apart: bool = False
 ) -> Vocabulary:
-    """The same looks, each action with the key that paints it now, or with none.
+    """The same actions, each with the key that paints it in the open demonstration, or with none.
 
-    Parameters
-    ----------
-    vocabulary : Vocabulary
-        How the actions of an outcome look.
-    keys : Vocabulary
-        Of the open demonstration: its keys are the ones that paint.
-    task : str
-        The open demonstration's.
-    apart : bool
-        Whether the outcome's actions have their task as a suffix.
+    `keys` is the vocabulary of the open demonstration, `task` its task; `apart`: the actions of the
+    run have their task as a suffix.
     """
     suffix = f"_{task}" if apart else ""
     known = {action.name + suffix: action.key for action in keys}
@@ -73,13 +54,7 @@ def with_keys(
 
 
 def reviewed_vocabulary(document: Document) -> Vocabulary:
-    """How the actions look that a document reviews; without that, those of what is open.
-
-    Raises
-    ------
-    ForcelabError
-        If the project cannot be read.
-    """
+    """The styles of the reviewed run's actions; without a run, those of the open demonstration."""
     project, outcome = document.project, document.outcome
     if project is None or outcome is None:
         return document.vocabulary
@@ -87,15 +62,6 @@ def reviewed_vocabulary(document: Document) -> Vocabulary:
 
 
 def untested_text(outcome: Outcome, nothing: str, further: str = "") -> str:
-    """Why an outcome tested no demonstration, as the run itself has found.
-
-    Parameters
-    ----------
-    outcome : Outcome
-    nothing : str
-        What follows from it here; said where the run kept no reason.
-    further : str, optional
-        What there is all the same.
-    """
+    """Why a run tested no demonstration, as it has found itself, else `nothing`; then `further`."""
     reason = outcome.remarks[0] if outcome.remarks else nothing  # the run notes it first
     return " ".join(filter(None, (reason, further)))

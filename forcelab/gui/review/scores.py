@@ -50,12 +50,7 @@ class Sorting:
 
 
 def compute_intervals(outcome: Outcome) -> Generator[Progress, None, dict[str, Intervals]]:
-    """The intervals of both stages: as the run has them, otherwise from its segments.
-
-    Yields
-    ------
-    Progress
-    """
+    """The intervals of both stages: as the run has them, otherwise from its segments."""
     result = {}
     for stage in STAGES:
         stored = outcome.scores.get(stage, {}).get("intervals")
@@ -91,18 +86,7 @@ def score_rows(
     found: Mapping[str, Intervals],
     sorting: Sorting,
 ) -> tuple[tuple[TableRow, ...], tuple[str, ...]]:
-    """All rows, and the ids of the demonstrations below the fixed ones.
-
-    Parameters
-    ----------
-    outcome : Outcome
-    seen : sequence of Reviewed
-        The demonstrations that the coder may see.
-    metrics : sequence of Metric
-    found : mapping of str to Intervals
-        By stage; empty while they are computed.
-    sorting : Sorting
-    """
+    """All rows, and the ids of the demonstrations below the fixed ones."""
     pairs = [(metric, stage) for metric in metrics for stage in STAGES]
     pooled = [
         metric.value(outcome.scores.get(stage, {}).get("pooled", {})) for metric, stage in pairs
@@ -127,7 +111,7 @@ def score_rows(
 def _scores_by_demonstration(
     outcome: Outcome,
 ) -> list[tuple[Reviewed, dict[str, Mapping[str, object]]]]:
-    """Each tested demonstration with its scores by stage; they stand in the order of the tested."""
+    """Each tested demonstration with its scores by stage, in the order of the run."""
     lists = {stage: outcome.scores.get(stage, {}).get("demonstrations", ()) for stage in STAGES}
     return [
         (one, {stage: found[i] for stage, found in lists.items() if i < len(found)})
@@ -142,13 +126,12 @@ def _score_row(
     *,
     bold: bool = False,
 ) -> TableRow:
-    """Numbers as texts."""
     cells = tuple(metric.text(value) for (metric, _), value in zip(pairs, values, strict=True))
     return TableRow(cells, name, bold=bold)
 
 
 def _interval_row(pairs: Sequence[tuple[Metric, str]], found: Mapping[str, Intervals]) -> TableRow:
-    """The intervals of what is pooled, and how they were made or why there are none."""
+    """The intervals of what is pooled, and how they were computed or why there are none."""
     name = "95 % interval"
     if not found:
         tip = "The intervals are being computed."
@@ -162,7 +145,7 @@ def _interval_row(pairs: Sequence[tuple[Metric, str]], found: Mapping[str, Inter
 
 
 def _sort_key(value: float | None, descending: bool) -> float:
-    """What is sorted by; a missing number comes last either way."""
+    """The number to sort by; a missing one comes last either way."""
     if value is None:
         return math.inf
     return -value if descending else value
@@ -206,11 +189,10 @@ class ScoresView(QWidget):
 
     @property
     def metrics(self) -> tuple[Metric, ...]:
-        """What is shown."""
         return agreement_metrics() if self.which.currentData() == "rates" else error_metrics()
 
     def copy(self) -> None:
-        """Copy the table as lines of cells with tabs between them."""
+        """Copy the table as tab-separated text."""
         copy_text(self.model.as_tsv())
         self.document.say("The scores were copied.")
 
@@ -228,12 +210,10 @@ class ScoresView(QWidget):
     # Qt
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Catch up with what happened while it was hidden."""
         super().showEvent(event)
         self._refresh()
 
     def hideEvent(self, event: QHideEvent) -> None:
-        """Nothing is computed for nobody."""
         super().hideEvent(event)
         self._jobs.cancel(INTERVALS_JOB)
         if not self.intervals:
@@ -242,7 +222,6 @@ class ScoresView(QWidget):
     # Inside
 
     def _lay_out(self) -> None:
-        """The choice above the table, and the note below it."""
         self._bar = QWidget()
         bar = QHBoxLayout(self._bar)
         bar.setContentsMargins(6, 6, 6, 4)
@@ -272,7 +251,6 @@ class ScoresView(QWidget):
         page_layout(self, self._bar, self._pages, growing=self._pages)
 
     def _refresh(self) -> None:
-        """Show the outcome as it is now."""
         if not self.isVisible():
             return
         try:
@@ -299,7 +277,6 @@ class ScoresView(QWidget):
         self._show()
 
     def _take(self, found: dict[str, Intervals]) -> None:
-        """Show the intervals."""
         self.intervals = found
         self._show()
 
@@ -309,7 +286,6 @@ class ScoresView(QWidget):
         self._show()
 
     def _show(self) -> None:
-        """Fill the table."""
         if self._outcome is None or not self.isVisible():
             return
         metrics = self.metrics
@@ -330,19 +306,16 @@ class ScoresView(QWidget):
         self._pages.say("")
 
     def _note(self, how: str) -> str:
-        """How the intervals were made, and what was done to get here."""
         outcome = self._outcome
         assert outcome is not None
         told = f"Run {outcome.number}, seed {outcome.settings.seed}. 95 % intervals: {how}"
         return "\n".join((told, reliability_text(outcome.reliability))).strip()
 
     def _show_empty(self, text: str) -> None:
-        """Show a sentence in place of the table."""
         self._bar.hide()
         self._pages.say(text)
 
     def _open(self, index: QModelIndex) -> None:
-        """Open the demonstration of a row."""
         number = index.row() - POOLED_ROWS
         if 0 <= number < len(self._ids):
             self.document.open_demonstration(self._ids[number])

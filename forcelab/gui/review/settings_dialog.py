@@ -59,24 +59,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class TrainingFacts:
-    """What the demonstrations that are trained on have in common.
+    """What the demonstrations that are trained on have in common."""
 
-    Parameters
-    ----------
-    channels : tuple of str
-        Recognition channels that all of them have.
-    rate : float
-        Their median rate in Hz; 0 without a demonstration.
-    labelled : float
-        Seconds that are labelled by whom they are trained on.
-    spellings : frozenset of str
-        All actions as they are spelt.
-    """
-
-    channels: tuple[str, ...] = ()
-    rate: float = 0.0
-    labelled: float = 0.0
-    spellings: frozenset[str] = frozenset()
+    channels: tuple[str, ...] = ()  # that all of them have
+    rate: float = 0.0  # their median rate in Hz; 0 without a demonstration
+    labelled: float = 0.0  # seconds
+    spellings: frozenset[str] = frozenset()  # all actions as they are spelt
 
     def cost(self, settings: Settings) -> tuple[int, int]:
         """Numbers that describe a time step, and labelled steps that are trained on."""
@@ -88,7 +76,7 @@ class TrainingFacts:
 
 
 def training_facts(document: Document, choice: Choice) -> TrainingFacts:
-    """The facts of what is chosen, from the list of demonstrations; opens no array."""
+    """The facts of a choice, from the list of demonstrations; opens no array."""
     from forcelab.signals.channels import channel_map
 
     if document.project is None:
@@ -126,12 +114,12 @@ _PRESET_TEXTS = {
 
 
 def preset_text(name: str) -> str:
-    """What a preset is, in one sentence; empty for one that has none."""
+    """A preset in one sentence; empty for one that has none."""
     return _PRESET_TEXTS.get(name, "")
 
 
 def settings_summary(settings: Settings, facts: TrainingFacts) -> str:
-    """What settings use, a line each; what is not used is left out."""
+    """The settings in use, a line each."""
     values = {field.name: getattr(settings, field.name) for field in FIELDS}
     lines = []
     for field in FIELDS:
@@ -167,11 +155,11 @@ class Editor(QWidget):
 
     @abstractmethod
     def value(self) -> Any:
-        """What it shows, as :class:`~forcelab.recognition.settings.Settings` takes it."""
+        """The value, as :class:`~forcelab.recognition.settings.Settings` takes it."""
 
     @abstractmethod
     def set_value(self, value: Any) -> None:
-        """Show another value; nobody is told."""
+        """Show another value; emits no signal."""
 
 
 class NumberEditor(Editor):
@@ -204,7 +192,6 @@ class NumberEditor(Editor):
         self._switched(self.switch is None or self.switch.isChecked())
 
     def value(self) -> float | int | None:
-        """The number, or None when it is off."""
         if self.switch is not None and not self.switch.isChecked():
             return None
         shown = self.box.value()
@@ -216,7 +203,6 @@ class NumberEditor(Editor):
         return exact if exact is not None and rounded == round(shown, 9) else shown
 
     def set_value(self, value: Any) -> None:
-        """Show a number, or that there is none."""
         self._exact = None if value is None or self.field.kind == "whole" else float(value)
         self.blockSignals(True)
         if self.switch is not None:
@@ -231,7 +217,6 @@ class NumberEditor(Editor):
         self.blockSignals(False)
 
     def _switched(self, on: bool) -> None:
-        """Show the number only where it counts."""
         self.box.setVisible(on)
         self.changed.emit()
 
@@ -254,11 +239,9 @@ class ChoiceEditor(Editor):
         self.box.currentIndexChanged.connect(lambda _: self.changed.emit())
 
     def value(self) -> str:
-        """The one that is chosen."""
         return str(self.box.currentData())
 
     def set_value(self, value: Any) -> None:
-        """Choose one."""
         self.blockSignals(True)
         self.box.setCurrentIndex(max(self.box.findData(value), 0))
         self.blockSignals(False)
@@ -278,11 +261,9 @@ class FlagEditor(Editor):
         self.box.toggled.connect(lambda _: self.changed.emit())
 
     def value(self) -> bool:
-        """Whether it is switched on."""
         return self.box.isChecked()
 
     def set_value(self, value: Any) -> None:
-        """Switch it on or off."""
         self.blockSignals(True)
         self.box.setChecked(bool(value))
         self.blockSignals(False)
@@ -303,13 +284,7 @@ class ChannelsEditor(Editor):
         self._given: tuple[str, ...] | None = None
 
     def value(self) -> tuple[str, ...] | None:
-        """The names, in the order in which they were given.
-
-        Raises
-        ------
-        InputError
-            If there is none.
-        """
+        """The names, in the order in which they were set; refused (InputError) without any."""
         chosen = [name for name, box in self.boxes.items() if box.isChecked()]
         if self.boxes and not chosen:
             raise InputError("A recogniser needs something to look at; choose a channel.")
@@ -318,7 +293,7 @@ class ChannelsEditor(Editor):
         return None if chosen == list(self._all) else tuple(chosen)
 
     def set_value(self, value: Any) -> None:
-        """Check those that are used; one that is not here can only be unchecked."""
+        """Check the channels in use; one that this task lacks can only be unchecked."""
         self.blockSignals(True)
         self._given = None if value is None else tuple(value)
         for name in self._given or ():
@@ -329,7 +304,6 @@ class ChannelsEditor(Editor):
         self.blockSignals(False)
 
     def _add(self, name: str) -> None:
-        """Offer a channel."""
         here = name in self._all
         box = QCheckBox(escape_ampersands(name if here else f"{name} (not in this task)"))
         box.setAccessibleName(f"Channel {name}")
@@ -367,14 +341,7 @@ class MergeEditor(Editor):
         self.set_value(MergeMap())
 
     def value(self) -> MergeMap:
-        """The map.
-
-        Raises
-        ------
-        InputError
-            If a line names only one of the two, a spelling stands twice, a chain of merges, or
-            a merge into no action.
-        """
+        """The map; refused (InputError) where a line lacks a side, for double or chained merges."""
         targets: dict[str, str] = {}
         for source, target in self.lines():
             if source in targets:
@@ -385,7 +352,6 @@ class MergeEditor(Editor):
         return merge
 
     def set_value(self, value: Any) -> None:
-        """Show a map."""
         self.blockSignals(True)
         self.table.blockSignals(True)
         self.table.setRowCount(0)
@@ -396,7 +362,7 @@ class MergeEditor(Editor):
         self.blockSignals(False)
 
     def lines(self) -> list[tuple[str, str]]:
-        """What stands in the lines that are not empty."""
+        """The lines that are not empty."""
         found = []
         for row in range(self.table.rowCount()):
             source, target = (self._text(row, column) for column in (0, 1))
@@ -405,24 +371,22 @@ class MergeEditor(Editor):
         return found
 
     def unknown(self) -> tuple[str, ...]:
-        """Spellings that nobody labelled; perhaps mistyped."""
+        """Spellings that were never labelled; perhaps mistyped."""
         sources = dict.fromkeys(source for source, _ in self.lines() if source)
         return tuple(name for name in sources if name not in self._spellings)
 
     def _append(self, source: str, target: str) -> None:
-        """Add a line."""
         row = self.table.rowCount()
         self.table.insertRow(row)
         self.table.setItem(row, 0, QTableWidgetItem(source))
         self.table.setItem(row, 1, QTableWidgetItem(target))
 
     def _text(self, row: int, column: int) -> str:
-        """What stands in a cell."""
         item = self.table.item(row, column)
         return "" if item is None else item.text().strip()
 
     def _edited(self, _item: QTableWidgetItem) -> None:
-        """Keep one empty line at the end, and tell."""
+        """Keep one empty line at the end."""
         self.table.blockSignals(True)
         last = self.table.rowCount() - 1
         if last < 0 or self._text(last, 0) or self._text(last, 1):
@@ -432,7 +396,7 @@ class MergeEditor(Editor):
         self.changed.emit()
 
     def _flag(self) -> None:
-        """Mark the spellings that nobody labelled."""
+        """Mark the spellings that were never labelled."""
         unknown = self.unknown()
         self.table.blockSignals(True)
         for row in range(self.table.rowCount()):
@@ -454,7 +418,6 @@ class _SpellingDelegate(QStyledItemDelegate):
         self._spellings = sorted(spellings, key=str.lower)
 
     def createEditor(self, parent: QWidget, option: QStyleOptionViewItem, index: Index) -> QWidget:
-        """A line to write in."""
         line = QLineEdit(parent)
         line.setFrame(False)
         offered = QCompleter(self._spellings, line)
@@ -468,7 +431,7 @@ class _MergeTable(QTableWidget):
     """A table in which Delete takes lines away."""
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Empty the chosen line, or leave it to the table."""
+        """Delete removes the current line."""
         if event.key() in (Qt.Key.Key_Delete, Qt.Key.Key_Backspace) and self.currentRow() >= 0:
             if self.currentRow() < self.rowCount() - 1:
                 row = self.currentRow()
@@ -492,18 +455,7 @@ WAVELET_PARAMETERS = {
 
 
 class SettingsForm(QWidget):
-    """All settings as fields.
-
-    Parameters
-    ----------
-    facts : Facts
-        What the demonstrations say.
-
-    Attributes
-    ----------
-    trouble : str
-        Why what is shown are no settings; empty where they are.
-    """
+    """All settings as fields; `trouble` says why they are refused."""
 
     changed = Signal()
 
@@ -530,7 +482,6 @@ class SettingsForm(QWidget):
         whole.addStretch(1)
 
     def set_settings(self, settings: Settings) -> None:
-        """Show settings."""
         self._base, self.preset = settings, settings.preset
         self._wavelet = settings.wavelet
         for name, shown in self.editors.items():
@@ -541,7 +492,7 @@ class SettingsForm(QWidget):
         self._follow()
 
     def settings(self) -> Settings | None:
-        """What is shown, or None where it is refused; :attr:`trouble` says why."""
+        """The settings, or None where they are refused; :attr:`trouble` says why."""
         from forcelab.recognition.settings import Settings
 
         for label in self.troubles.values():
@@ -559,13 +510,7 @@ class SettingsForm(QWidget):
         return None
 
     def values(self) -> dict[str, Any]:
-        """What the editors hold; what is not used is as it was, or left out.
-
-        Raises
-        ------
-        _RefusedError
-            If an editor holds no value.
-        """
+        """The values of the editors; what is not in use is as it was, or left out."""
         values = {name: self._value(name) for name in self.editors}
         if values["wavelet"] == "haar":
             values["parameter"] = None
@@ -576,14 +521,12 @@ class SettingsForm(QWidget):
         return values | {"preset": self.preset}
 
     def _value(self, name: str) -> Any:
-        """What one editor holds."""
         try:
             return self.editors[name].value()
         except InputError as error:
             raise _RefusedError(name, error) from error
 
     def _refuse(self, field: str, error: InputError) -> None:
-        """Say beneath a field what is wrong with it."""
         self.trouble = str(error)
         self.troubles[field].setText(self.trouble)
         self.troubles[field].show()
@@ -598,7 +541,7 @@ class SettingsForm(QWidget):
         )
 
     def _field_at_fault(self, values: dict[str, Any]) -> str:
-        """The field that is to blame: with its old value the rest would do."""
+        """The field to blame: with its old value the settings would be accepted."""
         from forcelab.recognition.settings import Settings
 
         assert self._base is not None
@@ -611,7 +554,6 @@ class SettingsForm(QWidget):
         return next((f.name for f in FIELDS if f.name in self.trouble), FIELDS[-1].name)
 
     def _add(self, field: SettingField, form: QFormLayout) -> None:
-        """Add the row of a field."""
         shown = _editor_for(field, self.facts)
         shown.changed.connect(self._edited)
         trouble = set_tone("trouble")
@@ -625,7 +567,6 @@ class SettingsForm(QWidget):
         self._rows[field.name] = form, cell
 
     def _edited(self) -> None:
-        """Follow what was changed."""
         wavelet = self.editors["wavelet"].value()
         if wavelet != self._wavelet and self._wavelet:
             self._wavelet = wavelet
@@ -634,7 +575,7 @@ class SettingsForm(QWidget):
             self._follow()
 
     def _follow(self) -> None:
-        """Show what is used, and say what is wrong."""
+        """Show the fields in use, and what is wrong."""
         try:
             values = self.values()
         except _RefusedError:
@@ -655,7 +596,6 @@ class _RefusedError(Exception):
 
 
 def _editor_for(field: SettingField, facts: TrainingFacts) -> Editor:
-    """The editor of a field."""
     if field.kind in ("number", "whole"):
         return NumberEditor(field)
     if field.kind == "choice":
@@ -671,28 +611,14 @@ SUMMARY_PAGE, FORM_PAGE = 0, 1
 
 
 def differs_from_preset(settings: Settings) -> bool:
-    """Whether settings differ from those of the preset that they began with."""
+    """Whether settings differ from those of their preset."""
     from forcelab.recognition.presets import PRESETS
 
     return settings != PRESETS.get(settings.preset)
 
 
 class SettingsDialog(QDialog):
-    """Presets; one is shown as a summary, until it is changed.
-
-    Parameters
-    ----------
-    settings : Settings
-        What is shown first.
-    facts : Facts
-        What the demonstrations say; for channels, frequencies, spellings and cost.
-    parent : QWidget, optional
-
-    Attributes
-    ----------
-    chosen : Settings or None
-        What is shown; None while it is refused.
-    """
+    """Presets; one is shown as a summary, until it is changed. `chosen` is None while refused."""
 
     def __init__(
         self, settings: Settings, facts: TrainingFacts, parent: QWidget | None = None
@@ -728,14 +654,12 @@ class SettingsDialog(QDialog):
         self._show_settings(settings)
 
     def sizeHint(self) -> QSize:
-        """Room for most of the form."""
         line = self.fontMetrics().height()
         return QSize(38 * line, 40 * line)
 
     # What it is made of
 
     def _preset_row(self) -> QHBoxLayout:
-        """The presets, and the way back to one."""
         from forcelab.recognition.presets import PRESETS
 
         self.presets = QComboBox()
@@ -765,7 +689,6 @@ class SettingsDialog(QDialog):
         return row
 
     def _summary_page(self) -> QWidget:
-        """What a preset uses, in words."""
         page = QWidget()
         column = QVBoxLayout(page)
         column.setContentsMargins(0, 6, 0, 6)
@@ -774,14 +697,13 @@ class SettingsDialog(QDialog):
         return scroll_area(page)
 
     def _form_page(self) -> QWidget:
-        """All fields."""
         self._area = scroll_area(self.form)
         return self._area
 
     # What happens
 
     def open_form(self) -> None:
-        """Let every field be changed."""
+        """Show the form, in which every field can be changed."""
         self._pages.setCurrentIndex(FORM_PAGE)
         self.change.hide()
         self.back.show()
@@ -807,7 +729,6 @@ class SettingsDialog(QDialog):
             self.back.hide()
 
     def _form_changed(self) -> None:
-        """Say what the settings come to."""
         self.chosen = self.form.settings()
         self.ok.setEnabled(self.chosen is not None)
         if self.chosen is None:
@@ -821,13 +742,11 @@ class SettingsDialog(QDialog):
         self.cost.setText(self._cost(self.chosen))
 
     def _bring_into_view(self) -> None:
-        """Show the field that is refused, once its sentence has got its room."""
         label = next((label for label in self.form.troubles.values() if label.text()), None)
         if label is not None and self.isVisible():
             QTimer.singleShot(0, label, lambda: self._area.ensureWidgetVisible(label))
 
     def _scales(self, settings: Settings) -> str:
-        """How many scales there are, and which frequencies they answer to."""
         from forcelab.signals.cwt import frequencies
 
         if settings.features == "windows":
@@ -840,12 +759,10 @@ class SettingsDialog(QDialog):
         return f"{count} scales, {hertz.min():.3g} to {hertz.max():.3g} Hz at {rate:.6g} Hz"
 
     def _windows(self, settings: Settings) -> str:
-        """How many windows there are, and how long."""
         shortest, longest = (1000 * settings.windows[i] for i in (0, -1))
         return f"{len(settings.windows)} windows, {shortest:.3g} to {longest:.3g} ms"
 
     def _cost(self, settings: Settings) -> str:
-        """How much is trained on."""
         features, steps = self.facts.cost(settings)
         if not steps:
             return f"{features} features; nothing is labelled yet."

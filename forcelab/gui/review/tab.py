@@ -21,10 +21,7 @@ if TYPE_CHECKING:
 
 
 class TrainingIndicator(BackgroundIndicator):
-    """A line in the status bar; a click on it leads to the review.
-
-    Seen while another workspace is in front: the review says it in its own bar.
-    """
+    """A line in the status bar that leads to the review, while another workspace is in front."""
 
     def __init__(self, trainer: Trainer) -> None:
         super().__init__()
@@ -57,22 +54,7 @@ BACKGROUND_JOBS = frozenset({TRAINING, MEASURING, WARM_UP})
 
 
 class ReviewTab(QWidget):
-    """Room for the Review workspace.
-
-    Parameters
-    ----------
-    document : Document
-    jobs : Jobs
-    label : LabelWorkspace
-        Who lends timeline and video.
-
-    Attributes
-    ----------
-    trainer : Trainer
-        Trains, whichever workspace is in front.
-    standing : Standing
-        Says how far that is, for the window's status bar.
-    """
+    """Room for the Review workspace; its trainer works whichever workspace is in front."""
 
     def __init__(self, document: Document, jobs: Jobs, label: LabelWorkspace) -> None:
         super().__init__()
@@ -87,7 +69,7 @@ class ReviewTab(QWidget):
 
     @property
     def workspace(self) -> ReviewWorkspace:
-        """The workspace; the first one who asks has it built."""
+        """The workspace, built when it is first needed."""
         if self._built is None:
             # What it needs is not loaded by those who only label.
             from forcelab.gui.review.workspace import ReviewWorkspace
@@ -114,17 +96,14 @@ class ReviewTab(QWidget):
         self._label.take_back()
 
     def remember_layout(self) -> None:
-        """Keep how the room is shared out."""
         if self._built is not None:
             self._built.remember_layout()
 
     def reset_layout(self) -> None:
-        """Share out the room as at first."""
         if self._built is not None:
             self._built.reset_layout()
 
     def handlers(self) -> dict[str, Callable[[], object]]:
-        """What the commands of reviewing do, by their id in the table."""
         document = self.document
         return {
             "train": self.trainer.train,
@@ -141,15 +120,13 @@ class ReviewTab(QWidget):
         }
 
     def _step(self, direction: int) -> None:
-        """Go to the next thing to review, or back to the one before."""
         self.workspace.queue.step(direction)
 
     def _undo(self) -> bool:
-        """Take back the latest verdict or edit; verdicts are given by keys in any workspace."""
+        """Undo the latest verdict or edit; verdicts are given by keys in any workspace."""
         return self.document.undo() if self._built is None else self._built.queue.undo()
 
     def _redo(self) -> bool:
-        """Do again what was taken back last."""
         return self.document.redo() if self._built is None else self._built.queue.redo()
 
 

@@ -45,32 +45,22 @@ COMPLETE_SHARE = 0.5
 
 
 def task_text(task: str) -> str:
-    """What a task is called on the screen; demonstrations may be of none."""
+    """A task on the screen; demonstrations may be of none."""
     return task or "no task"
 
 
 def default_folds(document: Document, tasks: Sequence[str], author: str | None) -> int:
-    """In how many groups demonstrations are left out where nobody chose; 0: each by itself.
-
-    Parameters
-    ----------
-    document : Document
-    tasks : sequence of str
-        What is trained on.
-    author : str or None
-        Whose labels count; None where nobody has labelled anything.
-    """
+    """In how many groups demonstrations are left out by default; 0: each by itself."""
     labelled = (author in info.labelled for info in document.infos if info.task in tasks)
     return usual_folds(sum(labelled))
 
 
 def default_author(document: Document, tasks: set[str | None]) -> str | None:
-    """The coder's own labels, or those of who labelled most; None where nobody did.
+    """The coder's own labels, or those of the coder with the most; None where there are none.
 
-    So whoever looks at a project of others can train at once. The coder's own count from
-    :data:`OWN_MINIMUM` complete demonstrations on, or where nobody else has more. One that was only
-    begun
-    counts where nobody has any complete. Models are no coders.
+    So a coder who opens another's project can train at once. The coder's own count from
+    :data:`OWN_MINIMUM` complete demonstrations on, or where no other coder has more. One that was
+    only begun counts where nobody has any complete. Models are no coders.
     """
     own, open_one = document.author, document.demonstration
     begun: Counter[str] = Counter()
@@ -106,7 +96,7 @@ AUTOMATIC_RUNS_KEPT = 3
 
 
 class _AutomaticRun(NamedTuple):
-    """A run that came by itself."""
+    """A run of an automatic training."""
 
     number: int
     proposer: str
@@ -114,17 +104,11 @@ class _AutomaticRun(NamedTuple):
 
 
 class AutomaticRuns:
-    """Lets go of older runs that came by themselves, while the window is open.
+    """Removes older automatic runs, while the window is open.
 
     After each there is a rest for as long as it took: where a training takes minutes, every edit
-    would otherwise be followed by one more, and the machine would do nothing else. A run that
-    somebody has judged, or accepted labels from, stays in the project; so does one that is looked
-    at.
-
-    Parameters
-    ----------
-    document : Document
-        Whose project keeps the runs.
+    would otherwise be followed by one more, and the machine would do nothing else. A run whose
+    predictions were judged or accepted stays in the project; so does the one that is reviewed.
     """
 
     def __init__(self, document: Document) -> None:
@@ -132,26 +116,23 @@ class AutomaticRuns:
         self.forget()
 
     def forget(self) -> None:
-        """Begin anew, as with another project."""
         self._made: list[_AutomaticRun] = []
         self._began = self._until = -inf
 
     @property
     def must_wait(self) -> bool:
-        """Whether none may come by itself yet."""
+        """Whether no automatic training may begin yet."""
         return monotonic() < self._until
 
     def begin(self) -> None:
-        """Take note that a training begins."""
         self._began = monotonic()
 
     def end(self) -> None:
-        """Take note that it has ended."""
         now = monotonic()
         self._until = now + (now - self._began)
 
     def trained(self, outcome: Outcome) -> None:
-        """Take note of a run, and let go of those that are too old by now."""
+        """Add a run, and remove those that are too old by now."""
         task = (*outcome.tasks, outcome.test_task)
         self._made.append(_AutomaticRun(outcome.number, outcome.proposer, task))
         for old in [one for one in self._made if one.task == task][:-AUTOMATIC_RUNS_KEPT]:
@@ -174,20 +155,7 @@ COUNT_DELAY = 1000
 
 
 class EditCounter(QObject):
-    """Counts edits, and tells when the coder made one.
-
-    Parameters
-    ----------
-    document : Document
-    count : callable
-        ``count(project, outcome)``: takes no time.
-    parent : QObject, optional
-
-    Attributes
-    ----------
-    edits : int or None
-        None where nothing is reviewed.
-    """
+    """Counts edits since the run that is reviewed, and emits `edited` when the coder made one."""
 
     counted = Signal()
     edited = Signal()
@@ -209,12 +177,10 @@ class EditCounter(QObject):
         document.outcome_changed.connect(self.count)
 
     def forget(self) -> None:
-        """Begin with nothing."""
         self._later.stop()
         self.edits = None
 
     def count(self) -> None:
-        """Count now."""
         self._at = time.monotonic()
         project, edits = self._document.project, None
         if project is not None and self._document.outcome is not None:
@@ -232,7 +198,7 @@ class EditCounter(QObject):
             self.counted.emit()
 
     def _painted(self) -> tuple[str, str, Segments]:
-        """Whose track over what, and the track."""
+        """The open demonstration, its coder, and the track."""
         return self._document.id, self._document.author, self._document.segments
 
     def _tracks_changed(self) -> None:
@@ -256,32 +222,9 @@ TRAINING, MEASURING = "training", "measuring recognition"
 class Trainer(QObject):
     """Trains on a snapshot of the labels in the background, while the coder goes on.
 
-    The outcome that is reviewed stays until a new one is there.
-
-    Parameters
-    ----------
-    document : Document
-        Gets the outcome, by :meth:`~forcelab.gui.document.Document.set_outcome`.
-    jobs : Jobs
-    parent : QObject, optional
-    work : Work, optional
-        What is done in the background.
-
-    Attributes
-    ----------
-    task : str
-        Whose settings and choice count, remembered for each task of each project. Demonstrations
-        of no task are of the task ``""``, so ask :attr:`ready` whether there is one.
-    trouble : str
-        Why the last training did not come about; empty where it did.
-    runs : tuple of RunInfo
-        What the project keeps that can be reviewed, the latest first.
-    step : Step or None
-        How far it is.
-    trail : list of Step
-        All steps of the training that is under way or was the last one.
-    automatic : bool
-        Whether edits are followed by a training.
+    The reviewed run stays until a new one is there. Settings and choice are remembered for each
+    task of each project; demonstrations of no task are of the task ``""``, so ask :attr:`ready`
+    whether there is one.
     """
 
     changed = Signal()
@@ -318,7 +261,6 @@ class Trainer(QObject):
         self._project_changed()
 
     def _reset_task(self) -> None:
-        """Begin with no task."""
         self.task = ""
         self.trouble = ""
         self._settings: Settings | None = None
@@ -327,17 +269,14 @@ class Trainer(QObject):
 
     @property
     def ready(self) -> bool:
-        """Whether there is anything of the task."""
         return self._path is not None and self.task in self.tasks
 
     @property
     def tasks(self) -> tuple[str, ...]:
-        """The tasks of the project."""
         return tuple(dict.fromkeys(info.task for info in self.document.infos))
 
     @property
     def settings(self) -> Settings:
-        """How a recogniser is trained."""
         if self._settings is None:
             self._settings = training_preferences.recall_settings(self._path or Path(), self.task)
         return self._settings
@@ -356,7 +295,6 @@ class Trainer(QObject):
 
     @property
     def classifier(self) -> str:
-        """The classifier that is trained."""
         if self._settings is not None:
             return self._settings.classifier
         values = training_preferences.recall_values(self._path or Path(), self.task) or {}
@@ -370,7 +308,7 @@ class Trainer(QObject):
 
     @property
     def author(self) -> str | None:
-        """Whose labels are trained on; None where nobody has labelled anything."""
+        """Whose labels are trained on; None where nothing is labelled."""
         tasks, test, author, _, _ = self._parts
         if author:
             return author
@@ -383,7 +321,7 @@ class Trainer(QObject):
 
     @property
     def reviewed_author(self) -> str:
-        """Whose labels what is reviewed was trained on, if the next training takes another's."""
+        """Whose labels the reviewed run was trained on, if the next training takes others."""
         outcome = self.document.outcome
         if outcome is None or not self.ready or outcome.author == self.author:
             return ""
@@ -391,7 +329,7 @@ class Trainer(QObject):
 
     @property
     def settings_changed(self) -> bool:
-        """Whether the next training takes other settings than what is reviewed was trained with."""
+        """Whether the next training takes other settings than the reviewed run."""
         outcome = self.document.outcome
         return outcome is not None and self.ready and outcome.settings != self.settings
 
@@ -404,17 +342,14 @@ class Trainer(QObject):
         return choice.tasks, choice.test_task, choice.author, choice.apart, choice.folds
 
     def set_settings(self, settings: Settings) -> None:
-        """Train like this from now on."""
         self._settings = settings
         self._keep(settings)
 
     def set_choice(self, choice: Choice) -> None:
-        """Train on this from now on."""
         self._choice = choice
         self._keep(choice)
 
     def _keep(self, given: Settings | Choice | bool) -> None:
-        """Remember what was asked for."""
         if self._path is not None:
             training_preferences.remember(self._path, self.task, given)
         self.trouble = ""
@@ -428,19 +363,18 @@ class Trainer(QObject):
         self.changed.emit()
 
     def dismiss(self) -> None:
-        """Take note of the trouble."""
         if self.trouble:
             self.trouble = ""
             self.changed.emit()
 
     def _refuse(self, sentence: str) -> None:
-        """Say what is missing; also where the bar that shows it is not in front."""
+        """Report what is missing; also where the bar that shows it is not in front."""
         self.trouble = sentence
         self.document.say(sentence, True)
         self.changed.emit()
 
     def _given(self) -> SettingsAndChoice:
-        """What gives settings and choice; to build them loads much, so that is left to the job."""
+        """A function that builds settings and choice in the job, as that loads much."""
         assert self._path is not None
         task, settings = self.task, self._settings
         values = training_preferences.recall_values(self._path, task)
@@ -460,7 +394,7 @@ class Trainer(QObject):
         return given
 
     def _report_author(self, author: str | None) -> None:
-        """Say that the labels of somebody else are taken."""
+        """Say that another coder's labels are taken."""
         own = self.document.author
         if author is not None and author != own:
             self.document.say(
@@ -470,7 +404,7 @@ class Trainer(QObject):
             )
 
     def show_run(self, number: int) -> None:
-        """Review what another run of the project found."""
+        """Review another run of the project."""
         if self._path is not None:
             work = self._backend.load(self._path, number)
             self.jobs.run(work, self._take, self._failed_to_load, key=LOADING_RUN)
@@ -483,7 +417,6 @@ class Trainer(QObject):
             self.jobs.run(work, lambda _: self._removed(path, number), self._failed_to_load)
 
     def _removed(self, path: Path, number: int) -> None:
-        """Take note that a run of a project is gone."""
         if path != self._path:
             return
         shown = self.document.outcome
@@ -504,7 +437,7 @@ class Trainer(QObject):
             )
 
     def _listed(self, runs: tuple[RunInfo, ...]) -> None:
-        """Offer the runs; where nothing is reviewed yet, the latest one is."""
+        """Offer the runs; where none is reviewed yet, the latest one is."""
         self.runs = runs
         self.runs_changed.emit()
         if self.document.outcome is None:
@@ -528,19 +461,18 @@ class Trainer(QObject):
             self.document.set_outcome(None)
 
     def _take(self, outcome: Outcome) -> None:
-        """Review what was read; what is trained next is of the same task."""
+        """Review a run; what is trained next is of the same task."""
         self.document.set_outcome(outcome)
         if outcome.tasks and self.task not in (*outcome.tasks, outcome.test_task):
             self._switch_task(outcome.tasks[0])
         self.changed.emit()
 
     def _failed_to_load(self, error: Exception) -> None:
-        """Say what of the project could not be read."""
         if isinstance(error, ForcelabError):
             self._refuse(str(error))
 
     def _listing_changed(self) -> None:
-        """Read what is reviewed again where it tells of a demonstration that was removed."""
+        """Read the run again where it tested a demonstration that was removed."""
         outcome = self.document.outcome
         if outcome is None or self._path is None:
             return
@@ -556,7 +488,6 @@ class Trainer(QObject):
         self._failed_to_load(error)
 
     def _forget(self) -> None:
-        """Begin with nothing."""
         self._reset_task()
         self.document.set_training(False)
         self.step: Step | None = None
@@ -570,17 +501,16 @@ class Trainer(QObject):
 
     @property
     def training(self) -> bool:
-        """Whether a training is under way."""
         return self.document.training
 
     @property
     def edits(self) -> int | None:
-        """How many edits were made since what is reviewed was trained; None where nothing is."""
+        """How many edits were made since the reviewed run was trained; None without one."""
         return self._counter.edits
 
     @property
     def kept(self) -> bool:
-        """Whether the project has the recogniser of what is reviewed; an evaluation keeps none."""
+        """Whether the project has the recogniser of the reviewed run; an evaluation keeps none."""
         project, outcome = self.document.project, self.document.outcome
         if project is None or outcome is None:
             return False
@@ -592,7 +522,7 @@ class Trainer(QObject):
 
     @property
     def freshness(self) -> tuple[str, str]:
-        """How up to date what is reviewed is, at length and in short."""
+        """How up to date the reviewed run is, at length and in short."""
         return freshness_text(
             self.edits, self.reviewed_author, kept=self.kept, resettled=self.settings_changed
         )
@@ -603,7 +533,7 @@ class Trainer(QObject):
         return bool(self.document.outcome is None or self.edits or self.reviewed_author)
 
     def set_automatic(self, automatic: bool) -> None:
-        """Train by itself some seconds after edits, or only when told to."""
+        """Train automatically some seconds after edits, or only when asked to."""
         if automatic == self.automatic:
             return
         self.automatic = automatic
@@ -614,7 +544,7 @@ class Trainer(QObject):
             self._quiet.stop()
 
     def set_task(self, task: str) -> None:
-        """Turn to another task: its settings, its choice, and its latest outcome."""
+        """Turn to another task: its settings, its choice, and its latest run."""
         if task == self.task or self._path is None:
             return
         self.jobs.cancel(LOADING_RUN)  # a run of the task before
@@ -649,7 +579,7 @@ class Trainer(QObject):
         return True
 
     def cancel(self) -> None:
-        """Give the training up; what is reviewed stays."""
+        """Cancel the training; the reviewed run stays."""
         self._quiet.stop()
         if not self.training:
             return
@@ -659,14 +589,13 @@ class Trainer(QObject):
         self.changed.emit()
 
     def _progressed(self, step: object) -> None:
-        """Take note of how far the training is."""
         if self.step_history and step is not None and self.step is not self.step_history[-1]:
             self.step = self.step_history[-1]
             self.changed.emit()
             self.losses_changed.emit()
 
     def _trained(self, outcome: Outcome) -> None:
-        """Put the new outcome in place of the old one."""
+        """Review the new run."""
         self.step = None
         self._unasked.end()
         self.document.set_training(False)
@@ -684,7 +613,6 @@ class Trainer(QObject):
             self._quiet.start()  # what was painted meanwhile
 
     def _failed(self, error: Exception) -> None:
-        """Say why it did not come about."""
         self.step = None
         self.document.set_training(False)
         known = isinstance(error, ForcelabError)
@@ -700,7 +628,6 @@ class Trainer(QObject):
     # What happens to the document
 
     def _project_changed(self) -> None:
-        """Turn to another project, or to none."""
         for key in (TRAINING, LOADING_RUN, LISTING_RUNS):
             self.jobs.cancel(key)
         self._quiet.stop()
@@ -717,7 +644,7 @@ class Trainer(QObject):
         self.runs_changed.emit()
 
     def _demonstration_changed(self) -> None:
-        """Follow to the task of the open demonstration, unless it is in what is reviewed."""
+        """Follow to the task of the open demonstration, unless it is in the reviewed run."""
         demonstration, outcome = self.document.demonstration, self.document.outcome
         if demonstration is None:
             return
@@ -729,6 +656,6 @@ class Trainer(QObject):
         self.set_task(demonstration.task)
 
     def _edited(self) -> None:
-        """Train by itself when it has been quiet for a while."""
+        """Train automatically after a pause without edits."""
         if self.automatic:
             self._quiet.start()

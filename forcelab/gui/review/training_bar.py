@@ -34,7 +34,7 @@ WIDEST_AUTHOR = 180
 
 
 class AuthorLabel(ElidedLabel):
-    """Names the coder whose labels are trained on, where it might be another."""
+    """Names the coder whose labels are trained on, where there are several."""
 
     def __init__(self, document: Document) -> None:
         super().__init__()
@@ -43,7 +43,7 @@ class AuthorLabel(ElidedLabel):
         self.setAccessibleName("Whose labels are trained on")
 
     def show_coder(self, whose: str | None) -> None:
-        """Name a coder; nothing where nobody else has labelled."""
+        """Name a coder; nothing where no other coder has labelled."""
         document = self._document
         listed = (name for info in document.infos for name in info.labelled)
         # The list does not tell yet of whoever has just begun to label.
@@ -56,7 +56,7 @@ class AuthorLabel(ElidedLabel):
         return QSize(min(self.long_width, WIDEST_AUTHOR), super().sizeHint().height())
 
     def minimumSizeHint(self) -> QSize:
-        """All of what is hinted, so that no neighbour cuts it."""
+        """All of the hint, so that no neighbour cuts it."""
         return self.sizeHint()
 
 
@@ -79,7 +79,6 @@ class RunComboBox(ElidedComboBox):
         self.refresh()
 
     def refresh(self) -> None:
-        """List the runs that there are."""
         self.clear()
         for kept in self.trainer.runs:
             self.addItem(run_text(kept), kept.number)
@@ -91,14 +90,12 @@ class RunComboBox(ElidedComboBox):
         self._show_reviewed()
 
     def _show_reviewed(self) -> None:
-        """Show which run is reviewed."""
         outcome = self.document.outcome
         self.setCurrentIndex(-1 if outcome is None else self.findData(outcome.number))
         how = "A right click removes it." if outcome is not None else ""
         self.setToolTip("\n".join(filter(None, (self._name, self.currentText(), how))))
 
     def contextMenuEvent(self, event: QContextMenuEvent) -> None:
-        """What can be done with the run that is reviewed."""
         menu = QMenu(self)
         menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         action = menu.addAction("Remove this run…", self.ask_removal)
@@ -109,7 +106,7 @@ class RunComboBox(ElidedComboBox):
         menu.popup(event.globalPos())
 
     def ask_removal(self) -> None:
-        """Ask whether the run that is reviewed is to be removed, and say what goes with it."""
+        """Ask whether to remove the reviewed run, and say what goes with it."""
         from forcelab.gui.removal_dialog import removal_of_run
 
         project, number = self.document.project, self.currentData()
@@ -129,7 +126,6 @@ class RunComboBox(ElidedComboBox):
         dialog.open()
 
     def _chosen(self, index: int) -> None:
-        """Review another run."""
         number = self.itemData(index)
         if number is not None:
             self.trainer.show_run(int(number))
@@ -191,7 +187,6 @@ class TrainingBar(QWidget):
     # What it is made of
 
     def _build_row(self) -> None:
-        """All that stands in the row."""
         self.task = TaskComboBox(self.trainer)
         self.train = QPushButton("Train")
         self.train.clicked.connect(self.trainer.train)
@@ -235,7 +230,6 @@ class TrainingBar(QWidget):
         self._build_trouble_row()
 
     def _build_trouble_row(self) -> None:
-        """The row in which a refusal stands."""
         self.trouble = set_tone("trouble")
         self.trouble.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self.dismiss = QToolButton()
@@ -252,7 +246,6 @@ class TrainingBar(QWidget):
     # Showing
 
     def sizeHint(self) -> QSize:
-        """Wide, as high as its rows."""
         return QSize(900, super().sizeHint().height())
 
     def minimumSizeHint(self) -> QSize:
@@ -260,7 +253,6 @@ class TrainingBar(QWidget):
         return QSize(360, super().minimumSizeHint().height())
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Show what has room."""
         super().resizeEvent(event)
         self._fit()
 
@@ -271,7 +263,6 @@ class TrainingBar(QWidget):
             self._fit()
 
     def refresh(self) -> None:
-        """Show how it stands."""
         trainer = self.trainer
         now = QApplication.focusWidget()
         held = now is not None and self.isAncestorOf(now)
@@ -297,7 +288,7 @@ class TrainingBar(QWidget):
         return "" if self.trainer.ready else self.trainer.trouble or none
 
     def _show_labels(self) -> None:
-        """Name the coder whose labels are trained on, among several, and what was trained on."""
+        """Name the coder whose labels are trained on, and how old the run is."""
         trainer = self.trainer
         before = self.author.text, self.freshness.text
         self.author.show_coder(trainer.author if trainer.ready else None)
@@ -308,7 +299,7 @@ class TrainingBar(QWidget):
             self._fit()
 
     def _show_preset(self) -> None:
-        """Print what it is trained with on the button that changes it."""
+        """Name the preset on the button that changes it."""
         name = "Settings…"
         if self.trainer.ready:
             preset, changed = self.trainer.preset_used
@@ -319,7 +310,6 @@ class TrainingBar(QWidget):
         set_enabled_with_reason(self.settings, self._why_not_trainable())
 
     def _show_progress(self) -> None:
-        """Show how far the training is."""
         step, training = self.trainer.step, self.trainer.training
         self.progress.setRange(0, 0 if step is None else max(step.total, 1))
         if step is not None:
@@ -334,7 +324,7 @@ class TrainingBar(QWidget):
             )
 
     def _fit(self) -> None:
-        """Hide what has no room, the least needed first; how it stands is always seen."""
+        """Hide what has no room, the least needed first; progress and freshness always show."""
         training = self.trainer.training
         self.task.fit(roomy=self.width() >= ROOMY_WIDTH)
         texts = [self.freshness, self.step_text] if training else [self.freshness]
@@ -364,7 +354,7 @@ class TrainingBar(QWidget):
         self.overflow_button.setVisible(len(shown) < len(optional))
 
     def _fill_menu(self) -> None:
-        """Offer what is not in the row."""
+        """Offer what has no room in the row."""
         self._menu.clear()
         if self.automatic.isHidden():
             action = self._menu.addAction("Train automatically after edits")
@@ -384,12 +374,11 @@ class TrainingBar(QWidget):
             self._menu.addAction("Compare two runs…", self.compare_requested.emit)
 
     def _count_runs(self) -> None:
-        """Two runs can be compared, one cannot."""
         few = "Train a second time, with other settings or labels, and compare then."
         set_enabled_with_reason(self.compare, "" if len(self.trainer.runs) > 1 else few)
 
     def _name_keys(self) -> None:
-        """Say the key where one looks for it, and whose labels are meant."""
+        """Show the key and the coder in the tip."""
         key, whose = keys().shown("train"), self.author.text
         text = "Train on the labels as they are now"
         text = f"{text}. {whose}" if whose else text
@@ -397,7 +386,6 @@ class TrainingBar(QWidget):
         self.train.setAccessibleName(text)
 
     def open_settings(self) -> None:
-        """Let the coder choose how recognisers are trained."""
         trainer = self.trainer
         if not trainer.ready:
             return
@@ -419,5 +407,4 @@ class TrainingBar(QWidget):
 
 
 def _width_needed(widget: QWidget) -> int:
-    """The pixels that a widget needs in the row."""
     return max(widget.minimumWidth(), widget.sizeHint().width())

@@ -41,22 +41,13 @@ LEAST_SIZE = (276, 192)
 
 
 class ReviewWorkspace(QWidget):
-    """Pairs at the top, the place that is examined below them, lists and video beside.
+    """Pairs at the top, the examined interval below them, lists and video beside.
 
     The timeline and the video are those of the Label workspace, borrowed while this one is in
     front: whatever can be done there can be done here, and nothing is decoded or computed twice.
 
-    Each list is loaded and built when it is first wanted: all of them at once would hold up the
-    window for half a second, when the queue is what one sees.
-
-    Parameters
-    ----------
-    document : Document
-    jobs : Jobs
-    trainer : Trainer
-        Trains, and says how far that is.
-    label : LabelWorkspace
-        Who lends timeline and video.
+    Each list is loaded and built when it is first shown: all of them at once would hold up the
+    window for half a second, when only the queue is visible.
     """
 
     def __init__(
@@ -120,18 +111,15 @@ class ReviewWorkspace(QWidget):
         self.lists.setCurrentIndex(tuple(self._rooms).index(name))
 
     def restore_layout(self) -> None:
-        """Share out the room as when the window was last closed."""
         for name, splitter in self._splitters.items():
             if state := settings.data(f"review/{name}"):
                 splitter.restoreState(QByteArray(state))
 
     def remember_layout(self) -> None:
-        """Keep how the room is shared out."""
         for name, splitter in self._splitters.items():
             settings.store(f"review/{name}", bytes(splitter.saveState().data()))
 
     def reset_layout(self) -> None:
-        """Share out the room as at first."""
         for splitter, shares in (
             (self._left, BELOW_SHARES),
             (self._right, LIST_SHARES),
@@ -145,49 +133,42 @@ class ReviewWorkspace(QWidget):
 
     @cached_property
     def confusion(self) -> ConfusionView:
-        """Which actions are taken for which."""
         from forcelab.gui.review.confusion import ConfusionView
 
         return self._fill("confusion", ConfusionView(self.document, self._jobs))
 
     @cached_property
     def scores(self) -> ScoresView:
-        """The metrics."""
         from forcelab.gui.review.scores import ScoresView
 
         return self._fill("scores", ScoresView(self.document, self._jobs))
 
     @cached_property
     def why(self) -> ExplanationView:
-        """What speaks for and against an action."""
         from forcelab.gui.review.explanation import ExplanationView
 
         return self._fill("why", ExplanationView(self.document, self._jobs))
 
     @cached_property
     def proposals(self) -> ProposalsView:
-        """What to label next."""
         from forcelab.gui.review.proposals import ProposalsView
 
         return self._fill("proposals", ProposalsView(self.document, self._jobs))
 
     @cached_property
     def coders(self) -> AgreementView:
-        """How far coders agree."""
         from forcelab.gui.review.agreement import AgreementView
 
         return self._fill("coders", AgreementView(self.document, self._jobs))
 
     @cached_property
     def loss(self) -> LossView:
-        """How a training goes."""
         from forcelab.gui.review.loss_plot import LossView
 
         return self._fill("loss", LossView(self.document, self._trainer))
 
     @cached_property
     def tradeoff(self) -> TradeoffView:
-        """How well settings recognise, against what they cost."""
         from forcelab.gui.review.tradeoff import TradeoffView
 
         return self._fill("tradeoff", TradeoffView(self._trainer))
@@ -195,7 +176,6 @@ class ReviewWorkspace(QWidget):
     # Inside
 
     def _fill(self, name: str, page: Page) -> Page:
-        """Put a list into its tab."""
         layout = self._rooms[name].layout()
         assert layout is not None
         layout.addWidget(page)
@@ -212,11 +192,10 @@ class ReviewWorkspace(QWidget):
 
     @property
     def _splitters(self) -> dict[str, QSplitter]:
-        """What the user can move, by the name it is remembered under."""
+        """The splitters by the name they are remembered under."""
         return {"left": self._left, "right": self._right, "whole": self._whole}
 
     def _compare(self) -> None:
-        """Set two runs of the project beside each other."""
         from forcelab.gui.review.comparison_dialog import ComparisonDialog
 
         dialog = ComparisonDialog(self.document, self._jobs, self)
@@ -238,7 +217,7 @@ class ReviewWorkspace(QWidget):
 
 
 def _placeholder() -> QWidget:
-    """Room for a widget that is there at times only."""
+    """Room for a widget that is not always there."""
     holder = QWidget()
     page_layout(holder)
     return holder
@@ -247,7 +226,6 @@ def _placeholder() -> QWidget:
 def _splitter(
     orientation: Qt.Orientation, parts: tuple[QWidget, QWidget], shares: tuple[int, int]
 ) -> QSplitter:
-    """Two widgets that share some room."""
     splitter = QSplitter(orientation, childrenCollapsible=False)
     for i, (part, share) in enumerate(zip(parts, shares, strict=True)):
         splitter.addWidget(part)
@@ -257,5 +235,5 @@ def _splitter(
 
 
 def _set_shares(splitter: QSplitter, shares: tuple[int, int]) -> None:
-    """Give each part its share, however large the whole is."""
+    """Give each part its share, however large the splitter is."""
     splitter.setSizes([1000 * share for share in shares])
