@@ -151,12 +151,12 @@ class AgreementView(QWidget):
     def _tracks_changed(self) -> None:
         """Compare again if the open demonstration's labels are not those that were compared."""
         document = self.document
-        shown = {document.author: document.segments, **document.others}
+        current = {document.author: document.segments, **document.others}
         coded = () if self.found is None else self.found.coded
-        known = next((one.tracks for one in coded if one.id == document.id), {})
+        known = next((d.tracks for d in coded if d.id == document.id), {})
         if any(
             segments != known.get(author, ())
-            for author, segments in shown.items()
+            for author, segments in current.items()
             if not is_model(author) and author != self.consensus.name
         ):
             self._again()
@@ -169,10 +169,10 @@ class AgreementView(QWidget):
 
     def _listing(self) -> object:
         """What is known of the demonstrations, without the progress of the consensus."""
-        project, made = self.document.project, self.consensus.name
+        project, name = self.document.project, self.consensus.name
         assigned = () if project is None else project.assignments(self.document.author)
         return assigned, [
-            (info.id, info.name, info.task, {a: s for a, s in info.labelled.items() if a != made})
+            (info.id, info.name, info.task, {a: s for a, s in info.labelled.items() if a != name})
             for info in self.document.infos
         ]
 
@@ -181,12 +181,12 @@ class AgreementView(QWidget):
         listed = tuple(self.task.itemData(i) for i in range(1, self.task.count()))
         if self.task.count() and listed == tasks:
             return
-        kept = self.task.currentData() if self.task.currentIndex() > 0 else None
+        chosen = self.task.currentData() if self.task.currentIndex() > 0 else None
         self.task.clear()
         self.task.addItem("All tasks")
         for task in tasks:
             self.task.addItem(task_text(task), task)
-        self.task.setCurrentIndex(0 if kept is None else max(self.task.findData(kept), 0))
+        self.task.setCurrentIndex(0 if chosen is None else max(self.task.findData(chosen), 0))
         self.task.setVisible(len(tasks) > 1)
 
     def _done(self, found: Agreement | None) -> None:
@@ -202,15 +202,16 @@ class AgreementView(QWidget):
         """Fill the pages, or say what is missing."""
         found = self.found
         hidden = 0 if found is None else found.hidden
-        text = "{0} demonstrations are left out until you have labelled them blind."
-        one = "1 demonstration is left out until you have labelled it blind."
-        self.note.setText(one if hidden == 1 else text.format(hidden))
+        note = f"{hidden} demonstrations are left out until you have labelled them blind."
+        if hidden == 1:
+            note = "1 demonstration is left out until you have labelled it blind."
+        self.note.setText(note)
         self.note.setVisible(hidden > 0)
         if found is None or not found.pairs:
             self.room.say(self._missing())
             return
         self.room.say("")
-        names = {one.id: one.name for one in found.coded}
+        names = {d.id: d.name for d in found.coded}
         self.summary.setText(self._summary_text(found))
         self.counts.setText(_coder_counts(found))
         self.consensus.show_coded(found.coded, names)  # before a pair of them is chosen
@@ -244,11 +245,11 @@ class AgreementView(QWidget):
         if pair is not None and self.found is not None:
             if not self.consensus.isVisible():  # not while somebody decides
                 self.consensus.choice.choose(pair.a, pair.b)
-            self.pair.show_pair(pair, {one.id: one.name for one in self.found.coded})
+            self.pair.show_pair(pair, {d.id: d.name for d in self.found.coded})
 
 
 def _compare_coders(
-    path: Path, task: str | None, viewer: str, made: str
+    path: Path, task: str | None, viewer: str, consensus: str
 ) -> Generator[Progress, None, Agreement]:
     """Compare the coders of a project, as a job."""
     from forcelab.project import Project
@@ -256,8 +257,8 @@ def _compare_coders(
 
     yield Progress(0, 1, "")
     with Project.open(path) as project:
-        there = task if task in project.tasks() else None
-        coded, hidden = coded_demonstrations(project, there, viewer=viewer, without=(made,))
+        existing = task if task in project.tasks() else None
+        coded, hidden = coded_demonstrations(project, existing, viewer=viewer, without=(consensus,))
     return (yield from agreement(coded, hidden=hidden))
 
 

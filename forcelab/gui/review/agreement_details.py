@@ -65,7 +65,7 @@ class IntervalRow:
 class IntervalTable(TextTable):
     """Intervals in rows: where, how long, what each of two coders says, and the kind."""
 
-    wanted = Signal(object)
+    interval_chosen = Signal(object)
 
     def __init__(self, title: str) -> None:
         super().__init__(TextModel())
@@ -80,7 +80,7 @@ class IntervalTable(TextTable):
         digit = self.fontMetrics().horizontalAdvance("0")
         for column, digits in enumerate(COLUMN_WIDTHS):
             header.resizeSection(column, digits * digit)
-        self.clicked.connect(lambda index: self.wanted.emit(self.rows[index.row()].place))
+        self.clicked.connect(lambda index: self.interval_chosen.emit(self.rows[index.row()].place))
 
     def put(
         self, rows: Sequence[IntervalRow], names: Mapping[str, str], heads: tuple[str, str, str]
@@ -219,7 +219,7 @@ class ActionBars(QWidget):
     def __init__(self) -> None:
         super().__init__()
         self.shares: dict[str, float | None] = {}
-        self._looks: dict[str, LabelStyle] = {}
+        self._styles: dict[str, LabelStyle] = {}
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         self.setAccessibleName("Agreement on each action")
         themes().changed.connect(self.update)
@@ -227,7 +227,7 @@ class ActionBars(QWidget):
     def show_shares(self, shares: Mapping[str, float | None], vocabulary: Vocabulary) -> None:
         """Show a share, 0 to 1, for each action; None where there is none."""
         self.shares = dict(shares)
-        self._looks = {name: style_of(vocabulary, name) for name in shares}
+        self._styles = {name: style_of(vocabulary, name) for name in shares}
         self.setAccessibleDescription(
             ", ".join(f"{name} {_whole_percent(share)}" for name, share in shares.items())
         )
@@ -257,10 +257,10 @@ class ActionBars(QWidget):
             for row, (name, share) in enumerate(self.shares.items()):
                 top = row * line
                 swatch = QRectF(CHART_MARGIN, top + (line - side) / 2, side, side)
-                paint_swatch(painter, swatch, self._looks[name])
+                paint_swatch(painter, swatch, self._styles[name])
                 painter.setPen(QColor(theme.text))
-                shown = metrics.elidedText(name, NAMES, names)
-                painter.drawText(QRectF(side + 2 * CHART_MARGIN, top, names, line), upright, shown)
+                elided = metrics.elidedText(name, NAMES, names)
+                painter.drawText(QRectF(side + 2 * CHART_MARGIN, top, names, line), upright, elided)
                 bar = QRectF(left, top + 0.25 * line, room, 0.5 * line)
                 painter.fillRect(bar, QColor(theme.panel_edge))
                 if share is not None:
@@ -279,8 +279,8 @@ def _whole_percent(share: float | None) -> str:
     """A share in whole percent; never 100 where it is not all."""
     if share is None:
         return "–"
-    whole = 99 if 0.99 < share < 1 else round(100 * share)
-    return f"{whole} %"
+    percent = 99 if 0.99 < share < 1 else round(100 * share)
+    return f"{percent} %"
 
 
 #: Narrowest and widest cell in widths of a digit, its height in lines, and room around texts.
@@ -291,16 +291,9 @@ LIGHTEST_KAPPA = 0.0
 
 def kappa_word(kappa: float) -> str:
     """The word of Landis and Koch (1977) for a kappa."""
-    from forcelab.review.agreement import landis_koch
+    from forcelab.review.agreement import landis_koch  # loads much
 
-    return {
-        "poor": "poor",
-        "slight": "slight",
-        "fair": "fair",
-        "moderate": "moderate",
-        "substantial": "substantial",
-        "almost perfect": "almost perfect",
-    }[landis_koch(kappa)]
+    return landis_koch(kappa)
 
 
 class CoderMatrix(QWidget):
@@ -321,10 +314,10 @@ class CoderMatrix(QWidget):
 
     def show_agreement(self, found: Agreement) -> None:
         """Show an agreement, and keep the chosen pair if it is still in it."""
-        kept = self.pair
+        chosen = self.pair
         self._found, self.authors = found, found.authors
         cells = [self._cell_of(pair) for pair in found.pairs]
-        names = None if kept is None else (kept.a, kept.b)
+        names = None if chosen is None else (chosen.a, chosen.b)
         same = [self._cell_of(p) for p in found.pairs if (p.a, p.b) == names]
         self.at = (*same, *cells, (0, 1))[0]
         self.updateGeometry()
@@ -385,9 +378,9 @@ class CoderMatrix(QWidget):
             for i, name in enumerate(self.authors):
                 painter.setPen(QColor(theme.text))
                 row = QRectF(0, top + i * high, left - CELL_PADDING, high)
-                shown = metrics.elidedText(name, NAMES, int(row.width()))
+                elided = metrics.elidedText(name, NAMES, int(row.width()))
                 painter.drawText(
-                    row, Qt.AlignmentFlag.AlignVCenter | Qt.AlignmentFlag.AlignRight, shown
+                    row, Qt.AlignmentFlag.AlignVCenter | Qt.AlignmentFlag.AlignRight, elided
                 )
                 head = QRectF(left + i * wide, 0, wide, top)
                 room = int(wide - CELL_PADDING)
@@ -426,8 +419,8 @@ class CoderMatrix(QWidget):
         painter.setFont(self.font())
         lower = QRectF(box.left(), box.center().y() - 1, box.width(), box.height() / 2)
         room = int(box.width() - 4)
-        shown = self.fontMetrics().elidedText(kappa_word(kappa), Qt.TextElideMode.ElideRight, room)
-        painter.drawText(lower, middle, shown)
+        elided = self.fontMetrics().elidedText(kappa_word(kappa), Qt.TextElideMode.ElideRight, room)
+        painter.drawText(lower, middle, elided)
 
     def _layout(self) -> tuple[float, float, float, float]:
         """Left and top of the cells, their width and height, in pixels."""
@@ -517,7 +510,7 @@ class PairDetails(QWidget):
         )
         self.kinds.activated.connect(lambda _: self._list())
         self.places = IntervalTable("Places where the two differ")
-        self.places.wanted.connect(document.examine)
+        self.places.interval_chosen.connect(document.examine)
         self._count = sentence_label(muted=True)
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
@@ -544,9 +537,9 @@ class PairDetails(QWidget):
 
     def _show_frames(self, pair: PairAgreement) -> None:
         many = "{0} and {1}, {2} demonstrations"
-        one = "{0} and {1}, 1 demonstration"
+        single = "{0} and {1}, 1 demonstration"
         count = len(pair.demonstrations)
-        self.title.setText((one if count == 1 else many).format(pair.a, pair.b, count))
+        self.title.setText((single if count == 1 else many).format(pair.a, pair.b, count))
         kappa, agreed = pair.kappa, pair.agreed
         if agreed is None:
             text = "There is no time that both labelled, so nothing can be compared."
@@ -644,8 +637,8 @@ class PairDetails(QWidget):
 
 def _percent_text(share: float) -> str:
     """A share in percent with a decimal; never 100.0 where it is not all."""
-    shown = min(100 * share, 99.9) if share < 1 else 100.0
-    return f"{shown:.1f}\N{NO-BREAK SPACE}%"
+    percent = min(100 * share, 99.9) if share < 1 else 100.0
+    return f"{percent:.1f}\N{NO-BREAK SPACE}%"
 
 
 def _signed_ms(ms: float) -> str:
@@ -678,7 +671,7 @@ class ConsistencyView(QWidget):
         self.durations.setMinimumHeight(round(6.5 * high))  # where there is less room, all scrolls
         self._odd = sentence_label()
         self.places = IntervalTable("Segments that stand out")
-        self.places.wanted.connect(document.examine)
+        self.places.interval_chosen.connect(document.examine)
         column = QVBoxLayout(self)
         column.setContentsMargins(6, 6, 6, 6)
         column.addWidget(self.coder)
@@ -688,11 +681,11 @@ class ConsistencyView(QWidget):
         column.addWidget(self.places, 1)
 
     def show_agreement(self, found: Agreement, names: Mapping[str, str]) -> None:
-        kept = self.coder.currentText()
+        chosen = self.coder.currentText()
         self._own, self._names = found.own, names
         self.coder.clear()
-        self.coder.addItems([one.author for one in found.own])
-        self.coder.setCurrentIndex(max(self.coder.findText(kept), 0))
+        self.coder.addItems([consistency.author for consistency in found.own])
+        self.coder.setCurrentIndex(max(self.coder.findText(chosen), 0))
         self._show()
 
     def _show(self) -> None:
@@ -700,13 +693,13 @@ class ConsistencyView(QWidget):
         if not 0 <= index < len(self._own):
             return
         own = self._own[index]
-        tasks = len({one.task for one in own.actions})
+        tasks = len({item.task for item in own.actions})
         rows = []
-        for one in own.actions:
+        for item in own.actions:
             # The task stands last, so that it is cut before the action is.
-            name = one.action if tasks == 1 else f"{one.action} · {task_text(one.task)}"
-            spread = "–" if one.variation is None else f"{100 * one.variation:.0f}"
-            rows.append(TableRow((name, str(one.count), f"{one.mean:.2f}", spread)))
+            name = item.action if tasks == 1 else f"{item.action} · {task_text(item.task)}"
+            spread = "–" if item.variation is None else f"{100 * item.variation:.0f}"
+            rows.append(TableRow((name, str(item.count), f"{item.mean:.2f}", spread)))
         numbers = "Count", "Mean, s", "± %"
         self._model.show((TableColumn("Action", number=False), *map(TableColumn, numbers)), rows)
         self.durations.fit_columns(stretched=0)

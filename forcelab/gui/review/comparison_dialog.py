@@ -61,12 +61,12 @@ def metric_rows(
     comparison: Comparison, stage: str, metrics: Collection[Metric]
 ) -> tuple[TableRow, ...]:
     """A row for each metric, pooled over what both tested."""
-    one, other = comparison.pooled[stage]
+    first, second = comparison.pooled[stage]
     found = comparison.intervals[stage]
     rows = []
     for metric in metrics:
         ends = found[metric.path]
-        values = metric.value(one), metric.value(other)
+        values = metric.value(first), metric.value(second)
         row = _difference_row(
             metric, metric.title, *values, sure=ends is None or not ends[0] <= 0 <= ends[1]
         )
@@ -76,16 +76,15 @@ def metric_rows(
 
 
 def demonstration_rows(
-    comparison: Comparison, stage: str, metric: Metric, seen: Collection[str]
+    comparison: Comparison, stage: str, metric: Metric, visible: Collection[str]
 ) -> tuple[tuple[TableRow, ...], tuple[str, ...]]:
     """A row for each demonstration that both tested and the coder may see; and their ids."""
-    ids = tuple(id_ for id_ in comparison.shared if id_ in seen)
+    ids = tuple(id_ for id_ in comparison.shared if id_ in visible)
     rows = []
     for id_ in ids:
-        one, other = comparison.each[stage][id_]
-        rows.append(
-            _difference_row(metric, comparison.names[id_], metric.value(one), metric.value(other))
-        )
+        first, second = comparison.each[stage][id_]
+        values = metric.value(first), metric.value(second)
+        rows.append(_difference_row(metric, comparison.names[id_], *values))
     return tuple(rows), ids
 
 
@@ -102,34 +101,34 @@ def settings_differences(comparison: Comparison) -> str:
     return text
 
 
-def _setting_difference(name: str, one: str, other: str) -> str:
+def _setting_difference(name: str, first: str, second: str) -> str:
     """A setting that differs, under its label in the dialog of settings."""
     field = next((field for field in FIELDS if field.name == name), None)
     words = _SETTING_LABELS.get(name, name) if field is None else field.label
     options = {} if field is None else dict(field.options)
-    one, other = (options.get(value, value) for value in (one, other))
-    return f"{words}: {one} → {other}"
+    first, second = (options.get(value, value) for value in (first, second))
+    return f"{words}: {first} → {second}"
 
 
 def _difference_row(
-    metric: Metric, name: str, one: float | None, other: float | None, *, sure: bool = True
+    metric: Metric, name: str, first: float | None, second: float | None, *, sure: bool = True
 ) -> TableRow:
     """Both numbers and their difference: better ones marked, in colour and in words.
 
     Not where it is not `sure` that there is a difference at all.
     """
-    difference = None if one is None or other is None else other - one
-    shown = metric.text(difference, signed=True)
+    difference = None if first is None or second is None else second - first
+    change = metric.text(difference, signed=True)
     colour = None
-    if difference is not None and metric.better and shown.strip("+\u22120.,"):
+    if difference is not None and metric.better and change.strip("+\u22120.,"):
         better = (difference > 0) == (metric.better > 0)
         # Not the accent: text on it can be read, but hardly text in it on dark ground.
         colour = colours().range if better else colours().trouble
         words = "better" if better else "worse"
         if not sure:
             colour, words = colours().muted, "no clear difference"
-        shown = f"{words}  {shown}"
-    cells = (name, metric.text(one), metric.text(other), shown)
+        change = f"{words}  {change}"
+    cells = (name, metric.text(first), metric.text(second), change)
     return TableRow(cells, colours=(None, None, None, colour))
 
 
@@ -154,9 +153,9 @@ class ComparisonDialog(QDialog):
         self.comparison: Comparison | None = None
         self._ids: tuple[str, ...] = ()
         self.setWindowTitle("Compare two runs")
-        self.one, self.other = ElidedComboBox(), ElidedComboBox()
-        self.one.setAccessibleName("First run")
-        self.other.setAccessibleName("Second run")
+        self.first, self.second = ElidedComboBox(), ElidedComboBox()
+        self.first.setAccessibleName("First run")
+        self.second.setAccessibleName("Second run")
         self.stage = stage_combo_box()
         self.settings = QLabel()
         self.settings.setAccessibleName("Settings that differ")
@@ -168,7 +167,7 @@ class ComparisonDialog(QDialog):
         self.table.setAccessibleName("Scores of both runs")
         self.each.setAccessibleName("Demonstrations of both runs")
         self._lay_out()
-        for box in (self.one, self.other):
+        for box in (self.first, self.second):
             box.currentIndexChanged.connect(self._compare)
         self.stage.currentIndexChanged.connect(self._show)
         self.table.selectionModel().currentRowChanged.connect(self._show_each)
@@ -191,9 +190,9 @@ class ComparisonDialog(QDialog):
 
     def _lay_out(self) -> None:
         runs = QHBoxLayout()
-        runs.addWidget(self.one, 1)
+        runs.addWidget(self.first, 1)
         runs.addWidget(QLabel("→"))
-        runs.addWidget(self.other, 1)
+        runs.addWidget(self.second, 1)
         runs.addWidget(self.stage)
         tables = QSplitter(Qt.Orientation.Vertical, childrenCollapsible=False)
         tables.addWidget(self.table)
@@ -232,7 +231,7 @@ class ComparisonDialog(QDialog):
                 "Two runs are needed to compare; train once more, with other settings."
             )
             return
-        for box, chosen in zip((self.one, self.other), self._first_two(runs), strict=True):
+        for box, chosen in zip((self.first, self.second), self._first_two(runs), strict=True):
             box.blockSignals(True)
             for run in runs:
                 box.addItem(run_text(run), run.number)
@@ -244,11 +243,11 @@ class ComparisonDialog(QDialog):
         """Indices of an older and a newer run that are worth a comparison; the latest is first."""
         outcome = self.document.outcome
         numbers = [run.number for run in runs]
-        shown = None if outcome is None else outcome.number
-        other = numbers.index(shown) if shown in numbers else 0
-        alike = [i for i, run in enumerate(runs) if run.title == runs[other].title and i != other]
-        one = next((i for i in alike if i > other), alike[0] if alike else (other + 1) % len(runs))
-        return max(one, other), min(one, other)
+        reviewed = None if outcome is None else outcome.number
+        newer = numbers.index(reviewed) if reviewed in numbers else 0
+        same = [i for i, run in enumerate(runs) if run.title == runs[newer].title and i != newer]
+        older = next((i for i in same if i > newer), same[0] if same else (newer + 1) % len(runs))
+        return max(older, newer), min(older, newer)
 
     def _compare(self) -> None:
         project = self.document.project
@@ -256,7 +255,7 @@ class ComparisonDialog(QDialog):
             return
         self.comparison = None
         self.note.setText("comparing…")
-        numbers = (int(self.one.currentData()), int(self.other.currentData()))
+        numbers = (int(self.first.currentData()), int(self.second.currentData()))
         job = _compare_runs(self._backend, project.path, *numbers)
         self._jobs.run(job, self._take, self._fail, key=COMPARING_JOB)
 
@@ -316,8 +315,8 @@ class ComparisonDialog(QDialog):
 
 
 def _compare_runs(
-    work: Backend, path: Path, one: int, other: int
+    backend: Backend, path: Path, a: int, b: int
 ) -> Generator[object, None, Comparison]:
-    first = yield from work.load(path, one)
-    second = first if one == other else (yield from work.load(path, other))
+    first = yield from backend.load(path, a)
+    second = first if a == b else (yield from backend.load(path, b))
     return (yield from comparing(first, second))

@@ -104,12 +104,12 @@ def missing_matrix_text(outcome: Outcome | None, *, opened: bool) -> str:
 def matrix_as_tsv(cells: Cells, unit: Unit, share: Share) -> str:
     """What the matrix shows as lines of cells with tabs between them."""
     matrix = cells.matrix(unit)
-    shown = matrix if share == "counts" else shares(matrix, share)
+    cells_shown = matrix if share == "counts" else shares(matrix, share)
     decimals = 4 if share != "counts" else 3 if unit == "time" else 0
     lines = [["", *cells.actions, "unlabelled"]]
     lines += [
         [action, *(f"{value:.{decimals}f}" for value in row)]
-        for action, row in zip(cells.actions, shown.tolist(), strict=True)
+        for action, row in zip(cells.actions, cells_shown.tolist(), strict=True)
     ]
     return as_tsv(lines)
 
@@ -199,8 +199,8 @@ class CellIntervals(QWidget):
     def _row_clicked(self, index: QModelIndex) -> None:
         """Show the interval once more, if the window has gone elsewhere since."""
         document, place = self.document, self.places[index.row()]
-        here = document.id, document.cursor
-        if document.examined is not place or here != (place.demonstration, place.start):
+        position = document.id, document.cursor
+        if document.examined is not place or position != (place.demonstration, place.start):
             document.examine(place)
 
 
@@ -357,15 +357,16 @@ def fit_figure(figure: ConfusionMatrix, room: QSize) -> ConfusionMatrix:
     """The figure with cells as large as its room, in pixels, lets them be; the smallest scroll."""
     text.ensure_application()
     columns = len(figure.actions) + 1
-    made = replace(figure, room=MATRIX)
+    fitted = replace(figure, room=MATRIX)
     for _ in range(FIT_TOLERANCE):  # smaller cells may turn the names upright, which takes height
-        size = made.size
+        size = fitted.size
         over = max(
             (size.width() - room.width()) / columns,
             (size.height() - room.height()) / max(columns - 1, 1),
         )
-        made = replace(made, room=max(made.box(0, 0).width() + 1 - max(over, 0.0), 1.0) * columns)
-    return made
+        cell = max(fitted.box(0, 0).width() + 1 - max(over, 0.0), 1.0)
+        fitted = replace(fitted, room=cell * columns)
+    return fitted
 
 
 def stage_combo_box() -> QComboBox:
@@ -437,8 +438,8 @@ class DisplayOptions(QWidget):
         """Begin a second row where the first would elide its texts."""
         super().resizeEvent(event)
         margins, way = self._rows.contentsMargins(), QBoxLayout.Direction
-        wanted = sum(part.sizeHint().width() for part in self._parts) + self._rows.spacing()
-        narrow = self.width() < wanted + margins.left() + margins.right()
+        needed = sum(part.sizeHint().width() for part in self._parts) + self._rows.spacing()
+        narrow = self.width() < needed + margins.left() + margins.right()
         self._rows.setDirection(way.TopToBottom if narrow else way.LeftToRight)
 
     @property
@@ -576,13 +577,13 @@ class ConfusionView(QWidget):
             self._outcome = None
             self._show_empty(missing_matrix_text(outcome, opened=self.document.project is not None))
             return
-        wanted = (tuple(one.id for one in outcome.tested), self.switches.stage)
-        if self._outcome is not self.document.outcome or self._requested_cell != wanted:
+        requested = (tuple(d.id for d in outcome.tested), self.switches.stage)
+        if self._outcome is not self.document.outcome or self._requested_cell != requested:
             if (
-                self._requested_cell[0] != wanted[0]
+                self._requested_cell[0] != requested[0]
             ):  # perhaps because some may not be seen any more
                 self.canvas.show_figure(None)
-            self._outcome, self._requested_cell = self.document.outcome, wanted
+            self._outcome, self._requested_cell = self.document.outcome, requested
             self.cells = None
             self.list.clear()
             self._jobs.run(crossing(outcome, self.switches.stage), self._take, key=CONFUSION_JOB)
@@ -663,7 +664,7 @@ class ConfusionView(QWidget):
         row, column = self.canvas.chosen
         actions = self.cells.actions
         predicted = None if column == len(actions) else actions[column]
-        names = {one.id: one.name for one in self.cells.demonstrations}
+        names = {d.id: d.name for d in self.cells.demonstrations}
         found = self.cells.places(actions[row], predicted, self.switches.unit)
         self.list.show_places(
             found, names, int(self.cells.numbers(self.switches.unit)[row, column])

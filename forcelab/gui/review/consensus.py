@@ -107,12 +107,12 @@ class ConsensusChoice(QWidget):
     def offer(self, coded: Sequence[CoderTracks], at_first: str) -> None:
         """Offer demonstrations; the first time the one that is open, if it is among them."""
         self._coded = tuple(coded)
-        authors = sorted({a for one in self._coded for a in one.tracks if a != self.name})
+        authors = sorted({a for d in self._coded for a in d.tracks if a != self.name})
         for box, fallback in ((self.first, 0), (self.second, 1)):
-            kept = box.currentText()
+            chosen = box.currentText()
             box.clear()
             box.addItems(authors)
-            index = box.findText(kept) if kept else -1
+            index = box.findText(chosen) if chosen else -1
             box.setCurrentIndex(index if index >= 0 else min(fallback, len(authors) - 1))
         self._offer_demonstrations(self.id or at_first)
 
@@ -125,14 +125,14 @@ class ConsensusChoice(QWidget):
             box.setCurrentIndex(max(box.findText(name), 0))
         self._offer_demonstrations()
 
-    def _offer_demonstrations(self, kept: str = "") -> None:
-        kept = kept or self.id
+    def _offer_demonstrations(self, chosen: str = "") -> None:
+        chosen = chosen or self.id
         a, b = self.coders
         self.demonstration.clear()
-        for one in self._coded:
-            if a != b and a in one.tracks and b in one.tracks:
-                self.demonstration.addItem(f"{one.task}: {one.name}", one.id)
-        self.demonstration.setCurrentIndex(max(self.demonstration.findData(kept), 0))
+        for coded in self._coded:
+            if a != b and a in coded.tracks and b in coded.tracks:
+                self.demonstration.addItem(f"{coded.task}: {coded.name}", coded.id)
+        self.demonstration.setCurrentIndex(max(self.demonstration.findData(chosen), 0))
         self.changed.emit()
 
     def _named(self) -> None:
@@ -183,13 +183,13 @@ class _KeyedButtons:
         self.name(button, text)
         return button
 
-    def name(self, button: QPushButton, text: str, whole: str = "") -> None:
+    def name(self, button: QPushButton, text: str, full_text: str = "") -> None:
         """Write a button's text, which may be cut from a whole one, and its key on it."""
         verb = next(verb for verb in self._verbs if verb.button is button)
         held = {SHIFT: "⇧", CTRL: "Ctrl+"}.get(verb.modifiers, "")
         button.setText(escape_ampersands(f"{text}  [{held}{chr(verb.key)}]"))
-        button.setAccessibleName(whole or text)
-        button.setToolTip(whole or text)
+        button.setAccessibleName(full_text or text)
+        button.setToolTip(full_text or text)
 
     def handle_key(self, event: QKeyEvent) -> Callable[[], object] | None:
         """What a key does: nothing where its button cannot be pressed, None where it is no key."""
@@ -282,10 +282,10 @@ class ConsensusButtons(QWidget):
     def name_coders(self, coders: tuple[str, str]) -> None:
         self._coders = coders
         for button, coder in zip((self.take_a, self.take_b), coders, strict=True):
-            whole = f"Take {coder}"
+            full_text = f"Take {coder}"
             room = self.width() // 2 - BUTTON_CHARACTERS * self.fontMetrics().averageCharWidth()
-            cut = self.fontMetrics().elidedText(whole, NAMES, room)
-            self._keys.name(button, cut, whole)
+            cut = self.fontMetrics().elidedText(full_text, NAMES, room)
+            self._keys.name(button, cut, full_text)
 
     def offer(self, consensus: Consensus | None, current: CoderDifference | None) -> None:
         begun = consensus is not None and consensus.begun
@@ -352,7 +352,7 @@ class ConsensusBar(QWidget):
 
     def _connect(self) -> None:
         buttons, document = self.buttons, self.document
-        self.places.wanted.connect(self._show_row)
+        self.places.interval_chosen.connect(self._show_row)
         self.choice.changed.connect(self._read)
         buttons.begun.connect(self._begin)
         buttons.decided.connect(self._decide)
@@ -389,9 +389,9 @@ class ConsensusBar(QWidget):
         if not self.isVisible():
             return
         project, id_ = self.document.project, self.choice.id
-        there = any(info.id == id_ for info in self.document.infos)  # and not of one before
+        listed = any(info.id == id_ for info in self.document.infos)  # and not of one before
         self.consensus = None
-        if project is not None and there and id_ not in blind_demonstrations(self.document):
+        if project is not None and listed and id_ not in blind_demonstrations(self.document):
             from forcelab.review.consensus import Consensus
 
             try:
@@ -438,21 +438,21 @@ class ConsensusBar(QWidget):
         open_ones = set(waiting)
         rows = [
             IntervalRow(
-                one.place(self.choice.id),
-                self._what(one),
-                one not in open_ones,
+                difference.place(self.choice.id),
+                self._what(difference),
+                difference not in open_ones,
             )
-            for one in every
+            for difference in every
         ]
         self.places.put(rows, self._names, (*self.choice.coders, "What"))
         if self.current in every:
             self.places.selectRow(every.index(self.current))
 
-    def _what(self, one: CoderDifference) -> str:
+    def _what(self, difference: CoderDifference) -> str:
         """What differs, in the words of the table of agreement."""
-        if one.edge:
+        if difference.edge:
             return "boundary moved"
-        both = one.a is not None and one.b is not None
+        both = difference.a is not None and difference.b is not None
         return "different actions" if both else "only one labelled"
 
     def _state(self, every: int, waiting: int) -> str:
@@ -505,9 +505,9 @@ class ConsensusBar(QWidget):
 
     def _show_row(self, place: Interval) -> None:
         every = () if self.consensus is None else self.consensus.differences
-        for one in every:
-            if one.start == place.start:  # they do not overlap
-                self._go_to(one)
+        for difference in every:
+            if difference.start == place.start:  # they do not overlap
+                self._go_to(difference)
 
     def _begin(self) -> None:
         """Take what both say, and go to the first difference."""

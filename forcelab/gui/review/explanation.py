@@ -87,27 +87,27 @@ class ModelCache:
     """
 
     def __init__(self) -> None:
-        self._kept: OrderedDict[tuple[Path, int, str], Withheld] = OrderedDict()
+        self._models: OrderedDict[tuple[Path, int, str], Withheld] = OrderedDict()
 
     def __len__(self) -> int:
-        return len(self._kept)
+        return len(self._models)
 
     def get(self, path: Path, outcome: Outcome, id_: str) -> Withheld | None:
         key = path, outcome.number, id_
-        if key in self._kept:
-            self._kept.move_to_end(key)
-        return self._kept.get(key)
+        if key in self._models:
+            self._models.move_to_end(key)
+        return self._models.get(key)
 
     def put(self, path: Path, outcome: Outcome, id_: str, withheld: Withheld) -> None:
-        self._kept[path, outcome.number, id_] = withheld
-        while len(self._kept) > 1 and (
-            len(self._kept) > MODELS_KEPT
-            or sum(one.bytes for one in self._kept.values()) > MODEL_BYTES
+        self._models[path, outcome.number, id_] = withheld
+        while len(self._models) > 1 and (
+            len(self._models) > MODELS_KEPT
+            or sum(model.bytes for model in self._models.values()) > MODEL_BYTES
         ):
-            self._kept.popitem(last=False)
+            self._models.popitem(last=False)
 
     def clear(self) -> None:
-        self._kept.clear()
+        self._models.clear()
 
 
 def train_without(path: Path, outcome: Outcome, id_: str) -> Generator[Progress, None, Withheld]:
@@ -246,9 +246,9 @@ class ExplanationPage(QScrollArea):
             return "coded"
         return "most probable other one"
 
-    def say(self, told: str, verb: str) -> None:
+    def say(self, state: str, verb: str) -> None:
         """Show how far it is, beside a button."""
-        self.state_text.setText(told)
+        self.state_text.setText(state)
         self.stop.setText(verb)
         self.stop.setAccessibleName(verb)
         self.state.show()
@@ -405,8 +405,8 @@ class ExplanationView(QWidget):
         self._training, self._begun = ticket, time.monotonic()
         path = project.path
 
-        def done(made: Withheld) -> None:
-            self.model_cache.put(path, outcome, id_, made)
+        def done(withheld: Withheld) -> None:
+            self.model_cache.put(path, outcome, id_, withheld)
             self._begin()
 
         job = train_without(path, outcome, id_)
@@ -458,8 +458,8 @@ class ExplanationView(QWidget):
 
     def _failed(self, error: Exception) -> None:
         self._stopped = True
-        told = str(error) if isinstance(error, ForcelabError) else "This did not work."
-        self.page.say(told, "Try again")
+        state = str(error) if isinstance(error, ForcelabError) else "This did not work."
+        self.page.say(state, "Try again")
 
     def _toggle_training(self) -> None:
         """Stop the training, or begin again."""

@@ -52,10 +52,10 @@ MINUS = "\N{MINUS SIGN}"
 
 def signed_log_odds(value: float) -> str:
     """Log-odds with a sign, rounded for reading."""
-    shown = f"{abs(value):.1f}" if abs(value) < 99.95 else f"{abs(value):.0f}"
-    if not shown.strip("0."):
-        return shown
-    return (MINUS if value < 0 else "+") + shown
+    digits = f"{abs(value):.1f}" if abs(value) < 99.95 else f"{abs(value):.0f}"
+    if not digits.strip("0."):
+        return digits
+    return (MINUS if value < 0 else "+") + digits
 
 
 def interval_sentence(place: Interval) -> str:
@@ -72,21 +72,21 @@ def interval_sentence(place: Interval) -> str:
     return text.format(seconds, human, place.predicted, f"{place.confidence:.2f}")
 
 
-def band_sentence(one: Band, why: Why) -> str:
+def band_sentence(band: Band, why: Why) -> str:
     """One band: ``normal 2 at 8.1 Hz speaks for grab (+3.1)``."""
-    if one.weight >= 0:
+    if band.weight >= 0:
         text = "{0} at {1} Hz speaks for {2} ({3})"
     else:
         text = "{0} at {1} Hz speaks against {2} ({3})"
-    weight = signed_log_odds(one.weight)
-    if one.error:
-        weight += f" ± {one.error:.1f}"
-    return text.format(one.channel, f"{one.hertz:.3g}", why.favoured, weight)
+    weight = signed_log_odds(band.weight)
+    if band.error:
+        weight += f" ± {band.error:.1f}"
+    return text.format(band.channel, f"{band.hertz:.3g}", why.favoured, weight)
 
 
 def strongest_bands(why: Why) -> str:
     """The three bands that weigh most, a line each."""
-    lines = [band_sentence(one, why) for one in why.strongest() if one.weight]
+    lines = [band_sentence(band, why) for band in why.strongest() if band.weight]
     return "\n".join(lines) or "No band makes a difference here."
 
 
@@ -125,15 +125,15 @@ def recogniser_sentence(why: Why, name: str) -> str:
         text = "The recogniser of the run, trained on another task than {0}"
     else:
         text = "The final recogniser, which was not trained on {0}"
-    told = text.format(name)
+    sentence = text.format(name)
     if why.how == "final" or not why.seconds.get("fit"):
-        return told + "."
+        return sentence + "."
     fit = f"{why.seconds['features'] + why.seconds['fit']:.1f}"
     if why.same == 1:
         again = "trained once more in {0} s: it predicts the same."
-        return f"{told}, {again.format(fit)}"
+        return f"{sentence}, {again.format(fit)}"
     again = "trained once more in {0} s: {1} % of its samples are the same."
-    return f"{told}, {again.format(fit, f'{100 * why.same:.1f}')}"
+    return f"{sentence}, {again.format(fit, f'{100 * why.same:.1f}')}"
 
 
 def held_out_progress(progress: Progress, name: str, elapsed: float, outcome: Outcome) -> str:
@@ -220,8 +220,8 @@ class ProbabilityChart(QWidget):
         axis, x = self.axis, event.position().x()
         if axis is None or self.place is None or not CHART_LEFT <= x <= self.plot.right():
             return
-        here = self.document.id == self.place.demonstration
-        if here and event.button() == Qt.MouseButton.LeftButton:
+        is_open = self.document.id == self.place.demonstration
+        if is_open and event.button() == Qt.MouseButton.LeftButton:
             self.document.seek(axis.value(x))
 
     def paintEvent(self, event: QPaintEvent) -> None:
@@ -284,13 +284,13 @@ class ProbabilityChart(QWidget):
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         named = []
         for column in np.argsort(values.max(axis=0), kind="stable").tolist():
-            look = style_of(self._vocabulary, certainty.actions[column])
+            style = style_of(self._vocabulary, certainty.actions[column])
             ys = [self._y(value) for value in values[:, column].tolist()]
             line = QPolygonF([QPointF(x, y) for x, y in zip(xs, ys, strict=True)])
-            if text.contrast(look.colour, QColor(colours().unlabelled)) < FAINT_CONTRAST:
+            if text.contrast(style.colour, QColor(colours().unlabelled)) < FAINT_CONTRAST:
                 painter.setPen(QPen(QColor(colours().on_unlabelled), 2.8))
                 painter.drawPolyline(line)
-            painter.setPen(QPen(look.colour, 1.8))
+            painter.setPen(QPen(style.colour, 1.8))
             painter.drawPolyline(line)
             if values[:, column].max() >= NAMED_PROBABILITY:
                 named.append((ys[-1], certainty.actions[column]))
@@ -318,10 +318,10 @@ class ProbabilityChart(QWidget):
             text.draw_text(painter, swatch.right() + 4, height, name, face=face, ink=ink)
 
     def _paint_cursor(self, painter: QPainter, axis: Axis, place: Interval) -> None:
-        here = self.document.cursor
-        if self.document.id == place.demonstration and axis.start <= here <= axis.end:
+        cursor = self.document.cursor
+        if self.document.id == place.demonstration and axis.start <= cursor <= axis.end:
             painter.setPen(QPen(QColor(colours().cursor), 1.4))
-            x = axis.at(here)
+            x = axis.at(cursor)
             painter.drawLine(QLineF(x, self.plot.top(), x, self.plot.bottom()))
 
     def _recolour(self) -> None:
@@ -419,8 +419,8 @@ class BandMap(QWidget):
 
     def event(self, event: QEvent) -> bool:
         if isinstance(event, QHelpEvent) and event.type() == QEvent.Type.ToolTip:
-            told = self.told(QPointF(event.pos()))
-            QToolTip.showText(event.globalPos(), told, self)
+            sentence = self.told(QPointF(event.pos()))
+            QToolTip.showText(event.globalPos(), sentence, self)
             return True
         return super().event(event)
 

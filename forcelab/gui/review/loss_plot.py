@@ -134,11 +134,11 @@ class LossCurves(QWidget):
         face.setPixelSize(11)
         painter.setFont(face)
         top = plot.top()
-        for shown, ink in texts:
+        for line_text, ink in texts:
             box = QRectF(plot.right() - 120, top, 96, 14)
             painter.setPen(QColor(ink))
             painter.drawText(
-                box, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter, shown
+                box, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter, line_text
             )
             painter.setPen(QPen(QColor(ink), 2.0))
             painter.drawLine(
@@ -222,10 +222,10 @@ class LossView(QWidget):
     def _remarks(self) -> str:
         """What the run says besides, as far as the coder may know it."""
         try:
-            seen = visible_outcome(self.document)
+            outcome = visible_outcome(self.document)
         except ForcelabError as error:
             return str(error)
-        return "" if seen is None else "\n".join(seen.remarks)
+        return "" if outcome is None else "\n".join(outcome.remarks)
 
     def _run_times(self, outcome: Outcome) -> list[str]:
         """Run times of the parts of an evaluation."""

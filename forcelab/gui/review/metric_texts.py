@@ -33,9 +33,9 @@ class Metric:
         if value is None:
             return "–"
         decimals = {"%": 1, "ms": 0, "s": 2, "": 3, "#": 0}[self.unit]
-        shown = round(100.0 * value if self.unit == "%" else value, decimals) + 0.0  # no -0
-        sign = "+" if signed and shown > 0 else ""
-        return f"{sign}{shown:,.{decimals}f}".replace("-", "\u2212")
+        rounded = round(100.0 * value if self.unit == "%" else value, decimals) + 0.0  # no -0
+        sign = "+" if signed and rounded > 0 else ""
+        return f"{sign}{rounded:,.{decimals}f}".replace("-", "\u2212")
 
     def span(self, ends: tuple[float, float] | None, *, signed: bool = False) -> str:
         if ends is None:

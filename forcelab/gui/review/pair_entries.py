@@ -141,10 +141,8 @@ def _is_as_evaluated(project: Project, outcome: Outcome, reviewed: Reviewed, now
     rates = (project.info(reviewed.id).rate, outcome.settings.rate or math.inf)
     sample = 1 / min(rates)
     return len(now) == len(reviewed.human) and all(
-        one.action == other.action
-        and abs(one.start - other.start) < sample
-        and abs(one.end - other.end) < sample
-        for one, other in zip(now, reviewed.human, strict=True)
+        a.action == b.action and abs(a.start - b.start) < sample and abs(a.end - b.end) < sample
+        for a, b in zip(now, reviewed.human, strict=True)
     )
 
 
@@ -162,19 +160,19 @@ def read_tracks(
 
 
 def pair_entries(
-    outcome: Outcome, tracks: Mapping[str, Tracks], wanted: ExtraRows, hidden: Collection[str]
+    outcome: Outcome, tracks: Mapping[str, Tracks], extra: ExtraRows, hidden: Collection[str]
 ) -> tuple[PairEntry, ...]:
     """All demonstrations but the hidden, the tested first; tracks by id, else those of the run."""
     scores = outcome.scores.get("filtered", {}).get("demonstrations", ())
     shares = [score.get("accuracy") for score in scores]
     shares += [None] * (len(outcome.tested) - len(shares))
     tested = tuple(
-        tested_entry(outcome, reviewed, tracks.get(reviewed.id, {}), wanted, share)
+        tested_entry(outcome, reviewed, tracks.get(reviewed.id, {}), extra, share)
         for reviewed, share in zip(outcome.tested, shares, strict=False)
         if reviewed.id not in hidden
     )
     proposals = tuple(
-        PairEntry(reviewed, None, wanted.lanes(reviewed, {}))
+        PairEntry(reviewed, None, extra.lanes(reviewed, {}))
         for reviewed in outcome.proposals
         if reviewed.id not in hidden
     )
@@ -182,10 +180,10 @@ def pair_entries(
 
 
 def tested_entry(
-    outcome: Outcome, reviewed: Reviewed, tracks: Tracks, wanted: ExtraRows, share: float | None
+    outcome: Outcome, reviewed: Reviewed, tracks: Tracks, extra: ExtraRows, share: float | None
 ) -> PairEntry:
     human = tracks.get(outcome.author, reviewed.human)
-    return PairEntry(reviewed, human, wanted.lanes(reviewed, tracks), share)
+    return PairEntry(reviewed, human, extra.lanes(reviewed, tracks), share)
 
 
 def filter_and_sort(
@@ -211,7 +209,7 @@ def filter_and_sort(
 
     return sorted(
         found,
-        key=lambda one: (one.human is None, place(one), natural_order(one.reviewed.name)),
+        key=lambda entry: (entry.human is None, place(entry), natural_order(entry.reviewed.name)),
     )
 
 

@@ -59,7 +59,7 @@ class ActionStyles(dict[str, LabelStyle]):
 def all_actions(outcome: Outcome) -> tuple[str, ...]:
     """Actions that a run knows, its coder labelled or it predicts; in thousands of segments."""
     both = (*outcome.tested, *outcome.proposals)
-    tracks = [track for one in both for track in (one.human, one.predicted)]
+    tracks = [track for reviewed in both for track in (reviewed.human, reviewed.predicted)]
     return tuple(dict.fromkeys((*outcome.actions, *(s.action for t in tracks for s in t))))
 
 
@@ -142,7 +142,7 @@ class PairsTools(QWidget):
         return order
 
     @property
-    def wanted(self) -> ExtraRows:
+    def extra_rows(self) -> ExtraRows:
         """The further rows that are chosen."""
         stages = tuple(stage for stage in self._stages() if stage[0] in self._extra_rows)
         coders = tuple(name for name in self.coders if CODER_PREFIX + name in self._extra_rows)
@@ -213,10 +213,10 @@ class LegendStrip(QWidget):
         self.setAccessibleName("Legend of the actions")
         themes().changed.connect(self.update)
 
-    def show_looks(self, looks: Mapping[str, LabelStyle]) -> None:
-        self._styles = looks
+    def show_styles(self, styles: Mapping[str, LabelStyle]) -> None:
+        self._styles = styles
         self.setAccessibleDescription(
-            ", ".join(f"{look.sign.upper()} {name}".lstrip() for name, look in looks.items())
+            ", ".join(f"{style.sign.upper()} {name}".lstrip() for name, style in styles.items())
         )
         self._fit()
         self.update()
@@ -411,7 +411,7 @@ class PairsView(QWidget):
 
     def _choose(self) -> None:
         self._build()
-        if self._current.lacks(self.tools.wanted.coders):
+        if self._current.lacks(self.tools.extra_rows.coders):
             self._read_all()
 
     def _build(self) -> None:
@@ -427,7 +427,7 @@ class PairsView(QWidget):
             if coders != self.tools.coders:
                 self.tools.offer(coders)
             self._entries = pair_entries(
-                outcome, self._current.tracks, self.tools.wanted, self._hidden
+                outcome, self._current.tracks, self.tools.extra_rows, self._hidden
             )
             self._update_vocabulary()
         self._show()
@@ -435,11 +435,11 @@ class PairsView(QWidget):
     def _show(self) -> None:
         actions = sorted(self._actions(), key=self._key_of)
         self._styles = ActionStyles(styles_in_order(actions, self._vocabulary))
-        looks, tools = self._styles, self.tools
+        styles, tools = self._styles, self.tools
         rows = filter_and_sort(self._entries, tools.chosen_order, tools.search.text())
-        self.legend.show_looks(looks)
+        self.legend.show_styles(styles)
         self._show_missing(len(rows))
-        self.area.show_entries(rows, looks, tools.stretched.isChecked())
+        self.area.show_entries(rows, styles, tools.stretched.isChecked())
         self._show_axis()
 
     def _show_axis(self) -> None:
@@ -475,10 +475,11 @@ class PairsView(QWidget):
         if outcome is None or project is None:
             return False
         before = self._vocabulary
-        looks = vocabulary_of(project, outcome).with_actions(*self._actions())
-        document, shown = self.document, self.document.demonstration
-        task = "" if shown is None else shown.task
-        self._vocabulary = with_keys(looks, document.vocabulary, task=task, apart=outcome.apart)
+        vocabulary = vocabulary_of(project, outcome).with_actions(*self._actions())
+        document, demonstration = self.document, self.document.demonstration
+        task = "" if demonstration is None else demonstration.task
+        own = document.vocabulary
+        self._vocabulary = with_keys(vocabulary, own, task=task, apart=outcome.apart)
         return self._vocabulary != before
 
     def _show_missing(self, shown: int | None = None) -> None:
@@ -514,18 +515,18 @@ class PairsView(QWidget):
 
     def _read_all(self) -> None:
         if self.isVisible():
-            self._current.read_all(self.tools.wanted.coders, self._hidden)
+            self._current.read_all(self.tools.extra_rows.coders, self._hidden)
 
     def _read_open(self) -> None:
         outcome, id_ = self.document.outcome, self.document.id
         old = next((entry for entry in self._entries if entry.id == id_), None)
         if outcome is None or old is None or not self.isVisible():
             return
-        wanted = self.tools.wanted
-        if old.human is None or not self._current.read_open(wanted.coders):
+        extra = self.tools.extra_rows
+        if old.human is None or not self._current.read_open(extra.coders):
             return
         found = self._current.tracks[id_]
-        new = tested_entry(outcome, old.reviewed, found, wanted, old.evaluated_accuracy)
+        new = tested_entry(outcome, old.reviewed, found, extra, old.evaluated_accuracy)
         self._entries = tuple(new if entry is old else entry for entry in self._entries)
         known = set(self._vocabulary.names)
         if any(s.action not in known for track in new.final_tracks for s in track):

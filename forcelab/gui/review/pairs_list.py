@@ -293,26 +293,26 @@ class RowPictures:
     """The pictures of the rows seen last, by demonstration."""
 
     def __init__(self) -> None:
-        self._kept: OrderedDict[str, QPixmap] = OrderedDict()
+        self._pictures: OrderedDict[str, QPixmap] = OrderedDict()
         #: How many rows were painted so far.
         self.painted = 0
 
     def clear(self) -> None:
-        self._kept.clear()
+        self._pictures.clear()
 
     def drop(self, id_: str) -> None:
-        self._kept.pop(id_, None)
+        self._pictures.pop(id_, None)
 
     def known(self, id_: str) -> QPixmap | None:
-        if id_ in self._kept:
-            self._kept.move_to_end(id_)
-        return self._kept.get(id_)
+        if id_ in self._pictures:
+            self._pictures.move_to_end(id_)
+        return self._pictures.get(id_)
 
     def paint(
         self,
         layout: PairsLayout,
         row: int,
-        looks: Mapping[str, LabelStyle],
+        styles: Mapping[str, LabelStyle],
         opened: bool,
         ratio: float,
         remark: str,
@@ -322,11 +322,11 @@ class RowPictures:
         picture = QPixmap(round(box.width() * ratio), round(box.height() * ratio))
         picture.setDevicePixelRatio(ratio)
         with QPainter(picture) as painter:
-            paint_row(painter, layout, row, looks, opened, ratio, remark)
-        self._kept[layout.entries[row].id] = picture
+            paint_row(painter, layout, row, styles, opened, ratio, remark)
+        self._pictures[layout.entries[row].id] = picture
         self.painted += 1
-        while len(self._kept) > PICTURES_KEPT:
-            self._kept.popitem(last=False)
+        while len(self._pictures) > PICTURES_KEPT:
+            self._pictures.popitem(last=False)
         return picture
 
 
@@ -334,7 +334,7 @@ def paint_row(
     painter: QPainter,
     layout: PairsLayout,
     row: int,
-    looks: Mapping[str, LabelStyle],
+    styles: Mapping[str, LabelStyle],
     opened: bool,
     ratio: float,
     remark: str,
@@ -346,22 +346,22 @@ def paint_row(
     """
     theme, entry = colours(), layout.entries[row]
     axis, boxes = layout.axis(entry), layout.boxes(row)
-    whole = QRectF(0, 0, layout.width, layout.row_height(row))
+    box = QRectF(0, 0, layout.width, layout.row_height(row))
     ground = QColor(theme.background)
     if opened:
         ground = mixed(ground, theme.accent, OPEN_TINT)
-    painter.fillRect(whole, ground)
+    painter.fillRect(box, ground)
     if opened:
-        painter.fillRect(QRectF(0, 0, 4, whole.height()), QColor(theme.accent))
+        painter.fillRect(QRectF(0, 0, 4, box.height()), QColor(theme.accent))
     painter.setRenderHint(QPainter.RenderHint.Antialiasing)
     if not layout.stretched:
         painter.setPen(QPen(QColor(theme.grid), 1.0))
         spots = [axis.at(value) for value, _ in axis.marks(10.0, upright=False)]
-        painter.drawLines([QLineF(x, 0, x, whole.height()) for x in spots])
+        painter.drawLines([QLineF(x, 0, x, box.height()) for x in spots])
     on_track = replace(theme, text=theme.on_unlabelled)
     pair = _thinned_pair(entry.pair, axis, ratio)
     mark = QColor(theme.trouble)
-    paint_pair(painter, boxes, axis, pair, looks=looks, theme=on_track, mark=mark)
+    paint_pair(painter, boxes, axis, pair, looks=styles, theme=on_track, mark=mark)
     _paint_texts(painter, layout, row, opened, remark, theme)
 
 
@@ -480,7 +480,7 @@ class PairsList(QAbstractScrollArea):
         self.mark: int | None = None
         self.pictures = RowPictures()
         self.stretched = False
-        self._looks: Mapping[str, LabelStyle] = {}
+        self._styles: Mapping[str, LabelStyle] = {}
         self._layout: PairsLayout | None = None
         self._cursor_at: QRect | None = None
         self._opened = document.id
@@ -579,25 +579,25 @@ class PairsList(QAbstractScrollArea):
         entry = self.entries[row]
         opened, ratio = entry.id == self.document.id, self.devicePixelRatioF()
         remark = self._remark(entry)
-        return self.pictures.paint(self.arrangement, row, self._looks, opened, ratio, remark)
+        return self.pictures.paint(self.arrangement, row, self._styles, opened, ratio, remark)
 
     def _paint_ahead(self) -> None:
         """Paint one row that is in view or may come there next, and so on until all are painted."""
         if not self.isVisible():
             return
         top, page = self.verticalScrollBar().value(), self.viewport().height()
-        seen = self.arrangement.visible(top, top + page)
+        in_view = self.arrangement.visible(top, top + page)
         near = self.arrangement.visible(
             top - SCREENS_AHEAD * page, top + (1 + SCREENS_AHEAD) * page
         )
-        for row in (*seen, *(row for row in near if row not in seen)):
+        for row in (*in_view, *(row for row in near if row not in in_view)):
             id_ = self.entries[row].id
             unknown = self.pictures.known(id_) is None
             if unknown:
                 self._painted(row)
             if unknown or id_ in self._skipped:
                 self._skipped.discard(id_)
-                if row in seen:
+                if row in in_view:
                     box = self.arrangement.row_box(row).translated(0, -top)
                     self.viewport().update(box.toAlignedRect())
                 self._ahead.start()
@@ -717,12 +717,12 @@ class PairsList(QAbstractScrollArea):
         self.viewport().update()
 
     def show_entries(
-        self, entries: list[PairEntry], looks: Mapping[str, LabelStyle], stretched: bool
+        self, entries: list[PairEntry], styles: Mapping[str, LabelStyle], stretched: bool
     ) -> None:
         """Show these rows; where they have changed, with the open demonstration in view."""
         before = [entry.id for entry in self.entries]
         focused = self.focused
-        self.entries, self._looks, self.stretched = entries, looks, stretched
+        self.entries, self._styles, self.stretched = entries, styles, stretched
         ids = [entry.id for entry in entries]
         if focused is None or focused.id not in ids:
             self.row = ids.index(self.document.id) if self.document.id in ids else 0

@@ -156,15 +156,16 @@ class AcceptButtons(QWidget):
 
     def _follow_cursor(self, cursor: float) -> None:
         if self.isVisible():
-            there = self._is_predicted(cursor, cursor + INSTANT)
+            predicted = self._is_predicted(cursor, cursor + INSTANT)
             set_enabled_with_reason(
-                self.here, "" if there else "Nothing is predicted at the cursor."
+                self.here, "" if predicted else "Nothing is predicted at the cursor."
             )
 
     def _follow_span(self, start: float, end: float) -> None:
         if self.isVisible():
-            there = self._is_predicted(start, end)
-            set_enabled_with_reason(self.in_view, "" if there else "Nothing is predicted in view.")
+            predicted = self._is_predicted(start, end)
+            reason = "" if predicted else "Nothing is predicted in view."
+            set_enabled_with_reason(self.in_view, reason)
 
     def _follow(self, *_: object) -> None:
         """Offer what can be accepted."""
@@ -199,7 +200,7 @@ class ProposalsView(QWidget):
         self.setAccessibleName("Proposals")
         self.model = TextModel(self)
         self.rows: tuple[Proposal, ...] = ()
-        self._shown: Outcome | None = None
+        self._outcome: Outcome | None = None
         self._found: tuple[Proposal, ...] = ()
         self.table = self._table()
         self.order = muted_label()
@@ -235,8 +236,8 @@ class ProposalsView(QWidget):
             return
         if self._sorted_proposals() != self.rows:
             self._list()
-        elif (told := self._table_rows()) != self.model.rows:
-            self.model.replace_texts(told)
+        elif (rows := self._table_rows()) != self.model.rows:
+            self.model.replace_texts(rows)
             self._say_order()
 
     # What is listed
@@ -246,8 +247,8 @@ class ProposalsView(QWidget):
         if not self.isVisible():
             return
         outcome = self.document.outcome
-        if outcome is not self._shown:
-            self._shown, self._found = outcome, ()
+        if outcome is not self._outcome:
+            self._outcome, self._found = outcome, ()
             self.jobs.cancel(RANKING_JOB)
             if outcome is not None and outcome.proposals:
                 self.jobs.run(_rank_proposals(outcome), self._ranked, key=RANKING_JOB)
@@ -284,9 +285,9 @@ class ProposalsView(QWidget):
             self._list()
 
     def _list(self) -> None:
-        seen = self._sorted_proposals()
-        if seen != self.rows:
-            self.rows = seen
+        rows = self._sorted_proposals()
+        if rows != self.rows:
+            self.rows = rows
             columns = [
                 TableColumn("demonstration", number=False),
                 TableColumn("uncertainty", number=False),
@@ -304,8 +305,8 @@ class ProposalsView(QWidget):
     def _sorted_proposals(self) -> tuple[Proposal, ...]:
         """What may be seen; what the coder has labelled by now comes last."""
         blind, done = blind_demonstrations(self.document), self._done()
-        seen = (one for one in self._found if one.id not in blind)
-        return tuple(sorted(seen, key=lambda one: one.id in done))
+        visible = (proposal for proposal in self._found if proposal.id not in blind)
+        return tuple(sorted(visible, key=lambda proposal: proposal.id in done))
 
     def _done(self) -> frozenset[str]:
         return frozenset(id_ for id_, share in self._labelled().items() if share >= LABELLED_SHARE)
@@ -315,29 +316,29 @@ class ProposalsView(QWidget):
         return tuple(
             TableRow(
                 (
-                    one.name,
-                    f"{100 * one.uncertainty:.0f} %",
-                    *([f"{100 * (one.typicality or 0.0):.0f} %"] if weighed else []),
-                    f"{one.wrong:.1f} s",
-                    f"{100 * labelled[one.id]:.0f} %" if one.id in labelled else "–",
+                    proposal.name,
+                    f"{100 * proposal.uncertainty:.0f} %",
+                    *([f"{100 * (proposal.typicality or 0.0):.0f} %"] if weighed else []),
+                    f"{proposal.wrong:.1f} s",
+                    f"{100 * labelled[proposal.id]:.0f} %" if proposal.id in labelled else "–",
                 ),
-                tip=self._tip(one),
+                tip=self._tip(proposal),
             )
-            for one in self.rows
+            for proposal in self.rows
         )
 
-    def _tip(self, one: Proposal) -> str:
+    def _tip(self, proposal: Proposal) -> str:
         text = (
-            f"{one.name} ({one.task}), {one.seconds:.1f} s: of moments as uncertain as "
-            "these, tested "
-            f"demonstrations had so many wrong that about {one.wrong:.1f} s are expected to "
+            f"{proposal.name} ({proposal.task}), {proposal.seconds:.1f} s: of moments as uncertain "
+            "as these, tested "
+            f"demonstrations had so many wrong that about {proposal.wrong:.1f} s are expected to "
             "be wrong "
             "here. Labelling it is expected to put these right."
         )
-        if one.typicality is None:
+        if proposal.typicality is None:
             return text
         typical = "It is {0:.0f} % like all that are listed."
-        return f"{text} {typical.format(100 * one.typicality)}"
+        return f"{text} {typical.format(100 * proposal.typicality)}"
 
     def _labelled(self) -> dict[str, float]:
         """Which share of each demonstration the coder has labelled."""
@@ -356,7 +357,7 @@ class ProposalsView(QWidget):
         self.order.setVisible(bool(self.rows))
         outcome = self.document.outcome
         tasks = () if outcome is None else outcome.tasks
-        there = [info for info in self.document.infos if info.task in tasks]
+        infos = [info for info in self.document.infos if info.task in tasks]
         blind = blind_demonstrations(self.document)
         if self.rows:
             text = ""
@@ -364,9 +365,9 @@ class ProposalsView(QWidget):
             text = "Train a recogniser: it proposes labels for what is unlabelled."
         elif self.jobs.awaits(RANKING_JOB):
             text = "Ranking what is unlabelled…"
-        elif outcome.proposals or any(info.id in blind for info in there):
+        elif outcome.proposals or any(info.id in blind for info in infos):
             text = "There is nothing here that may be seen."
-        elif any(outcome.author not in info.labelled for info in there):
+        elif any(outcome.author not in info.labelled for info in infos):
             # A run of the command line tests only, and demonstrations are imported later.
             text = (
                 "This run proposes nothing for what is unlabelled. Train again; if nothing is "

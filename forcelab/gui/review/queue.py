@@ -65,11 +65,11 @@ def read_queue(
         if before is None or changed is None:
             tracks = current_tracks(project, outcome)
         else:
-            seen = {reviewed.id: reviewed for reviewed in outcome.tested}
-            tracks = {id_: track for id_, track in before.tracks.items() if id_ in seen}
+            tested = {reviewed.id: reviewed for reviewed in outcome.tested}
+            tracks = {id_: track for id_, track in before.tracks.items() if id_ in tested}
             for id_, track in changed.items():
                 if id_ in tracks:
-                    tracks[id_] = spelt(track, outcome, seen[id_])
+                    tracks[id_] = spelt(track, outcome, tested[id_])
     known = before.known if before is not None else {}
     queue, known = yield from arranging(outcome, tracks, verdicts, known, invented=True)
     return QueueData(outcome, queue, tracks, known)
@@ -162,20 +162,20 @@ class QueueLoader(QObject):
         """Show at once nothing of what is coded blind from now on."""
         if self.read is not None:
             blind = blind_demonstrations(self._document)
-            if any(one.id in blind for one in self.read.outcome.tested):
+            if any(tested.id in blind for tested in self.read.outcome.tested):
                 self.read = None
                 self.changed.emit()
 
     def _listing_changed(self) -> None:
         """The list was read again; where only the open one changed, its track has been compared."""
         self._forget_blind()
-        here = self._document.id
-        others = [
-            [i for i in infos if i.id != here] for infos in (self._infos, self._document.infos)
+        open_id = self._document.id
+        lists = [
+            [i for i in infos if i.id != open_id] for infos in (self._infos, self._document.infos)
         ]
         self._infos = self._document.infos
-        same = len(others[0]) == len(others[1])
-        if not same or any(a is not b for a, b in zip(*others, strict=True)):
+        same = len(lists[0]) == len(lists[1])
+        if not same or any(a is not b for a, b in zip(*lists, strict=True)):
             self._all_changed()
 
     def _done(self, changes: int, upheavals: int | None, read: QueueData) -> None:
@@ -222,11 +222,11 @@ def queue_summary(queue: Queue) -> str:
     main = len(queue.suspected) + len(queue.actions) + len(queue.missed)
     if not queue.judged:
         return f"{main} to judge, none judged yet."
-    said = report(queue.judged)
+    pairs = report(queue.judged)
     return (
-        f"{main} to judge. Right so far: human {sum(pair.human_right for pair in said)}, model "
-        f"{sum(pair.model_right for pair in said)}; ambiguous "
-        f"{sum(pair.ambiguous for pair in said)}."
+        f"{main} to judge. Right so far: human {sum(pair.human_right for pair in pairs)}, model "
+        f"{sum(pair.model_right for pair in pairs)}; ambiguous "
+        f"{sum(pair.ambiguous for pair in pairs)}."
     )
 
 
@@ -247,7 +247,7 @@ class VerdictButtons(QWidget):
             "model": ("Model right", "Model"),
             "ambiguous": ("Ambiguous", "Unclear"),
         }
-        told = {
+        tips = {
             "human": "The label is right; it stays.",
             "model": "The prediction is right; your label is changed to it, undoably.",
             "ambiguous": "It cannot be told; the label stays.",
@@ -259,7 +259,7 @@ class VerdictButtons(QWidget):
         for verdict, (text, _) in self._texts.items():
             button = QPushButton()
             button.setAccessibleName(text)
-            button.setToolTip(told[verdict])
+            button.setToolTip(tips[verdict])
             button.clicked.connect(lambda _=False, v=verdict: self.judged.emit(v))
             row.addWidget(button, 1)
             self.verdicts[verdict] = button
@@ -426,8 +426,8 @@ class QueueView(QWidget):
         self.list = QueueList(self.model, lambda: self.reader.vocabulary)
         self.list.chosen.connect(document.examine)
         self.list.withdrawn.connect(self.withdraw)
-        sought = "Filter by action or demonstration"
-        self.filter = search_field(sought, sought)
+        hint = "Filter by action or demonstration"
+        self.filter = search_field(hint, hint)
         self.filter.textChanged.connect(self._show)
         self.buttons = VerdictButtons()
         self.buttons.judged.connect(self.judge)
@@ -510,12 +510,12 @@ class QueueView(QWidget):
                     return False
                 if project.head(difference.demonstration, author) != before:
                     edit = project.revertible(difference.demonstration, author, "undo")
-            said = judge(project, outcome, difference, verdict, author, edit)
+            stored = judge(project, outcome, difference, verdict, author, edit)
         except ForcelabError as error:
             self.document.say(str(error), True)
             return False
-        self._history.add(said, edit.id if edit is not None else 0)
-        self.reader.put_away(self.queue.after(said, difference))
+        self._history.add(stored, edit.id if edit is not None else 0)
+        self.reader.put_away(self.queue.after(stored, difference))
         if after is not None:
             self.document.examine(after)
         elif not self.list.waiting:
@@ -551,8 +551,8 @@ class QueueView(QWidget):
         except ForcelabError as error:
             self.document.say(str(error), True)
             return False
-        told = "The verdict is withdrawn; labels stay as they are."
-        self.document.say(told)
+        message = "The verdict is withdrawn; labels stay as they are."
+        self.document.say(message)
         self.reader.track_changed()
         self.reader.compare()
         return True
@@ -563,12 +563,12 @@ class QueueView(QWidget):
         """Give the coder's track what the model predicts; gives whether to store the verdict."""
         document = self.document
         if document.author != outcome.author:
-            told = (
+            message = (
                 "The verdict is kept; only {0} can change {0}'s labels. To change them as {1}, "
                 "copy them ({2})."
             )
             key = keys().shown("copy_from") or "in the menu Segments"
-            document.say(told.format(outcome.author, document.author, key))
+            document.say(message.format(outcome.author, document.author, key))
             return True
         if document.id != difference.demonstration and not document.examine(difference):
             return False
@@ -620,9 +620,9 @@ class QueueView(QWidget):
         if not empty and not self.model.sections:
             empty = "Nothing here fits the filter."
         self._pages.say(empty)
-        there = bool(self.queue.open or self.queue.judged)
-        self.filter.setVisible(there)
-        self.buttons.setVisible(there)
-        self._summary.setVisible(there)
+        filled = bool(self.queue.open or self.queue.judged)
+        self.filter.setVisible(filled)
+        self.buttons.setVisible(filled)
+        self._summary.setVisible(filled)
         self._summary.setText(queue_summary(self.queue))
         self._offer()

@@ -168,29 +168,29 @@ def interval_of(about: Difference | StoredVerdict) -> Interval:
 
 
 def queue_sections(
-    queue: Queue, names: Mapping[str, str], sought: str = ""
+    queue: Queue, names: Mapping[str, str], text: str = ""
 ) -> tuple[QueueSection, ...]:
     """The sections that hold anything, with the items whose action or demonstration fits."""
-    fits = _text_filter(names, sought.strip().casefold())
+    fits = _text_filter(names, text.strip().casefold())
     found = []
     for kind in get_args(SectionKind):
         everything = tuple(getattr(queue, kind))
-        shown = tuple(filter(fits, everything)) if sought.strip() else everything
-        if shown:
-            found.append(QueueSection(kind, shown, len(everything), names))
+        listed = tuple(filter(fits, everything)) if text.strip() else everything
+        if listed:
+            found.append(QueueSection(kind, listed, len(everything), names))
     return tuple(found)
 
 
 def _text_filter(
-    names: Mapping[str, str], sought: str
+    names: Mapping[str, str], text: str
 ) -> Callable[[Difference | StoredVerdict], bool]:
     @cache
     def action(name: str | None) -> bool:
-        return sought in action_name(name).casefold()
+        return text in action_name(name).casefold()
 
     @cache
     def demonstration(id_: str) -> bool:
-        return sought in names.get(id_, "").casefold()
+        return text in names.get(id_, "").casefold()
 
     def fits(about: Difference | StoredVerdict) -> bool:
         return action(about.human) or action(about.predicted) or demonstration(about.demonstration)
@@ -210,9 +210,9 @@ class QueueModel(QAbstractListModel):
         self.folded: set[str] = set(FOLDED_AT_FIRST)
         self._heads: tuple[int, ...] = (0,)  # the rows of the headings, and how many rows there are
 
-    def show(self, queue: Queue, names: Mapping[str, str], sought: str = "") -> bool:
+    def show(self, queue: Queue, names: Mapping[str, str], text: str = "") -> bool:
         """Show a queue; gives whether anything changed."""
-        sections = queue_sections(queue, names, sought)
+        sections = queue_sections(queue, names, text)
         if sections == self.sections:
             return False
         self.beginResetModel()
@@ -337,8 +337,8 @@ class QueuePainter(QStyledItemDelegate):
             _paint_section(painter, option, item, item.kind not in self._model.folded)
         elif item is not None:
             place = item.place
-            looks = self._style(place.human), self._style(place.predicted)
-            _paint_item(painter, option, item, looks)
+            styles = self._style(place.human), self._style(place.predicted)
+            _paint_item(painter, option, item, styles)
         painter.restore()
 
     def _style(self, action: str | None) -> LabelStyle:
@@ -361,8 +361,8 @@ def _paint_section(
     line.setRight(right)
     centre = QPointF(left + 0.25 * height, line.center().y())
     paint_chevron(painter, centre, height, expanded)
-    shown = len(section)
-    count = str(shown) if shown == section.total else f"{shown}/{section.total}"
+    listed = len(section)
+    count = str(listed) if listed == section.total else f"{listed}/{section.total}"
     small = smaller(option.font)
     draw_line(painter, line, count, small, theme.muted, RIGHT)
     below = QRectF(line.left(), line.bottom() + 0.5 * ABOVE * height, line.width(), SMALL * height)
@@ -382,7 +382,7 @@ def _paint_item(
     painter: QPainter,
     option: QStyleOptionViewItem,
     item: QueueItem,
-    looks: tuple[LabelStyle, LabelStyle],
+    styles: tuple[LabelStyle, LabelStyle],
 ) -> None:
     """A difference: human, arrow, model and how sure above; where and how long below."""
     theme, box, place = colours(), QRectF(option.rect), item.place
@@ -390,12 +390,12 @@ def _paint_item(
     height = QFontMetricsF(face).height()
     left, right = box.left() + SIDE * height + 0.9 * height, box.right() - SIDE * height
     line = QRectF(left, box.top() + ABOVE * height, right - left, height)
-    told = _verdict_or_probability(item)
-    room = QFontMetricsF(face).horizontalAdvance(told) + 1 if told else 0.0
-    draw_line(painter, line, told, face, theme.text, RIGHT)
-    line.setRight(right - room - (GAP * height if told else 0))
+    text = _verdict_or_probability(item)
+    room = QFontMetricsF(face).horizontalAdvance(text) + 1 if text else 0.0
+    draw_line(painter, line, text, face, theme.text, RIGHT)
+    line.setRight(right - room - (GAP * height if text else 0))
     names = (action_name(place.human), action_name(place.predicted))
-    _paint_names(painter, line, face, names, looks, (place.human, place.predicted))
+    _paint_names(painter, line, face, names, styles, (place.human, place.predicted))
     sizes = QFontMetricsF(small)
     below = QRectF(left, line.bottom() + ABOVE * height, right - left, sizes.height())
     seconds = f"{place.duration:.2f} s"
@@ -424,7 +424,7 @@ def _paint_names(
     line: QRectF,
     face: QFont,
     names: tuple[str, str],
-    looks: tuple[LabelStyle, LabelStyle],
+    styles: tuple[LabelStyle, LabelStyle],
     actions: tuple[str | None, str | None],
 ) -> None:
     """Swatch and name of what the human labelled, an arrow, and those of the prediction."""
@@ -439,14 +439,14 @@ def _paint_names(
         if widths[0] == widths[1]:
             widths = [room / 2, room / 2]
     x = line.left()
-    for i, (name, look, width, action) in enumerate(
-        zip(names, looks, widths, actions, strict=True)
+    for i, (name, style, width, action) in enumerate(
+        zip(names, styles, widths, actions, strict=True)
     ):
         if i:
             _paint_arrow(painter, QRectF(x, line.top(), arrow, height))
             x += arrow + gap
         box = QRectF(round(x), round(line.center().y() - side / 2), side, side)
-        paint_swatch(painter, box, look)
+        paint_swatch(painter, box, style)
         x += side + gap
         ink = theme.muted if action is None else theme.text
         where = QRectF(x, line.top(), max(width, 0), height)
@@ -538,11 +538,11 @@ class QueueList(QTableView):
 
         Where the marked one has gone, its place in the order counts. There must be an open item.
         """
-        here, waiting = self._position(), self.waiting
-        if here is None:
-            here = self._last - (direction > 0)
-        there = here + direction
-        return self._place(there % waiting), not 0 <= there < waiting
+        position, waiting = self._position(), self.waiting
+        if position is None:
+            position = self._last - (direction > 0)
+        target = position + direction
+        return self._place(target % waiting), not 0 <= target < waiting
 
     def after(self) -> Interval | None:
         """What comes after the current item; None where it is the only one."""

@@ -35,8 +35,8 @@ def visible_outcome(document: Document) -> Outcome | None:
         outcome,
         labels=tuple(replace(u, author="") if u in hidden else u for u in outcome.labels),
         remarks=() if hidden else outcome.remarks,
-        tested=tuple(one for one in outcome.tested if one.id not in blind),
-        proposals=tuple(one for one in outcome.proposals if one.id not in blind),
+        tested=tuple(reviewed for reviewed in outcome.tested if reviewed.id not in blind),
+        proposals=tuple(reviewed for reviewed in outcome.proposals if reviewed.id not in blind),
     )
 
 

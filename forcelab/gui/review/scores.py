@@ -58,10 +58,10 @@ def compute_intervals(outcome: Outcome) -> Generator[Progress, None, dict[str, I
             result[stage] = Intervals.from_json(stored)
             continue
         counts = []
-        for number, one in enumerate(outcome.tested, 1):
-            if stage in one.stages:
-                counts.append(timed_counts(one.human, one.stages[stage], outcome.actions))
-            yield Progress(number, len(outcome.tested), one.name)
+        for number, reviewed in enumerate(outcome.tested, 1):
+            if stage in reviewed.stages:
+                counts.append(timed_counts(reviewed.human, reviewed.stages[stage], outcome.actions))
+            yield Progress(number, len(outcome.tested), reviewed.name)
         result[stage] = intervals(counts, outcome.settings.seed)
     return result
 
@@ -81,7 +81,7 @@ def score_columns(metrics: Sequence[Metric]) -> tuple[TableColumn, ...]:
 
 def score_rows(
     outcome: Outcome,
-    seen: Sequence[Reviewed],
+    visible: Sequence[Reviewed],
     metrics: Sequence[Metric],
     found: Mapping[str, Intervals],
     sorting: Sorting,
@@ -92,20 +92,18 @@ def score_rows(
         metric.value(outcome.scores.get(stage, {}).get("pooled", {})) for metric, stage in pairs
     ]
     each = {
-        one.id: [
-            metric.value(scores[stage]) if stage in scores else None for metric, stage in pairs
-        ]
-        for one, scores in _scores_by_demonstration(outcome)
+        d.id: [metric.value(scores[stage]) if stage in scores else None for metric, stage in pairs]
+        for d, scores in _scores_by_demonstration(outcome)
     }
-    shown = [one for one in seen if one.id in each]
+    listed = [d for d in visible if d.id in each]
     if sorting.column is not None:
-        shown.sort(key=lambda one: _sort_key(each[one.id][sorting.column or 0], sorting.descending))
+        listed.sort(key=lambda d: _sort_key(each[d.id][sorting.column or 0], sorting.descending))
     rows = [
         _score_row("pooled", pairs, pooled, bold=True),
         _interval_row(pairs, found),
-        *(_score_row(one.name, pairs, each[one.id]) for one in shown),
+        *(_score_row(d.name, pairs, each[d.id]) for d in listed),
     ]
-    return tuple(rows), tuple(one.id for one in shown)
+    return tuple(rows), tuple(d.id for d in listed)
 
 
 def _scores_by_demonstration(
@@ -114,8 +112,8 @@ def _scores_by_demonstration(
     """Each tested demonstration with its scores by stage, in the order of the run."""
     lists = {stage: outcome.scores.get(stage, {}).get("demonstrations", ()) for stage in STAGES}
     return [
-        (one, {stage: found[i] for stage, found in lists.items() if i < len(found)})
-        for i, one in enumerate(outcome.tested)
+        (reviewed, {stage: found[i] for stage, found in lists.items() if i < len(found)})
+        for i, reviewed in enumerate(outcome.tested)
     ]
 
 
@@ -136,7 +134,7 @@ def _interval_row(pairs: Sequence[tuple[Metric, str]], found: Mapping[str, Inter
     if not found:
         tip = "The intervals are being computed."
         return TableRow(("…",) * len(pairs), name, tip)
-    reason = next((one.reason for one in found.values() if one.reason), "")
+    reason = next((intervals.reason for intervals in found.values() if intervals.reason), "")
     cells = tuple(
         metric.span(found[stage][metric.path] if stage in found else None)
         for metric, stage in pairs
@@ -166,7 +164,7 @@ class ScoresView(QWidget):
         self.intervals: dict[str, Intervals] = {}
         self.sorting = Sorting()
         self._outcome: Outcome | None = None
-        self._seen: tuple[Reviewed, ...] = ()
+        self._visible: tuple[Reviewed, ...] = ()
         self._ids: tuple[str, ...] = ()
         self.which = combo_box(
             "Scores to show",
@@ -254,13 +252,13 @@ class ScoresView(QWidget):
         if not self.isVisible():
             return
         try:
-            seen = visible_outcome(self.document)
+            visible = visible_outcome(self.document)
         except ForcelabError as error:
             self._outcome = None  # to be shown as soon as it can be read
             self._show_empty(str(error))
             return
         outcome = self.document.outcome
-        if seen is None or outcome is None or not outcome.tested:
+        if visible is None or outcome is None or not outcome.tested:
             self._jobs.cancel(INTERVALS_JOB)
             self._outcome = None
             nothing = "Nothing was trained yet. Train, and this shows how well that works."
@@ -271,9 +269,9 @@ class ScoresView(QWidget):
         if outcome is not self._outcome:
             self._outcome, self.intervals = outcome, {}
             self._jobs.run(compute_intervals(outcome), self._take, key=INTERVALS_JOB)
-        elif [d.id for d in self._seen] == [d.id for d in seen.tested]:
+        elif [d.id for d in self._visible] == [d.id for d in visible.tested]:
             return
-        self._seen = seen.tested
+        self._visible = visible.tested
         self._show()
 
     def _take(self, found: dict[str, Intervals]) -> None:
@@ -290,7 +288,7 @@ class ScoresView(QWidget):
             return
         metrics = self.metrics
         rows, self._ids = score_rows(
-            self._outcome, self._seen, metrics, self.intervals, self.sorting
+            self._outcome, self._visible, metrics, self.intervals, self.sorting
         )
         self.model.show(score_columns(metrics), rows)
         self.table.fit_columns()
@@ -308,8 +306,8 @@ class ScoresView(QWidget):
     def _note(self, how: str) -> str:
         outcome = self._outcome
         assert outcome is not None
-        told = f"Run {outcome.number}, seed {outcome.settings.seed}. 95 % intervals: {how}"
-        return "\n".join((told, reliability_text(outcome.reliability))).strip()
+        note = f"Run {outcome.number}, seed {outcome.settings.seed}. 95 % intervals: {how}"
+        return "\n".join((note, reliability_text(outcome.reliability))).strip()
 
     def _show_empty(self, text: str) -> None:
         self._bar.hide()

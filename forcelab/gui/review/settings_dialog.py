@@ -129,17 +129,17 @@ def settings_summary(settings: Settings, facts: TrainingFacts) -> str:
         if field.name == "stride" and value == 1:
             continue  # all of them
         if field.name == "channels":
-            shown = ", ".join(value or facts.channels) or "–"
+            text = ", ".join(value or facts.channels) or "–"
         elif field.kind == "merge":
-            shown = ", ".join(f"{source} → {target}" for source, target in value.items())
+            text = ", ".join(f"{source} → {target}" for source, target in value.items())
         elif field.kind == "choice":
-            shown = dict(field.options)[value]
+            text = dict(field.options)[value]
         elif field.kind == "flag":
-            shown = "✓" if value else ""
+            text = "✓" if value else ""
         else:
-            shown = f"{value:g} {field.unit if field.unit else ''}".strip()
-        if shown:
-            lines.append(f"{field.label}: {shown}")
+            text = f"{value:g} {field.unit if field.unit else ''}".strip()
+        if text:
+            lines.append(f"{field.label}: {text}")
     return "\n".join(lines)
 
 
@@ -194,13 +194,13 @@ class NumberEditor(Editor):
     def value(self) -> float | int | None:
         if self.switch is not None and not self.switch.isChecked():
             return None
-        shown = self.box.value()
+        number = self.box.value()
         if self.field.kind == "whole":
-            return round(shown)
+            return round(number)
         # What was given may have more decimals than are shown.
         exact = self._exact
         rounded = None if exact is None else round(exact, self.field.decimals)
-        return exact if exact is not None and rounded == round(shown, 9) else shown
+        return exact if exact is not None and rounded == round(number, 9) else number
 
     def set_value(self, value: Any) -> None:
         self._exact = None if value is None or self.field.kind == "whole" else float(value)
@@ -281,31 +281,31 @@ class ChannelsEditor(Editor):
         self._all = facts.channels
         for name in facts.channels:
             self._add(name)
-        self._given: tuple[str, ...] | None = None
+        self._names: tuple[str, ...] | None = None
 
     def value(self) -> tuple[str, ...] | None:
         """The names, in the order in which they were set; refused (InputError) without any."""
         chosen = [name for name, box in self.boxes.items() if box.isChecked()]
         if self.boxes and not chosen:
             raise InputError("A recogniser needs something to look at; choose a channel.")
-        if self._given is not None and set(chosen) == set(self._given):
-            return self._given
+        if self._names is not None and set(chosen) == set(self._names):
+            return self._names
         return None if chosen == list(self._all) else tuple(chosen)
 
     def set_value(self, value: Any) -> None:
         """Check the channels in use; one that this task lacks can only be unchecked."""
         self.blockSignals(True)
-        self._given = None if value is None else tuple(value)
-        for name in self._given or ():
+        self._names = None if value is None else tuple(value)
+        for name in self._names or ():
             if name not in self.boxes:
                 self._add(name)
         for name, box in self.boxes.items():
-            box.setChecked(name in self._all if self._given is None else name in self._given)
+            box.setChecked(name in self._all if self._names is None else name in self._names)
         self.blockSignals(False)
 
     def _add(self, name: str) -> None:
-        here = name in self._all
-        box = QCheckBox(escape_ampersands(name if here else f"{name} (not in this task)"))
+        in_task = name in self._all
+        box = QCheckBox(escape_ampersands(name if in_task else f"{name} (not in this task)"))
         box.setAccessibleName(f"Channel {name}")
         box.toggled.connect(lambda _: self.changed.emit())
         at = len(self.boxes)
@@ -469,26 +469,26 @@ class SettingsForm(QWidget):
         self._base: Settings | None = None
         self._wavelet = ""
         self._rows: dict[str, tuple[QFormLayout, QWidget]] = {}
-        whole = QVBoxLayout(self)
-        whole.setContentsMargins(0, 0, 0, 0)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
         for name, fields in FIELD_GROUPS.items():
             box = QGroupBox(name)
             form = QFormLayout(box)
             form.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
             form.setLabelAlignment(Qt.AlignmentFlag.AlignLeft)
-            whole.addWidget(box)
+            column.addWidget(box)
             for field in fields:
                 self._add(field, form)
-        whole.addStretch(1)
+        column.addStretch(1)
 
     def set_settings(self, settings: Settings) -> None:
         self._base, self.preset = settings, settings.preset
         self._wavelet = settings.wavelet
-        for name, shown in self.editors.items():
+        for name, editor in self.editors.items():
             value = getattr(settings, name)
             if name == "parameter" and value is None:
                 value = WAVELET_PARAMETERS.get(settings.wavelet)
-            shown.set_value(value)
+            editor.set_value(value)
         self._follow()
 
     def settings(self) -> Settings | None:
@@ -554,16 +554,16 @@ class SettingsForm(QWidget):
         return next((f.name for f in FIELDS if f.name in self.trouble), FIELDS[-1].name)
 
     def _add(self, field: SettingField, form: QFormLayout) -> None:
-        shown = _editor_for(field, self.facts)
-        shown.changed.connect(self._edited)
+        editor = _editor_for(field, self.facts)
+        editor.changed.connect(self._edited)
         trouble = set_tone("trouble")
         trouble.hide()
         cell = QWidget()
-        page_layout(cell, shown, trouble, spacing=2)
+        page_layout(cell, editor, trouble, spacing=2)
         name = QLabel(field.label)
         name.setToolTip(field.tip)
         form.addRow(name, cell)
-        self.editors[field.name], self.troubles[field.name] = shown, trouble
+        self.editors[field.name], self.troubles[field.name] = editor, trouble
         self._rows[field.name] = form, cell
 
     def _edited(self) -> None:

@@ -76,8 +76,8 @@ class TaskChoiceForm(QWidget):
         column = QVBoxLayout(box)
         self.boxes: dict[str, QCheckBox] = {}
         for task in self.tasks:
-            labelled, there = self._counts(task)
-            check = QCheckBox(f"{task_text(task)} ({labelled} of {there} labelled)")
+            labelled, count = self._counts(task)
+            check = QCheckBox(f"{task_text(task)} ({labelled} of {count} labelled)")
             check.setAccessibleName(f"Train on {task_text(task)}")
             check.setChecked(task in choice.tasks)
             check.toggled.connect(self._follow)
@@ -162,13 +162,13 @@ class TaskChoiceForm(QWidget):
         if project is None:
             return ()
         people = project.coders()
-        seen = dict.fromkeys(
+        authors = dict.fromkeys(
             author
             for info in document.infos
             for author in info.labelled
             if author == document.author or not project.is_blind(info.id, document.author)
         )
-        return tuple(author for author in seen if author in people)
+        return tuple(author for author in authors if author in people)
 
     def _counts(self, task: str) -> tuple[int, int]:
         """Labelled demonstrations of a task, and all of them."""
@@ -283,8 +283,8 @@ class TaskComboBox(ElidedComboBox):
         at = self.findData(trainer.task) if tasks else -1
         self.setCurrentIndex(max(at, 0) if tasks else -1)
         for index, task in enumerate(tasks):
-            here = index == at
-            self.setItemText(index, choice_text(*trainer.chosen) if here else task_text(task))
+            current = index == at
+            self.setItemText(index, choice_text(*trainer.chosen) if current else task_text(task))
 
     def fit(self, roomy: bool) -> None:
         """Show up to twice as many characters where there is much room."""

@@ -83,7 +83,7 @@ def default_author(document: Document, tasks: set[str | None]) -> str | None:
     count = complete or begun
     if not count:
         return None
-    most, number = min(count.items(), key=lambda one: (-one[1], one[0]))
+    most, number = min(count.items(), key=lambda item: (-item[1], item[0]))
     return own if count[own] >= min(OWN_MINIMUM, number) else most
 
 
@@ -116,7 +116,7 @@ class AutomaticRuns:
         self.forget()
 
     def forget(self) -> None:
-        self._made: list[_AutomaticRun] = []
+        self._runs: list[_AutomaticRun] = []
         self._began = self._until = -inf
 
     @property
@@ -134,11 +134,11 @@ class AutomaticRuns:
     def trained(self, outcome: Outcome) -> None:
         """Add a run, and remove those that are too old by now."""
         task = (*outcome.tasks, outcome.test_task)
-        self._made.append(_AutomaticRun(outcome.number, outcome.proposer, task))
-        for old in [one for one in self._made if one.task == task][:-AUTOMATIC_RUNS_KEPT]:
-            shown = self._document.outcome
-            if shown is None or shown.number != old.number:
-                self._made.remove(old)
+        self._runs.append(_AutomaticRun(outcome.number, outcome.proposer, task))
+        for old in [run for run in self._runs if run.task == task][:-AUTOMATIC_RUNS_KEPT]:
+            reviewed = self._document.outcome
+            if reviewed is None or reviewed.number != old.number:
+                self._runs.remove(old)
                 self._let_go(old)
 
     def _let_go(self, old: _AutomaticRun) -> None:
@@ -349,9 +349,9 @@ class Trainer(QObject):
         self._choice = choice
         self._keep(choice)
 
-    def _keep(self, given: Settings | Choice | bool) -> None:
+    def _keep(self, value: Settings | Choice | bool) -> None:
         if self._path is not None:
-            training_preferences.remember(self._path, self.task, given)
+            training_preferences.remember(self._path, self.task, value)
         self.trouble = ""
         self.changed.emit()
 
@@ -373,7 +373,7 @@ class Trainer(QObject):
         self.document.say(sentence, True)
         self.changed.emit()
 
-    def _given(self) -> SettingsAndChoice:
+    def _builder(self) -> SettingsAndChoice:
         """A function that builds settings and choice in the job, as that loads much."""
         assert self._path is not None
         task, settings = self.task, self._settings
@@ -385,13 +385,13 @@ class Trainer(QObject):
         if folds is None and test is None:
             folds = default_folds(self.document, tasks, author)
 
-        def given() -> tuple[Settings, Choice]:
+        def build() -> tuple[Settings, Choice]:
             from forcelab.recognition.dataset import Choice
 
-            made = training_preferences.settings_of(values, task) if settings is None else settings
-            return made, Choice(tasks, test, author, apart, folds=folds)
+            used = training_preferences.settings_of(values, task) if settings is None else settings
+            return used, Choice(tasks, test, author, apart, folds=folds)
 
-        return given
+        return build
 
     def _report_author(self, author: str | None) -> None:
         """Say that another coder's labels are taken."""
@@ -419,8 +419,8 @@ class Trainer(QObject):
     def _removed(self, path: Path, number: int) -> None:
         if path != self._path:
             return
-        shown = self.document.outcome
-        if shown is not None and shown.number == number:
+        reviewed = self.document.outcome
+        if reviewed is not None and reviewed.number == number:
             self.jobs.cancel(LOADING_RUN)
             self.document.set_outcome(None)
         self.document.say(f"Run {number} was removed.")
@@ -454,10 +454,10 @@ class Trainer(QObject):
             key=lambda run: (None, self.task, run.tested).index(run.tested),
             default=None,
         )
-        shown = self.document.outcome
-        if run is not None and (shown is None or shown.number != run.number):
+        reviewed = self.document.outcome
+        if run is not None and (reviewed is None or reviewed.number != run.number):
             self.show_run(run.number)
-        elif run is None and shown is not None:
+        elif run is None and reviewed is not None:
             self.document.set_outcome(None)
 
     def _take(self, outcome: Outcome) -> None:
@@ -568,7 +568,7 @@ class Trainer(QObject):
         self.document.set_training(True)
         name = " + ".join(task or "no task" for task in self.chosen[0])
         self.jobs.run(
-            self._backend.train(self._path, self._given(), name, self.step_history),
+            self._backend.train(self._path, self._builder(), name, self.step_history),
             self._trained,
             self._failed,
             self._progressed,

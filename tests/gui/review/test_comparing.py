@@ -71,8 +71,8 @@ def row_of(dialog, name):
 
 
 def test_the_last_two_runs_are_compared_at_first(dialog):
-    assert (dialog.one.currentData(), dialog.other.currentData()) == (2, 3)
-    assert dialog.one.currentText().startswith("2: foam · ")
+    assert (dialog.first.currentData(), dialog.second.currentData()) == (2, 3)
+    assert dialog.first.currentText().startswith("2: foam · ")
     assert [c.name for c in dialog.model.columns][1:3] == ["run 2", "run 3"]
 
 
@@ -82,9 +82,9 @@ def test_at_first_a_run_is_compared_with_an_older_one_of_the_same_tasks(
     runs[1] = replace(runs[1], title="stylus", tasks=("stylus",))
     dialog = up(ComparisonDialog(document, jobs, backend=Runs(runs)))
     until(lambda: dialog.comparison is not None)
-    assert (dialog.one.currentData(), dialog.other.currentData()) == (1, 3)
-    dialog.one.resize(120, dialog.one.height())
-    assert dialog.one.shown_text.endswith("…")
+    assert (dialog.first.currentData(), dialog.second.currentData()) == (1, 3)
+    dialog.first.resize(120, dialog.first.height())
+    assert dialog.first.shown_text.endswith("…")
 
 
 def test_differences_are_signed_and_say_whether_they_are_better(dialog, runs):
@@ -100,8 +100,8 @@ def test_differences_are_signed_and_say_whether_they_are_better(dialog, runs):
 
 def test_fewer_errors_are_better_and_the_other_way_round_worse(dialog, until):
     assert row_of(dialog, "Deletions").cells[3].startswith("better  \u2212")
-    dialog.one.setCurrentIndex(0)
-    dialog.other.setCurrentIndex(1)
+    dialog.first.setCurrentIndex(0)
+    dialog.second.setCurrentIndex(1)
     until(lambda: dialog.comparison is not None)
     row = row_of(dialog, "Deletions")
     assert row.cells[3].startswith("worse  +")
@@ -127,7 +127,7 @@ def test_coverage_is_neither_better_nor_worse(dialog):
 
 
 def test_a_run_beside_itself_differs_in_nothing(dialog, until):
-    dialog.one.setCurrentIndex(0)
+    dialog.first.setCurrentIndex(0)
     until(lambda: dialog.comparison is not None and dialog.comparison.one.number == 3)
     assert all(row.colours[3] is None for row in dialog.model.rows)
     assert row_of(dialog, "Accuracy").cells[3:] == ("0.0", "0.0 to 0.0")
@@ -175,8 +175,8 @@ def test_one_run_is_not_enough(document, jobs, runs, until):
 
 def test_a_run_that_cannot_be_read_is_told(document, jobs, runs, until):
     dialog = ComparisonDialog(document, jobs, backend=Runs(runs))
-    until(lambda: dialog.one.count() == 3)
-    dialog.one.setItemData(2, 9)
-    dialog.one.setCurrentIndex(2)
+    until(lambda: dialog.first.count() == 3)
+    dialog.first.setItemData(2, 9)
+    dialog.first.setCurrentIndex(2)
     until(lambda: dialog.settings.text() == "There is no run 9.")
     dialog.close()
