@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Generator
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QTimer
 from PySide6.QtGui import QHideEvent, QShowEvent
@@ -17,7 +16,6 @@ from forcelab.gui.review.agreement_details import (
     CoderMatrix,
     ConsistencyView,
     PairDetails,
-    kappa_word,
     sentence_label,
 )
 from forcelab.gui.review.consensus import ConsensusBar
@@ -26,10 +24,14 @@ from forcelab.gui.review.trainer import task_text
 from forcelab.gui.widgets import OverflowTabs
 from forcelab.jobs import Progress
 from forcelab.labels import is_model
-
-if TYPE_CHECKING:
-    from forcelab.review.agreement import Agreement, PairAgreement
-
+from forcelab.project import Project
+from forcelab.review.agreement import (
+    Agreement,
+    PairAgreement,
+    agreement,
+    coded_demonstrations,
+    landis_koch,
+)
 
 #: Coders are compared again when nothing was painted for so many ms.
 COMPARE_DELAY = 400
@@ -236,7 +238,7 @@ class AgreementView(QWidget):
             return "The darker a cell, the better the two agree; a click tells more."
         return (
             f"Fleiss' kappa of all {len(found.authors)} coders: {found.fleiss:.2f}, "
-            f"“{kappa_word(found.fleiss)}” by Landis and Koch. It extends kappa to "
+            f"“{landis_koch(found.fleiss)}” by Landis and Koch. It extends kappa to "
             "more than two coders. The darker a cell, the better the two agree."
         )
 
@@ -252,9 +254,6 @@ def _compare_coders(
     path: Path, task: str | None, viewer: str, consensus: str
 ) -> Generator[Progress, None, Agreement]:
     """Compare the coders of a project, as a job."""
-    from forcelab.project import Project
-    from forcelab.review.agreement import agreement, coded_demonstrations
-
     yield Progress(0, 1, "")
     with Project.open(path) as project:
         existing = task if task in project.tasks() else None

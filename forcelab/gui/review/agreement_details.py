@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,12 +41,9 @@ from forcelab.gui.layout import copyable, emphasise
 from forcelab.gui.review.trainer import task_text
 from forcelab.gui.theme import colours, themes
 from forcelab.gui.widgets import ARROW_STEPS, combo_box, is_plain
+from forcelab.review.agreement import WINDOW, Agreement, Consistency, PairAgreement, landis_koch
 from forcelab.review.differences import Interval
 from forcelab.vocabulary import Vocabulary
-
-if TYPE_CHECKING:
-    from forcelab.review.agreement import Agreement, Consistency, PairAgreement
-
 
 #: Widths of all columns but the last, in digits.
 COLUMN_WIDTHS = (15, 8, 10, 10, 10)
@@ -289,13 +285,6 @@ NARROWEST_CELL, WIDEST_CELL, CELL_LINES, CELL_PADDING = 6.5, 18.0, 2.5, 6
 LIGHTEST_KAPPA = 0.0
 
 
-def kappa_word(kappa: float) -> str:
-    """The word of Landis and Koch (1977) for a kappa."""
-    from forcelab.review.agreement import landis_koch  # loads much
-
-    return landis_koch(kappa)
-
-
 class CoderMatrix(QWidget):
     """Coders against coders: kappa and its word; the darker, the better they agree."""
 
@@ -419,7 +408,9 @@ class CoderMatrix(QWidget):
         painter.setFont(self.font())
         lower = QRectF(box.left(), box.center().y() - 1, box.width(), box.height() / 2)
         room = int(box.width() - 4)
-        elided = self.fontMetrics().elidedText(kappa_word(kappa), Qt.TextElideMode.ElideRight, room)
+        elided = self.fontMetrics().elidedText(
+            landis_koch(kappa), Qt.TextElideMode.ElideRight, room
+        )
         painter.drawText(lower, middle, elided)
 
     def _layout(self) -> tuple[float, float, float, float]:
@@ -463,7 +454,7 @@ class CoderMatrix(QWidget):
         if pair.kappa is None:
             return f"{a} and {b}: no kappa, as only one action was labelled"
         text = "{0} and {1}: kappa {2:.3f}, {3} (Landis and Koch); {4} demonstrations"
-        return text.format(a, b, pair.kappa, kappa_word(pair.kappa), len(pair.demonstrations))
+        return text.format(a, b, pair.kappa, landis_koch(pair.kappa), len(pair.demonstrations))
 
     def _tell(self) -> None:
         if self.authors:
@@ -547,7 +538,7 @@ class PairDetails(QWidget):
             text = "Both know one action only; kappa cannot tell that from chance."
         else:
             text = (
-                f"Kappa {kappa:.2f}, “{kappa_word(kappa)}” by Landis and Koch. They agree "
+                f"Kappa {kappa:.2f}, “{landis_koch(kappa)}” by Landis and Koch. They agree "
                 f"{_percent_text(agreed)} of the time; "
                 "kappa is agreement beyond chance (0 chance, 1 perfect)."
             )
@@ -566,8 +557,6 @@ class PairDetails(QWidget):
         self.bars.show_shares(pair.by_action, self.document.vocabulary)
 
     def _show_boundaries(self, pair: PairAgreement) -> None:
-        from forcelab.review.agreement import WINDOW
-
         quartiles = pair.quartiles
         self.histogram.setVisible(quartiles is not None)
         if quartiles is None:

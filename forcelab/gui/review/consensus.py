@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from PySide6.QtCore import QSignalBlocker, Qt, Signal
 from PySide6.QtGui import QKeyEvent, QResizeEvent, QShowEvent
@@ -31,15 +31,11 @@ from forcelab.gui.review.agreement_details import IntervalRow, IntervalTable, se
 from forcelab.gui.review.reviewed_run import blind_demonstrations
 from forcelab.gui.text import escape_ampersands, settle_name
 from forcelab.gui.widgets import ElidedComboBox
-from forcelab.review.consensus import CONSENSUS
+from forcelab.project import Edit
+from forcelab.review.agreement import CoderTracks
+from forcelab.review.consensus import CONSENSUS, CoderDifference, Consensus
+from forcelab.review.differences import Interval
 from forcelab.text import tidy_name
-
-if TYPE_CHECKING:
-    from forcelab.project import Edit
-    from forcelab.review.agreement import CoderTracks
-    from forcelab.review.consensus import CoderDifference, Consensus
-    from forcelab.review.differences import Interval
-
 
 #: Where it is remembered who the consensus is by.
 AUTHOR_SETTING = "review/consensus"
@@ -392,8 +388,6 @@ class ConsensusBar(QWidget):
         listed = any(info.id == id_ for info in self.document.infos)  # and not of one before
         self.consensus = None
         if project is not None and listed and id_ not in blind_demonstrations(self.document):
-            from forcelab.review.consensus import Consensus
-
             try:
                 self.consensus = Consensus(project, id_, *self.choice.coders, self.name)
             except ForcelabError as error:

@@ -29,13 +29,12 @@ from forcelab.gui.review import explanation_plots
 from forcelab.gui.review.explanation_plots import BandMap, NearestSegments, ProbabilityChart
 from forcelab.gui.review.reviewed_run import blind_demonstrations
 from forcelab.jobs import Progress
+from forcelab.recognition.probability_trace import Certainty
 from forcelab.review.differences import Interval, place_at, place_of
+from forcelab.review.run_result import Outcome
 
 if TYPE_CHECKING:
-    from forcelab.recognition.probability_trace import Certainty
-    from forcelab.review.differences import Interval
     from forcelab.review.explanation import Why, Withheld
-    from forcelab.review.run_result import Outcome
 
 
 def chosen_interval(document: Document, selecting: bool) -> Interval | None:

@@ -36,15 +36,14 @@ from forcelab.gui.label.scalogram_painting import oklch_to_srgb
 from forcelab.gui.label.swatches import paint_swatch, style_of
 from forcelab.gui.review.reviewed_run import reviewed_vocabulary
 from forcelab.gui.theme import colours, themes
+from forcelab.jobs import Progress
+from forcelab.recognition.probability_trace import Certainty
 from forcelab.review.differences import Interval
+from forcelab.review.run_result import Outcome
 from forcelab.vocabulary import Vocabulary
 
 if TYPE_CHECKING:
-    from forcelab.jobs import Progress
-    from forcelab.recognition.probability_trace import Certainty
-    from forcelab.review.differences import Interval
     from forcelab.review.explanation import Band, Neighbour, Trace, Why
-    from forcelab.review.run_result import Outcome
 
 
 MINUS = "\N{MINUS SIGN}"

@@ -26,9 +26,9 @@ from forcelab.gui.layout import muted_label, set_tone
 from forcelab.gui.review.reviewed_run import visible_outcome
 from forcelab.gui.review.trainer import Trainer
 from forcelab.gui.theme import colours, themes
+from forcelab.review.run_result import Outcome
 
 if TYPE_CHECKING:
-    from forcelab.review.run_result import Outcome
     from forcelab.review.training import Step
 
 

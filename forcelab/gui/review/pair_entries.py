@@ -7,7 +7,7 @@ from collections.abc import Collection, Generator, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 from PySide6.QtCore import QObject, Signal
 
@@ -19,11 +19,8 @@ from forcelab.gui.jobs import Jobs
 from forcelab.labels import Segments, is_model
 from forcelab.project import LabelsUsed, Project
 from forcelab.project.loading import natural_order
-
-if TYPE_CHECKING:
-    from forcelab.review.differences import Difference
-    from forcelab.review.run_result import Outcome, Reviewed
-
+from forcelab.review.differences import Difference, compared, spelt
+from forcelab.review.run_result import Outcome, Reviewed
 
 #: Tracks by coder, spelt as in the outcome.
 Tracks = Mapping[str, Segments]
@@ -50,8 +47,6 @@ class PairEntry:
     @cached_property
     def marks(self) -> tuple[Difference, ...]:
         """Where the model differs from what the human labelled."""
-        from forcelab.review.differences import compared
-
         if not self.human:
             return ()
         found = compared(self.id, self.human, self.reviewed.predicted)
@@ -121,8 +116,6 @@ def current_tracks(
     Of the coder whose labels were used that is what the run holds, as long as it was not changed:
     there every edge lies on a sample.
     """
-    from forcelab.review.differences import spelt
-
     found = {
         coder: spelt(project.track(reviewed.id, coder).segments, outcome, reviewed)
         for coder in coders

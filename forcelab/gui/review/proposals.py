@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Callable
+from collections.abc import Callable, Generator
 from operator import attrgetter
-from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QModelIndex, QRectF, Qt
 from PySide6.QtGui import QColor, QPainter, QShowEvent
@@ -30,13 +29,8 @@ from forcelab.gui.layout import PageOrPlaceholder, muted_label, page_layout, set
 from forcelab.gui.review.reviewed_run import blind_demonstrations
 from forcelab.gui.shortcuts import keys
 from forcelab.gui.theme import colours
-
-if TYPE_CHECKING:
-    from collections.abc import Generator
-
-    from forcelab.review.active_learning import Proposal
-    from forcelab.review.run_result import Outcome
-
+from forcelab.review.active_learning import Proposal, acceptable, proposals, weighed
+from forcelab.review.run_result import Outcome
 
 #: A stretch that is too short to hold anything but what lies at its start, in seconds.
 INSTANT = 1e-6
@@ -144,8 +138,6 @@ class AcceptButtons(QWidget):
         return done
 
     def _count(self, start: float, end: float, at_least: float = 0.0) -> int:
-        from forcelab.review.active_learning import acceptable
-
         reviewed = self.document.reviewed
         return 0 if reviewed is None else len(acceptable(reviewed, start, end, at_least))
 
@@ -276,8 +268,6 @@ class ProposalsView(QWidget):
 
     def _uses_density(self) -> bool:
         """Whether the order also counts how many demonstrations are like each."""
-        from forcelab.review.active_learning import weighed
-
         return bool(self._found) and weighed(self._found)
 
     def _listing_changed(self) -> None:
@@ -387,8 +377,6 @@ class ProposalsView(QWidget):
 
 
 def _rank_proposals(outcome: Outcome) -> Generator[None, None, tuple[Proposal, ...]]:
-    from forcelab.review.active_learning import proposals
-
     yield None
     return proposals(outcome)
 

@@ -6,7 +6,7 @@ from abc import abstractmethod
 from collections.abc import Iterable
 from dataclasses import dataclass
 from statistics import median_low
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from PySide6.QtCore import QSize, Qt, QTimer, Signal
 from PySide6.QtGui import QKeyEvent
@@ -50,11 +50,12 @@ from forcelab.gui.layout import (
 from forcelab.gui.review.trainer import default_author
 from forcelab.gui.text import escape_ampersands, thousands
 from forcelab.label_map import MergeMap
+from forcelab.recognition.dataset import Choice
+from forcelab.recognition.presets import PRESETS, preset
 from forcelab.recognition.setting_fields import FIELD_GROUPS, FIELDS, SettingField
-
-if TYPE_CHECKING:
-    from forcelab.recognition.dataset import Choice
-    from forcelab.recognition.settings import Settings
+from forcelab.recognition.settings import Settings
+from forcelab.signals.channels import channel_map
+from forcelab.signals.cwt import frequencies
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,8 +78,6 @@ class TrainingFacts:
 
 def training_facts(document: Document, choice: Choice) -> TrainingFacts:
     """The facts of a choice, from the list of demonstrations; opens no array."""
-    from forcelab.signals.channels import channel_map
-
     if document.project is None:
         return TrainingFacts()
     # From the store: what was painted a moment ago is not in the window's list yet.
@@ -493,8 +492,6 @@ class SettingsForm(QWidget):
 
     def settings(self) -> Settings | None:
         """The settings, or None where they are refused; :attr:`trouble` says why."""
-        from forcelab.recognition.settings import Settings
-
         for label in self.troubles.values():
             label.clear()
             label.hide()
@@ -542,8 +539,6 @@ class SettingsForm(QWidget):
 
     def _field_at_fault(self, values: dict[str, Any]) -> str:
         """The field to blame: with its old value the settings would be accepted."""
-        from forcelab.recognition.settings import Settings
-
         assert self._base is not None
         for field in FIELDS:
             try:
@@ -612,8 +607,6 @@ SUMMARY_PAGE, FORM_PAGE = 0, 1
 
 def differs_from_preset(settings: Settings) -> bool:
     """Whether settings differ from those of their preset."""
-    from forcelab.recognition.presets import PRESETS
-
     return settings != PRESETS.get(settings.preset)
 
 
@@ -660,8 +653,6 @@ class SettingsDialog(QDialog):
     # What it is made of
 
     def _preset_row(self) -> QHBoxLayout:
-        from forcelab.recognition.presets import PRESETS
-
         self.presets = QComboBox()
         self.presets.setAccessibleName("Preset")
         for name in PRESETS:
@@ -711,8 +702,6 @@ class SettingsDialog(QDialog):
 
     def _preset_chosen(self, _at: object = None) -> None:
         """Go back to a preset as it is."""
-        from forcelab.recognition.presets import preset
-
         self._show_settings(preset(str(self.presets.currentData())))
 
     def _show_settings(self, settings: Settings) -> None:
@@ -747,8 +736,6 @@ class SettingsDialog(QDialog):
             QTimer.singleShot(0, label, lambda: self._area.ensureWidgetVisible(label))
 
     def _scales(self, settings: Settings) -> str:
-        from forcelab.signals.cwt import frequencies
-
         if settings.features == "windows":
             return self._windows(settings)
         count = len(settings.scales)
