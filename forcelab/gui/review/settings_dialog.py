@@ -8,12 +8,11 @@ from dataclasses import dataclass
 from statistics import median_low
 from typing import Any
 
-from PySide6.QtCore import QSize, Qt, QTimer, Signal
+from PySide6.QtCore import QSignalBlocker, QSize, Qt, QTimer, Signal
 from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QCheckBox,
-    QComboBox,
     QCompleter,
     QDialog,
     QDoubleSpinBox,
@@ -49,6 +48,7 @@ from forcelab.gui.layout import (
 )
 from forcelab.gui.review.trainer import default_author
 from forcelab.gui.text import escape_ampersands, thousands
+from forcelab.gui.widgets import combo_box
 from forcelab.label_map import MergeMap
 from forcelab.recognition.dataset import Choice
 from forcelab.recognition.presets import PRESETS, preset
@@ -98,7 +98,8 @@ def training_facts(document: Document, choice: Choice) -> TrainingFacts:
     )
 
 
-_PRESET_TEXTS = {
+#: Each preset in one sentence.
+PRESET_TEXTS = {
     "paper": "The published method, unchanged: to compare with what was published.",
     "released": (
         "What the authors' published code does where it differs from their text: slower movements "
@@ -110,11 +111,6 @@ _PRESET_TEXTS = {
     ),
     "best": "The most accurate on the paper's recordings, with calibrated probabilities.",
 }
-
-
-def preset_text(name: str) -> str:
-    """A preset in one sentence; empty for one that has none."""
-    return _PRESET_TEXTS.get(name, "")
 
 
 def settings_summary(settings: Settings, facts: TrainingFacts) -> str:
@@ -143,7 +139,7 @@ def settings_summary(settings: Settings, facts: TrainingFacts) -> str:
 
 
 class Editor(QWidget):
-    """Shows one value and lets it be changed."""
+    """Shows the value of a field and lets it be changed."""
 
     changed = Signal()
 
@@ -156,9 +152,22 @@ class Editor(QWidget):
     def value(self) -> Any:
         """The value, as :class:`~forcelab.recognition.settings.Settings` takes it."""
 
-    @abstractmethod
     def set_value(self, value: Any) -> None:
         """Show another value; emits no signal."""
+        with QSignalBlocker(self):
+            self._show(value)
+
+    @abstractmethod
+    def _show(self, value: Any) -> None: ...
+
+    def _lay_out(self, *controls: QWidget) -> None:
+        """Put controls beside each other; the first gets the keyboard."""
+        row = QHBoxLayout(self)
+        row.setContentsMargins(0, 0, 0, 0)
+        for control in controls:
+            row.addWidget(control)
+        row.addStretch(1)
+        self.setFocusProxy(controls[0])
 
 
 class NumberEditor(Editor):
@@ -166,29 +175,28 @@ class NumberEditor(Editor):
 
     def __init__(self, field: SettingField) -> None:
         super().__init__(field)
-        self.switch = QCheckBox("on") if field.default is not None else None
         # One that holds whole numbers only ends at 2^31.
-        self.box = QDoubleSpinBox()
-        self.box.setDecimals(field.decimals)
-        self.box.setRange(field.lowest, field.highest)
-        self.box.setSingleStep(field.step)
-        if field.unit:
-            self.box.setSuffix(f" {field.unit}")
+        self.box = QDoubleSpinBox(
+            decimals=field.decimals,
+            minimum=field.lowest,
+            maximum=field.highest,
+            singleStep=field.step,
+            suffix=f" {field.unit}" if field.unit else "",
+        )
         self.box.setAccessibleName(field.label)
         self.box.setMinimumWidth(16 * self.fontMetrics().averageCharWidth())
-        row = QHBoxLayout(self)
-        row.setContentsMargins(0, 0, 0, 0)
-        if self.switch is not None:
+        self.box.valueChanged.connect(lambda _: self.changed.emit())
+        ignore_wheel(self.box)
+        self.switch: QCheckBox | None = None
+        if field.default is None:
+            self._lay_out(self.box)
+        else:
+            self.switch = QCheckBox("on")
             self.switch.setAccessibleName(f"Use: {field.label}")
             self.switch.toggled.connect(self._switched)
-            row.addWidget(self.switch)
-        row.addWidget(self.box)
-        row.addStretch(1)
-        self.box.valueChanged.connect(lambda _: self.changed.emit())
-        self.setFocusProxy(self.switch or self.box)
-        ignore_wheel(self.box)
+            self._lay_out(self.switch, self.box)
+            self.box.hide()
         self._exact: float | None = None
-        self._switched(self.switch is None or self.switch.isChecked())
 
     def value(self) -> float | int | None:
         if self.switch is not None and not self.switch.isChecked():
@@ -196,14 +204,13 @@ class NumberEditor(Editor):
         number = self.box.value()
         if self.field.kind == "whole":
             return round(number)
-        # What was given may have more decimals than are shown.
+        # A value that was set may have more decimals than are shown.
         exact = self._exact
         rounded = None if exact is None else round(exact, self.field.decimals)
         return exact if exact is not None and rounded == round(number, 9) else number
 
-    def set_value(self, value: Any) -> None:
+    def _show(self, value: Any) -> None:
         self._exact = None if value is None or self.field.kind == "whole" else float(value)
-        self.blockSignals(True)
         if self.switch is not None:
             self.switch.setChecked(value is not None)
         if value is None:
@@ -212,8 +219,6 @@ class NumberEditor(Editor):
             # What was set elsewhere is shown as it is, also where the form would not lead there.
             self.box.setRange(min(value, self.field.lowest), max(value, self.field.highest))
             self.box.setValue(value)
-        self._switched(self.switch is None or self.switch.isChecked())
-        self.blockSignals(False)
 
     def _switched(self, on: bool) -> None:
         self.box.setVisible(on)
@@ -225,25 +230,16 @@ class ChoiceEditor(Editor):
 
     def __init__(self, field: SettingField) -> None:
         super().__init__(field)
-        self.box = QComboBox()
-        self.box.setAccessibleName(field.label)
-        for value, name in field.options:
-            self.box.addItem(name, value)
-        row = QHBoxLayout(self)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.addWidget(self.box)
-        row.addStretch(1)
-        self.setFocusProxy(self.box)
-        ignore_wheel(self.box)
+        self.box = combo_box(field.label, {name: value for value, name in field.options})
         self.box.currentIndexChanged.connect(lambda _: self.changed.emit())
+        ignore_wheel(self.box)
+        self._lay_out(self.box)
 
     def value(self) -> str:
         return str(self.box.currentData())
 
-    def set_value(self, value: Any) -> None:
-        self.blockSignals(True)
+    def _show(self, value: Any) -> None:
         self.box.setCurrentIndex(max(self.box.findData(value), 0))
-        self.blockSignals(False)
 
 
 class FlagEditor(Editor):
@@ -253,19 +249,14 @@ class FlagEditor(Editor):
         super().__init__(field)
         self.box = QCheckBox("on")
         self.box.setAccessibleName(field.label)
-        row = QHBoxLayout(self)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.addWidget(self.box)
-        self.setFocusProxy(self.box)
         self.box.toggled.connect(lambda _: self.changed.emit())
+        self._lay_out(self.box)
 
     def value(self) -> bool:
         return self.box.isChecked()
 
-    def set_value(self, value: Any) -> None:
-        self.blockSignals(True)
+    def _show(self, value: Any) -> None:
         self.box.setChecked(bool(value))
-        self.blockSignals(False)
 
 
 class ChannelsEditor(Editor):
@@ -291,16 +282,14 @@ class ChannelsEditor(Editor):
             return self._names
         return None if chosen == list(self._all) else tuple(chosen)
 
-    def set_value(self, value: Any) -> None:
+    def _show(self, value: Any) -> None:
         """Check the channels in use; one that this task lacks can only be unchecked."""
-        self.blockSignals(True)
         self._names = None if value is None else tuple(value)
         for name in self._names or ():
             if name not in self.boxes:
                 self._add(name)
         for name, box in self.boxes.items():
-            box.setChecked(name in self._all if self._names is None else name in self._names)
-        self.blockSignals(False)
+            box.setChecked(name in (self._all if self._names is None else self._names))
 
     def _add(self, name: str) -> None:
         in_task = name in self._all
@@ -350,15 +339,12 @@ class MergeEditor(Editor):
         merge.check_targets()
         return merge
 
-    def set_value(self, value: Any) -> None:
-        self.blockSignals(True)
-        self.table.blockSignals(True)
-        self.table.setRowCount(0)
-        for source, target in (*value.items(), ("", "")):
-            self._append(source, target)
-        self.table.blockSignals(False)
+    def _show(self, value: Any) -> None:
+        with QSignalBlocker(self.table):
+            self.table.setRowCount(0)
+            for source, target in (*value.items(), ("", "")):
+                self._append(source, target)
         self._flag()
-        self.blockSignals(False)
 
     def lines(self) -> list[tuple[str, str]]:
         """The lines that are not empty."""
@@ -386,25 +372,24 @@ class MergeEditor(Editor):
 
     def _edited(self, _item: QTableWidgetItem) -> None:
         """Keep one empty line at the end."""
-        self.table.blockSignals(True)
         last = self.table.rowCount() - 1
         if last < 0 or self._text(last, 0) or self._text(last, 1):
-            self._append("", "")
-        self.table.blockSignals(False)
+            with QSignalBlocker(self.table):
+                self._append("", "")
         self._flag()
         self.changed.emit()
 
     def _flag(self) -> None:
         """Mark the spellings that were never labelled."""
         unknown = self.unknown()
-        self.table.blockSignals(True)
-        for row in range(self.table.rowCount()):
-            item = self.table.item(row, 0)
-            if item is not None:
-                strange = self._text(row, 0) in unknown
-                item.setData(Qt.ItemDataRole.DecorationRole, icon("warning") if strange else None)
-                item.setToolTip("Nobody labelled this here." if strange else "")
-        self.table.blockSignals(False)
+        with QSignalBlocker(self.table):
+            for row in range(self.table.rowCount()):
+                item = self.table.item(row, 0)
+                if item is not None:
+                    warning = self._text(row, 0) in unknown
+                    sign = icon("warning") if warning else None
+                    item.setData(Qt.ItemDataRole.DecorationRole, sign)
+                    item.setToolTip("Nobody labelled this here." if warning else "")
         self.remark.setVisible(bool(unknown))
         self.remark.setText("Nobody labelled here: {}".format(", ".join(unknown)))
 
@@ -622,20 +607,18 @@ class SettingsDialog(QDialog):
         self.setWindowTitle("Settings of the recogniser")
         self.form = SettingsForm(facts)
         self.form.changed.connect(self._form_changed)
-        self.summary = QLabel()
-        self.summary.setWordWrap(True)
-        self.summary.setTextFormat(Qt.TextFormat.PlainText)
+        self.summary = QLabel(wordWrap=True, textFormat=Qt.TextFormat.PlainText)
         self.summary.setAlignment(Qt.AlignmentFlag.AlignTop)
         self.summary.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self.summary.setAccessibleName("What the preset uses")
-        self.about = QLabel()
-        self.about.setWordWrap(True)
+        self.about = QLabel(wordWrap=True)
         self.about.setAccessibleName("What the preset is")
         self.scales, self.cost = muted_label(), muted_label()
         buttons, self.ok = dialog_buttons(self, "Use these settings")
         self._pages = QStackedWidget()
         self._pages.addWidget(self._summary_page())
-        self._pages.addWidget(self._form_page())
+        self._area = scroll_area(self.form)
+        self._pages.addWidget(self._area)
         column = QVBoxLayout(self)
         column.addLayout(self._preset_row())
         column.addWidget(self.about)
@@ -653,12 +636,9 @@ class SettingsDialog(QDialog):
     # What it is made of
 
     def _preset_row(self) -> QHBoxLayout:
-        self.presets = QComboBox()
-        self.presets.setAccessibleName("Preset")
-        for name in PRESETS:
-            self.presets.addItem(name, name)
-            tip = preset_text(name)
-            self.presets.setItemData(self.presets.count() - 1, tip, Qt.ItemDataRole.ToolTipRole)
+        self.presets = combo_box("Preset", {name: name for name in PRESETS})
+        for i, name in enumerate(PRESETS):
+            self.presets.setItemData(i, PRESET_TEXTS.get(name, ""), Qt.ItemDataRole.ToolTipRole)
         self.presets.activated.connect(self._preset_chosen)
         self.changed_label = set_tone("warning", "changed")
         self.change = QPushButton("&Change…")
@@ -687,10 +667,6 @@ class SettingsDialog(QDialog):
         column.addStretch(1)
         return scroll_area(page)
 
-    def _form_page(self) -> QWidget:
-        self._area = scroll_area(self.form)
-        return self._area
-
     # What happens
 
     def open_form(self) -> None:
@@ -708,7 +684,7 @@ class SettingsDialog(QDialog):
         """Show settings: a preset as a summary, anything else in the form."""
         at = self.presets.findData(settings.preset)
         self.presets.setCurrentIndex(max(at, 0))
-        self.about.setText(preset_text(str(self.presets.currentData())))
+        self.about.setText(PRESET_TEXTS.get(self.presets.currentText(), ""))
         self.form.set_settings(settings)
         if differs_from_preset(settings):
             self.open_form()
