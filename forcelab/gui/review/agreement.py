@@ -172,7 +172,7 @@ class AgreementView(QWidget):
     def _listing(self) -> object:
         """What is known of the demonstrations, without the progress of the consensus."""
         project, name = self.document.project, self.consensus.name
-        assigned = () if project is None else project.assignments(self.document.author)
+        assigned = () if project is None else project.coding.assignments(self.document.author)
         return assigned, [
             (info.id, info.name, info.task, {a: s for a, s in info.labelled.items() if a != name})
             for info in self.document.infos
@@ -256,7 +256,7 @@ def _compare_coders(
     """Compare the coders of a project, as a job."""
     yield Progress(0, 1, "")
     with Project.open(path) as project:
-        existing = task if task in project.tasks() else None
+        existing = task if task in project.demonstrations.tasks() else None
         coded, hidden = coded_demonstrations(project, existing, viewer=viewer, without=(consensus,))
     return (yield from agreement(coded, hidden=hidden))
 

@@ -13,7 +13,7 @@ def blind_demonstrations(document: Document) -> frozenset[str]:
     """The demonstrations that the coder is assigned to code blind, and has not finished."""
     if document.project is None:
         return frozenset()
-    return document.project.blind_to(document.author)
+    return document.project.coding.blind_to(document.author)
 
 
 def visible_outcome(document: Document) -> Outcome | None:

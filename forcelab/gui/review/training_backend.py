@@ -77,7 +77,7 @@ class Backend:
 
         yield None
         with Project.open(path) as project:
-            runs = project.run_summaries("evaluate")
+            runs = project.runs.summaries("evaluate")
         return tuple(_run_info(run) for run in reversed(runs))
 
     def remove(self, path: Path, number: int) -> Generator[object, None, None]:
@@ -86,7 +86,7 @@ class Backend:
 
         yield None
         with Project.open(path) as project:
-            project.remove_run(number)
+            project.runs.remove(number)
 
     def count_edits(self, project: Project, outcome: Outcome) -> int:
         """Edits of the labels that an outcome rests on; no job, as it takes no time."""

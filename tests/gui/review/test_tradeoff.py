@@ -68,13 +68,13 @@ def spot_of(plot, row):
 
 def measured_of(project, task="foam", author="Ann", number=1, extra=()):
     """A measurement as it is read from a project."""
-    infos = project.demonstrations(task)
+    infos = project.demonstrations.infos(task)
     return Measured(
         number=number,
         time=datetime(2026, 3, 1, 12, tzinfo=timezone.utc),
         task=task,
         author=author,
-        labels=tuple(LabelsUsed(i.id, author, project.head(i.id, author)) for i in infos),
+        labels=tuple(LabelsUsed(i.id, author, project.tracks.head(i.id, author)) for i in infos),
         variants=(
             *(Variant(kind, setting, settings) for kind, setting, *_, settings in FIGURES),
             *(Variant(row.name, row.setting, PAPER.replace(stride=3)) for row in extra),
@@ -251,7 +251,7 @@ def test_edits_since_are_counted(controller, document, until):
     controller.set_visible(True)
     until(lambda: controller.measured is not None)
     with Project.open(document.project.path) as another:
-        another.edit(document.id, "Ann", TRACK, TRACK[:1], "deleted")
+        another.tracks.edit(document.id, "Ann", TRACK, TRACK[:1], "deleted")
     document.refresh()
     until(lambda: controller.edits == 1)
 
@@ -289,7 +289,7 @@ def test_a_coder_who_is_blind_measures_on_his_own_labels_alone(controller, docum
     document.set_author("Bo")
     assert controller.author == "Ann"  # whoever looks at a project of others can measure at once
     assert controller.labelled == 2
-    document.project.assign(document.infos[0].id, "Bo", blind=True)
+    document.project.coding.assign(document.infos[0].id, "Bo", blind=True)
     assert controller.author == "Bo"
     assert controller.labelled == 0
 
@@ -304,7 +304,7 @@ def measured_project(tmp_path_factory):
     with Project.create(path) as project:
         for number, (demonstration, segments) in enumerate(synthetic_set(2, 100.0)):
             own = [Track("Bo", (Segment(0.0, 1.0, "grab"),))] if number else []
-            project.add(demonstration, [Track("Ada", segments), *own])
+            project.demonstrations.add(demonstration, [Track("Ada", segments), *own])
     finish(keeping(path, "foam", "Ada", FAST, [Variant("classifier", "naive-bayes", FAST)]))
     return path
 
@@ -318,9 +318,9 @@ def test_the_latest_measurement_that_a_coder_may_see_is_found(measured_project):
     assert latest(measured_project, "Bo").author == "Ada"
     assert latest(measured_project, "Ada", "pen") is None
     with Project.open(measured_project) as project:
-        one = project.demonstrations()[0].id
-        project.assign(one, "Bo", blind=True)
-        assert project.is_blind(one, "Bo")
+        one = project.demonstrations.infos()[0].id
+        project.coding.assign(one, "Bo", blind=True)
+        assert project.coding.is_blind(one, "Bo")
     # What a model makes of hidden labels says something about them.
     assert latest(measured_project, "Bo") is None
     assert latest(measured_project, "Ada") is not None
@@ -605,7 +605,7 @@ def test_without_a_measurement_it_says_what_to_do(view, controller, until):
 
 
 def test_without_labels_it_says_what_is_missing(view, controller, document, until):
-    document.project.assign(document.infos[0].id, "Bo", blind=True)
+    document.project.coding.assign(document.infos[0].id, "Bo", blind=True)
     document.set_author("Bo")
     until(lambda: not controller.reading)
     controller.show_measured(None)
