@@ -599,9 +599,8 @@ class PairDetails(QWidget):
         )
         self.segments.setText(
             (
-                "Segments (F1): {}. 100 % means that every segment has one of the same "
-                "action in the "
-                "other track that it overlaps by at least so much."
+                "Segments (F1): {}. 100 % means that every segment has one of the same action in "
+                "the other track that it overlaps by at least so much."
             ).format(f1 or "–")
         )
 

@@ -319,11 +319,10 @@ class ProposalsView(QWidget):
 
     def _tip(self, proposal: Proposal) -> str:
         text = (
-            f"{proposal.name} ({proposal.task}), {proposal.seconds:.1f} s: of moments as uncertain "
-            "as these, tested "
-            f"demonstrations had so many wrong that about {proposal.wrong:.1f} s are expected to "
-            "be wrong "
-            "here. Labelling it is expected to put these right."
+            f"{proposal.name} ({proposal.task}), {proposal.seconds:.1f} s: of moments as "
+            "uncertain as these, tested demonstrations had so many wrong that about "
+            f"{proposal.wrong:.1f} s are expected to be wrong here. Labelling it is expected to "
+            "put these right."
         )
         if proposal.typicality is None:
             return text

@@ -44,7 +44,7 @@ class TrainingIndicator(BackgroundIndicator):
         if trainer.edits is None or outcome is None:
             return ""
         run = f"Run {outcome.number}"
-        what = "Recogniser" if trainer.kept else run
+        what = "Recogniser" if trainer.has_recogniser else run
         return f"{what}: {trainer.freshness[0]}"
 
 

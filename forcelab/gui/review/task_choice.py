@@ -201,9 +201,8 @@ class TaskChoiceForm(QWidget):
         test = self.test_task.currentData()
         if self.across.isChecked() and test in tasks:
             return (
-                f"'{test}' is trained on and so cannot be tested; choose another task, or "
-                "leave one "
-                "demonstration out."
+                f"'{test}' is trained on and so cannot be tested; choose another task, or leave "
+                "one demonstration out."
             )
         known = sum(self._counts(task)[0] for task in tasks)
         if not known:

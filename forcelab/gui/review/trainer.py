@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from math import inf
 from pathlib import Path
 from time import monotonic
@@ -26,9 +26,6 @@ from forcelab.labels import Segments, is_model
 from forcelab.recognition.groups import usual_folds
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from pathlib import Path
-
     from forcelab.project import Project
     from forcelab.recognition.dataset import Choice
     from forcelab.recognition.settings import Settings
@@ -168,7 +165,7 @@ class EditCounter(QObject):
     ) -> None:
         super().__init__(parent)
         self.edits: int | None = None
-        self._document, self._of = document, count
+        self._document, self._count_edits = document, count
         self._at = 0.0
         self._track = self._painted()
         self._later = QTimer(self, singleShot=True, interval=COUNT_DELAY)
@@ -190,7 +187,7 @@ class EditCounter(QObject):
 
             try:
                 outcome = visible_outcome(self._document)
-                edits = None if outcome is None else self._of(project, outcome)
+                edits = None if outcome is None else self._count_edits(project, outcome)
             except ForcelabError:
                 return  # the store is busy; the next edit counts again
         if edits != self.edits:
@@ -213,7 +210,7 @@ class EditCounter(QObject):
             self.edited.emit()
 
 
-#: Training by itself begins when nothing was edited for so many ms.
+#: Automatic training begins when nothing was edited for so many ms.
 QUIET_TIME = 5000
 #: The keys of the jobs that go on behind a complete screen: of a training, and of a measurement.
 TRAINING, MEASURING = "training", "measuring recognition"
@@ -254,7 +251,7 @@ class Trainer(QObject):
         self._counter.edited.connect(self._edited)
         self._quiet = QTimer(self, singleShot=True, interval=QUIET_TIME)
         self._quiet.timeout.connect(self._train_automatically)
-        self._unasked = AutomaticRuns(document)
+        self._automatic_runs = AutomaticRuns(document)
         self._forget()
         document.project_changed.connect(self._project_changed)
         document.demonstration_changed.connect(self._demonstration_changed)
@@ -399,8 +396,7 @@ class Trainer(QObject):
         if author is not None and author != own:
             self.document.say(
                 f"{own} has labelled fewer than {OWN_MINIMUM} demonstrations of this; training on "
-                "the labels of "
-                f"{author}."
+                f"the labels of {author}."
             )
 
     def show_run(self, number: int) -> None:
@@ -494,8 +490,8 @@ class Trainer(QObject):
         self.step_history: list[Step] = []
         self.automatic = False
         self.runs = ()
-        self._automatic_timer = False
-        self._unasked.forget()
+        self._training_automatically = False
+        self._automatic_runs.forget()
 
     # How it stands
 
@@ -509,7 +505,7 @@ class Trainer(QObject):
         return self._counter.edits
 
     @property
-    def kept(self) -> bool:
+    def has_recogniser(self) -> bool:
         """Whether the project has the recogniser of the reviewed run; an evaluation keeps none."""
         project, outcome = self.document.project, self.document.outcome
         if project is None or outcome is None:
@@ -524,7 +520,7 @@ class Trainer(QObject):
     def freshness(self) -> tuple[str, str]:
         """How up to date the reviewed run is, at length and in short."""
         return freshness_text(
-            self.edits, self.reviewed_author, kept=self.kept, resettled=self.settings_changed
+            self.edits, self.reviewed_author, kept=self.has_recogniser, resettled=self.settings_changed
         )
 
     @property
@@ -556,15 +552,17 @@ class Trainer(QObject):
     def train(self) -> bool:
         """Begin a training; gives whether it began. Never are there two at once."""
         if self.training:
-            self._automatic_timer = False  # from now on somebody has asked for the one under way
+            self._training_automatically = (
+                False  # from now on somebody has asked for the one under way
+            )
             return False
         self._quiet.stop()
-        self._automatic_timer = False
+        self._training_automatically = False
         if self._path is None or not self.ready:
             self._refuse("There is nothing to train on; import demonstrations first.")
             return False
         self.step, self.step_history, self.trouble = None, [], ""
-        self._unasked.begin()
+        self._automatic_runs.begin()
         self.document.set_training(True)
         name = " + ".join(task or "no task" for task in self.chosen[0])
         self.jobs.run(
@@ -597,10 +595,10 @@ class Trainer(QObject):
     def _trained(self, outcome: Outcome) -> None:
         """Review the new run."""
         self.step = None
-        self._unasked.end()
+        self._automatic_runs.end()
         self.document.set_training(False)
-        if self._automatic_timer:
-            self._unasked.trained(outcome)
+        if self._training_automatically:
+            self._automatic_runs.trained(outcome)
         if self.task in (*outcome.tasks, outcome.test_task):
             self.jobs.cancel(LOADING_RUN)
             self.document.set_outcome(outcome)
@@ -620,10 +618,10 @@ class Trainer(QObject):
 
     def _train_automatically(self) -> None:
         """Train after a pause, if there is something new; the longer it takes, the more seldom."""
-        if self._unasked.must_wait:
+        if self._automatic_runs.must_wait:
             self._quiet.start()
         elif self.automatic and not self.training and self._outdated:
-            self._automatic_timer = self.train()
+            self._training_automatically = self.train()
 
     # What happens to the document
 
