@@ -22,7 +22,7 @@ from forcelab.gui.item_views import TableColumn, TableRow, TextModel, TextTable,
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.layout import muted_label, resize_on_screen
 from forcelab.gui.review.confusion import stage_combo_box
-from forcelab.gui.review.metric_texts import Metric, agreement_metrics, error_metrics
+from forcelab.gui.review.metrics import AGREEMENT_METRICS, ERROR_METRICS, Metric
 from forcelab.gui.review.reviewed_run import blind_demonstrations
 from forcelab.gui.review.training_backend import Backend, RunInfo, run_text
 from forcelab.gui.theme import colours, themes
@@ -178,7 +178,7 @@ class ComparisonDialog(QDialog):
 
     @property
     def metrics(self) -> tuple[Metric, ...]:
-        return (*agreement_metrics(), *(metric for metric in error_metrics() if metric.better))
+        return (*AGREEMENT_METRICS, *(metric for metric in ERROR_METRICS if metric.better))
 
     def done(self, result: int) -> None:
         """Cancel the jobs when it closes."""

@@ -94,15 +94,15 @@ class PairEntry:
 class ExtraRows:
     """Which rows stand below the pairs."""
 
-    stages: tuple[tuple[str, str], ...] = ()  # keys of Reviewed.stages with their captions
+    stages: tuple[str, ...] = ()  # of Reviewed.stages
     coders: tuple[str, ...] = ()
 
     def lanes(self, reviewed: Reviewed, tracks: Tracks) -> tuple[PairRow, ...]:
         """The further rows of a demonstration, as far as it has such."""
         stages = tuple(
-            PairRow(caption, reviewed.stages[key], certain=True)
-            for key, caption in self.stages
-            if key in reviewed.stages
+            PairRow(stage, reviewed.stages[stage], certain=True)
+            for stage in self.stages
+            if stage in reviewed.stages
         )
         coders = tuple(PairRow(name, tracks[name]) for name in self.coders if tracks.get(name))
         return stages + coders

@@ -92,6 +92,8 @@ ROWS_SETTING, ORDER_SETTING, STRETCHED_SETTING = (
     "review/pairs/order",
     "review/pairs/stretched",
 )
+#: The steps of recognition that can be shown below a pair.
+STAGES = ("raw", "threshold", "median")
 #: How the choice of a coder's row is remembered, apart from the stages.
 CODER_PREFIX = "coder "
 
@@ -144,7 +146,7 @@ class PairsTools(QWidget):
     @property
     def extra_rows(self) -> ExtraRows:
         """The further rows that are chosen."""
-        stages = tuple(stage for stage in self._stages() if stage[0] in self._extra_rows)
+        stages = tuple(stage for stage in STAGES if stage in self._extra_rows)
         coders = tuple(name for name in self.coders if CODER_PREFIX + name in self._extra_rows)
         return ExtraRows(stages, coders)
 
@@ -153,20 +155,12 @@ class PairsTools(QWidget):
         self.coders = tuple(coders)
         self.menu.clear()
         self.menu.addSection("Before the filtered prediction")
-        for key, caption in self._stages():
-            self._add(key, caption)
+        for key in STAGES:
+            self._add(key, key)
         if coders:
             self.menu.addSection("Other coders")
         for name in coders:
             self._add(CODER_PREFIX + name, name)
-
-    def _stages(self) -> tuple[tuple[str, str], ...]:
-        """Keys and captions of the steps of recognition."""
-        return (
-            ("raw", "raw"),
-            ("threshold", "threshold"),
-            ("median", "median"),
-        )
 
     def _add(self, key: str, title: str) -> None:
         action = QAction(escape_ampersands(title), self.menu)

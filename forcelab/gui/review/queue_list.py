@@ -68,15 +68,15 @@ SectionKind = Literal["suspected", "actions", "missed", "boundaries", "invented"
 FOLDED_AT_FIRST = frozenset({"boundaries", "invented", "judged"})
 
 
-def section_text(kind: str) -> str:
-    return {
-        "suspected": "A recogniser that has not seen them contradicts, where it is usually right.",
-        "actions": "Both see an action, but not the same one.",
-        "missed": "Labelled, and the model sees nothing.",
-        "boundaries": "Both see the same actions; only the edge between them differs.",
-        "invented": "Unlabelled time, which is never scored, where the model sees an action.",
-        "judged": "What somebody has judged, the latest first.",
-    }[kind]
+SECTION_TEXTS = {
+    "suspected": "A recogniser that has not seen them contradicts, where it is usually right.",
+    "actions": "Both see an action, but not the same one.",
+    "missed": "Labelled, and the model sees nothing.",
+    "boundaries": "Both see the same actions; only the edge between them differs.",
+    "invented": "Unlabelled time, which is never scored, where the model sees an action.",
+    "judged": "All judged places, the latest first.",
+}
+VERDICT_NAMES = {"human": "human right", "model": "model right", "ambiguous": "ambiguous"}
 
 
 def percentages_text(kind: str) -> str:
@@ -88,14 +88,6 @@ def percentages_text(kind: str) -> str:
 
 def action_name(action: str | None) -> str:
     return "unlabelled" if action is None else action
-
-
-def verdict_name(verdict: str) -> str:
-    return {
-        "human": "human right",
-        "model": "model right",
-        "ambiguous": "ambiguous",
-    }[verdict]
 
 
 @dataclass(frozen=True, slots=True)
@@ -144,7 +136,7 @@ class QueueSection:
 
     @property
     def explained(self) -> str:
-        return section_text(self.kind)
+        return SECTION_TEXTS[self.kind]
 
     @property
     def percentages(self) -> str:
@@ -303,7 +295,7 @@ def item_text(item: QueueItem) -> list[str]:
         f"{item.name}, {place.start:.3f} to {place.end:.3f} s",
     ]
     if isinstance(about, StoredVerdict):
-        told.append(f"Judged by {about.author}: {verdict_name(about.verdict)}")
+        told.append(f"Judged by {about.author}: {VERDICT_NAMES[about.verdict]}")
         return told
     if about.confidence is not None:
         told.append(f"Confidence of the model: {100 * about.confidence:.0f} %")
@@ -413,7 +405,7 @@ def _paint_item(
 def _verdict_or_probability(item: QueueItem) -> str:
     about = item.about
     if isinstance(about, StoredVerdict):
-        return verdict_name(about.verdict)
+        return VERDICT_NAMES[about.verdict]
     if about.suspicion >= SUSPECT:  # by which these are in order
         return f"{100 * about.suspicion:.0f} %"
     return "" if about.confidence is None else f"{100 * about.confidence:.0f} %"

@@ -21,12 +21,12 @@ from forcelab.gui.figures.text import NAMES
 from forcelab.gui.item_views import TableColumn, TableRow, TextModel, TextTable, copy_text
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.layout import PageOrPlaceholder, muted_label, page_layout
-from forcelab.gui.review.metric_texts import (
+from forcelab.gui.review.metrics import (
+    AGREEMENT_METRICS,
+    ERROR_METRICS,
+    RELIABILITY_TIP,
     Metric,
-    agreement_metrics,
-    error_metrics,
     reliability_text,
-    reliability_tip,
 )
 from forcelab.gui.review.reviewed_run import untested_text, visible_outcome
 from forcelab.gui.widgets import combo_box
@@ -187,7 +187,7 @@ class ScoresView(QWidget):
 
     @property
     def metrics(self) -> tuple[Metric, ...]:
-        return agreement_metrics() if self.which.currentData() == "rates" else error_metrics()
+        return AGREEMENT_METRICS if self.which.currentData() == "rates" else ERROR_METRICS
 
     def copy(self) -> None:
         """Copy the table as tab-separated text."""
@@ -299,7 +299,7 @@ class ScoresView(QWidget):
             order.DescendingOrder if self.sorting.descending else order.AscendingOrder,
         )
         self.note.setText(self._note(rows[1].tip))
-        self.note.setToolTip(reliability_tip() if self._outcome.reliability else "")
+        self.note.setToolTip(RELIABILITY_TIP if self._outcome.reliability else "")
         self._bar.show()
         self._pages.say("")
 

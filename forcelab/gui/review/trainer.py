@@ -520,7 +520,10 @@ class Trainer(QObject):
     def freshness(self) -> tuple[str, str]:
         """How up to date the reviewed run is, at length and in short."""
         return freshness_text(
-            self.edits, self.reviewed_author, kept=self.has_recogniser, resettled=self.settings_changed
+            self.edits,
+            self.reviewed_author,
+            kept=self.has_recogniser,
+            resettled=self.settings_changed,
         )
 
     @property

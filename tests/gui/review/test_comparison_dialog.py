@@ -14,7 +14,7 @@ from forcelab.gui.review.comparison_dialog import (
     metric_rows,
     settings_differences,
 )
-from forcelab.gui.review.metric_texts import agreement_metrics
+from forcelab.gui.review.metrics import AGREEMENT_METRICS
 from forcelab.gui.review.training_backend import Backend, RunInfo
 from forcelab.gui.theme import colours
 from forcelab.recognition.settings import Settings
@@ -110,7 +110,7 @@ def test_fewer_errors_are_better_and_the_other_way_round_worse(dialog, until):
 
 def test_what_may_be_chance_is_called_neither_better_nor_worse(dialog, runs):
     comparison = compare(*runs[1:])
-    metric = next(metric for metric in agreement_metrics() if metric.title.startswith("Accuracy"))
+    metric = next(metric for metric in AGREEMENT_METRICS if metric.title.startswith("Accuracy"))
 
     def row(low, high):
         changed = replace(comparison, intervals={"filtered": {metric.path: (low, high)}})
