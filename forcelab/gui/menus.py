@@ -25,7 +25,9 @@ _BEGINNING = frozenset(
 _GROUPS_IN_VIEW = frozenset({"Time", "Playing", "Labelling", "Segments", "Review"})
 _IN_VIEW = frozenset({"zoom_in", "zoom_out", "zoom_fit", "zoom_selection"})
 #: Those of these groups that mean something wherever one is.
-_ANYWHERE = frozenset({"cancel", "coder", "note", "snapping", "train", "cancel_training"})
+_ANYWHERE = frozenset(
+    {"cancel", "coder", "note", "snapping", "train", "cancel_training", "workspace_tradeoff"}
+)
 
 
 def fill_menus(

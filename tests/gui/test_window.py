@@ -529,7 +529,7 @@ def test_nothing_flashes_up_as_a_window_of_its_own(windows, study, app):
     app.installEventFilter(appearing)
     try:
         window = windows(LaunchOptions(project=study))
-        for name in ("review", "capture", "tradeoff"):
+        for name in ("review", "capture"):
             window.show_workspace(name)
         lists = window.review.workspace.lists
         for index in range(lists.count()):

@@ -128,8 +128,7 @@ class Tradeoff(Figure):
             if row.point is not None:
                 seconds, error = row.point
                 spot = QPointF(across.at(seconds), up.at(max(error, up.start)))
-                turn, i = divmod(names.index(row.name), len(COLOURS))
-                marks.append(Mark(row, spot, QColor(COLOURS[i]), (i + turn) % len(SHAPES)))
+                marks.append(Mark(row, spot, *mark_style(names.index(row.name), COLOURS)))
         return tuple(marks)
 
     @cached_property
@@ -166,11 +165,7 @@ class Tradeoff(Figure):
         """Draw a mark: filled on the front, hollow elsewhere."""
         painter.setPen(curve_pen(mark.colour, 1.6))
         painter.setBrush(mark.colour if mark.row.pareto else QColor(self.theme.background))
-        corners = SHAPES[mark.shape]
-        if corners:
-            painter.drawPolygon([mark.spot + QPointF(x, y) * MARK for x, y in corners])
-        else:
-            painter.drawEllipse(mark.spot, MARK, MARK)
+        paint_mark(painter, mark.spot, mark.shape, MARK)
 
     def _paint_labels(
         self, painter: QPainter, box: QRectF, marks: Sequence[Mark], line: Sequence[QRectF]
@@ -198,6 +193,20 @@ class Tradeoff(Figure):
             if free:
                 taken.append(free[0])
                 _write(painter, free[0], label, small, muted)
+
+
+def mark_style(number: int, colours: Sequence[str]) -> tuple[QColor, int]:
+    """Colour and index of the shape of the `number`-th name; no two names have both alike."""
+    turn, i = divmod(number, len(colours))
+    return QColor(colours[i]), (i + turn) % len(SHAPES)
+
+
+def paint_mark(painter: QPainter, spot: QPointF, shape: int, half: float) -> None:
+    """Draw a mark of this half width, in pixels, with the painter's pen and brush."""
+    if corners := SHAPES[shape]:
+        painter.drawPolygon([spot + QPointF(x, y) * half for x, y in corners])
+    else:
+        painter.drawEllipse(spot, half, half)
 
 
 def _decades(values: Sequence[float]) -> tuple[float, float]:

@@ -10,7 +10,7 @@ from forcelab.errors import InputError
 from forcelab.gui import settings
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
-from forcelab.gui.review import trainer, training_preferences
+from forcelab.gui.review import training_preferences
 from forcelab.gui.review.tab import TrainingIndicator
 from forcelab.gui.review.trainer import Trainer, default_author
 from forcelab.gui.review.training_backend import RunInfo
@@ -33,14 +33,14 @@ def kept(number, task, title=""):
     return RunInfo(number, datetime(2026, 3, 1, tzinfo=timezone.utc), title or task, (task,), 0.9)
 
 
-def test_training_ends_with_the_outcome_in_the_document(learning, document, work, until):
-    assert learning.edits is None
-    assert learning.train()
-    assert learning.training
-    until(lambda: not learning.training)
+def test_training_ends_with_the_outcome_in_the_document(trainer, document, work, until):
+    assert trainer.edits is None
+    assert trainer.train()
+    assert trainer.training
+    until(lambda: not trainer.training)
     assert document.review.run is work.result
-    assert learning.edits == 0
-    assert [step.epoch for step in learning.step_history] == [1, 2, 3]
+    assert trainer.edits == 0
+    assert [step.epoch for step in trainer.step_history] == [1, 2, 3]
     path, settings, choice, name = work.asked[0]
     assert path == document.project.path
     assert settings == preset("best")
@@ -49,121 +49,121 @@ def test_training_ends_with_the_outcome_in_the_document(learning, document, work
 
 
 def test_many_demonstrations_are_left_out_in_groups_unless_somebody_chose_otherwise(
-    learning, work, until, monkeypatch
+    trainer, work, until, monkeypatch
 ):
     def asked():
-        learning.train()
-        until(lambda: not learning.training)
+        trainer.train()
+        until(lambda: not trainer.training)
         return work.asked[-1][2]
 
     assert asked().folds == 0
     monkeypatch.setattr(groups, "MANY", 0)
     assert asked().folds == 10
-    learning.set_choice(Choice(("foam",), folds=0))
+    trainer.set_choice(Choice(("foam",), folds=0))
     assert asked().folds == 0
-    learning.set_choice(Choice(("foam",), folds=4))
-    learning._choice = None  # as after a restart
-    assert learning.choice.folds == 4
+    trainer.set_choice(Choice(("foam",), folds=4))
+    trainer._choice = None  # as after a restart
+    assert trainer.choice.folds == 4
     assert asked().folds == 4
 
 
-def test_never_are_two_trainings_under_way(learning, work, until):
+def test_never_are_two_trainings_under_way(trainer, work, until):
     work.gate = False
-    assert learning.train()
-    assert not learning.train()
+    assert trainer.train()
+    assert not trainer.train()
     work.gate = True
-    until(lambda: not learning.training)
+    until(lambda: not trainer.training)
     assert len(work.asked) == 1
 
 
-def test_cancel_answers_at_once_and_the_old_result_stays(learning, document, work, until):
-    learning.train()
-    until(lambda: not learning.training)
+def test_cancel_answers_at_once_and_the_old_result_stays(trainer, document, work, until):
+    trainer.train()
+    until(lambda: not trainer.training)
     old = document.review.run
     work.gate = False
     work.result = outcome_of(document.project, 2)
-    learning.train()
+    trainer.train()
     until(lambda: len(work.asked) == 2)  # what never began is not closed either
-    learning.cancel()
-    assert not learning.training
+    trainer.cancel()
+    assert not trainer.training
     until(lambda: work.closed == 2)
-    until(lambda: not learning.jobs.busy)
+    until(lambda: not trainer.jobs.busy)
     assert document.review.run is old
-    assert not learning.trouble
+    assert not trainer.trouble
 
 
-def test_a_refusal_is_a_sentence_and_the_old_result_stays(learning, document, work, until):
-    learning.train()
-    until(lambda: not learning.training)
+def test_a_refusal_is_a_sentence_and_the_old_result_stays(trainer, document, work, until):
+    trainer.train()
+    until(lambda: not trainer.training)
     old = document.review.run
     said = []
     document.message_shown.connect(lambda sentence, trouble: said.append((sentence, trouble)))
     work.result = InputError("Only 'grab' is labelled; label a second action.")
-    learning.train()
-    until(lambda: not learning.training)
-    assert learning.trouble == "Only 'grab' is labelled; label a second action."
-    assert said == [(learning.trouble, True)]  # seen in whichever workspace is in front
+    trainer.train()
+    until(lambda: not trainer.training)
+    assert trainer.trouble == "Only 'grab' is labelled; label a second action."
+    assert said == [(trainer.trouble, True)]  # seen in whichever workspace is in front
     assert document.review.run is old
-    learning.dismiss()
-    assert not learning.trouble
+    trainer.dismiss()
+    assert not trainer.trouble
 
 
-def test_the_steps_are_told_as_they_come(learning, work, until):
+def test_the_steps_are_told_as_they_come(trainer, work, until):
     work.gate = False
-    learning.train()
-    until(lambda: learning.step is not None and learning.step.epoch == 3)
-    assert learning.step == step(epoch=3, loss=1 / 3)
-    learning.cancel()
-    assert learning.step is None
+    trainer.train()
+    until(lambda: trainer.step is not None and trainer.step.epoch == 3)
+    assert trainer.step == step(epoch=3, loss=1 / 3)
+    trainer.cancel()
+    assert trainer.step is None
 
 
-def test_edits_since_are_counted(learning, document, work, until):
-    learning.train()
-    until(lambda: not learning.training)
+def test_edits_since_are_counted(trainer, document, work, until):
+    trainer.train()
+    until(lambda: not trainer.training)
     document.editor.paint(6.0, 7.0, "grab")
     document.editor.paint(7.0, 8.0, "hold")
-    until(lambda: learning.edits == 2)
+    until(lambda: trainer.edits == 2)
 
 
-def test_edits_of_labels_that_are_hidden_are_not_counted(learning, document, until):
-    learning.train()
-    until(lambda: not learning.training)
+def test_edits_of_labels_that_are_hidden_are_not_counted(trainer, document, until):
+    trainer.train()
+    until(lambda: not trainer.training)
     project, id_ = document.project, document.review.run.tested[0].id
     project.tracks.edit(id_, "Ann", project.tracks.get(id_, "Ann").segments, (), "began anew")
     project.coding.assign(id_, "Bob", blind=True)
     document.set_author("Bob")
-    learning._counter.count()
-    assert learning.edits == 0
+    trainer._counter.count()
+    assert trainer.edits == 0
     project.coding.set_done(id_, "Bob", True)
-    learning._counter.count()
-    assert learning.edits == 1
+    trainer._counter.count()
+    assert trainer.edits == 1
 
 
-def test_after_edits_and_a_pause_it_trains_by_itself(learning, document, work, until):
-    learning._quiet.setInterval(20)
-    learning.set_automatic(True)
+def test_after_edits_and_a_pause_it_trains_by_itself(trainer, document, work, until):
+    trainer._quiet.setInterval(20)
+    trainer.set_automatic(True)
     document.editor.paint(6.0, 7.0, "grab")
     until(lambda: len(work.asked) == 1)
-    until(lambda: not learning.training)
+    until(lambda: not trainer.training)
     assert document.review.run is work.result
 
 
 def test_after_a_long_training_none_comes_by_itself_for_as_long(
-    learning, document, work, until, monkeypatch
+    trainer, document, work, until, monkeypatch
 ):
     now = [1000.0]
-    monkeypatch.setattr(trainer, "monotonic", lambda: now[0])
-    learning._quiet.setInterval(1)
-    learning.set_automatic(True)
+    monkeypatch.setattr("forcelab.gui.review.trainer.monotonic", lambda: now[0])
+    trainer._quiet.setInterval(1)
+    trainer.set_automatic(True)
     work.gate = False
-    learning.train()
+    trainer.train()
     now[0] += 240.0  # it takes four minutes
     work.gate = True
-    until(lambda: not learning.training)
+    until(lambda: not trainer.training)
     document.editor.paint(6.0, 7.0, "grab")
-    until(lambda: learning.edits == 1)
+    until(lambda: trainer.edits == 1)
     fired = []
-    learning._quiet.timeout.connect(lambda: fired.append(None))
+    trainer._quiet.timeout.connect(lambda: fired.append(None))
     until(lambda: len(fired) > 3)
     assert len(work.asked) == 1
     now[0] += 239.0
@@ -174,17 +174,17 @@ def test_after_a_long_training_none_comes_by_itself_for_as_long(
 
 
 def test_of_runs_that_came_by_themselves_the_last_ones_stay_and_those_that_were_used(
-    learning, document, work, until
+    trainer, document, work, until
 ):
     project = document.project
     made = {"settings": {}, "seed": None, "labels": [], "versions": {}}
-    learning._quiet.setInterval(1)
-    learning.set_automatic(True)
+    trainer._quiet.setInterval(1)
+    trainer.set_automatic(True)
     asked = project.runs.add("evaluate", **made, result={})
     for number in range(6):
         work.result = outcome_of(project, project.runs.add("evaluate", **made, result={}))
         document.editor.paint(6.0, 7.0 + number / 10, "grab")
-        until(lambda: document.review.run is work.result and not learning.training)
+        until(lambda: document.review.run is work.result and not trainer.training)
         if number == 1:
             judged = work.result.number
             project.coding.add_verdict(
@@ -197,67 +197,67 @@ def test_of_runs_that_came_by_themselves_the_last_ones_stay_and_those_that_were_
 
 
 def test_a_run_that_somebody_asked_for_while_it_was_made_by_itself_stays(
-    learning, document, work, until
+    trainer, document, work, until
 ):
     project = document.project
     made = {"settings": {}, "seed": None, "labels": [], "versions": {}}
-    learning._quiet.setInterval(1)
-    learning.set_automatic(True)
+    trainer._quiet.setInterval(1)
+    trainer.set_automatic(True)
     for number in range(5):
         work.gate = number != 0
         work.result = outcome_of(project, project.runs.add("evaluate", **made, result={}))
         document.editor.paint(6.0, 7.0 + number / 10, "grab")
         if number == 0:
             wanted = work.result.number
-            until(lambda: learning.training)
-            assert not learning.train()  # Train is pressed
+            until(lambda: trainer.training)
+            assert not trainer.train()  # Train is pressed
             work.gate = True
-        until(lambda: document.review.run is work.result and not learning.training)
+        until(lambda: document.review.run is work.result and not trainer.training)
     there = [run.id for run in project.runs.summaries()]
     assert there[0] == wanted
     assert len(there) == 4  # the last three that came by themselves besides
 
 
-def test_without_an_edit_nothing_is_trained_by_itself(learning, document, work, until, app):
-    learning.train()
-    until(lambda: not learning.training)
-    learning._quiet.setInterval(1)
-    learning.set_automatic(True)
+def test_without_an_edit_nothing_is_trained_by_itself(trainer, document, work, until, app):
+    trainer.train()
+    until(lambda: not trainer.training)
+    trainer._quiet.setInterval(1)
+    trainer.set_automatic(True)
     document.open_demonstration(document.infos[1].id)  # tells of tracks, and is no edit
     for _ in range(50):
         app.processEvents()
-    learning._quiet.timeout.emit()
+    trainer._quiet.timeout.emit()
     assert len(work.asked) == 1
 
 
-def test_what_was_painted_meanwhile_is_trained_next(learning, document, work, until):
+def test_what_was_painted_meanwhile_is_trained_next(trainer, document, work, until):
     work.gate = False
-    learning._quiet.setInterval(20)
-    learning.train()
-    learning.set_automatic(True)
+    trainer._quiet.setInterval(20)
+    trainer.train()
+    trainer.set_automatic(True)
     document.editor.paint(6.0, 7.0, "grab")
     document.editor.paint(7.0, 8.0, "hold")
-    until(lambda: learning._quiet.isActive() is False)
+    until(lambda: trainer._quiet.isActive() is False)
     assert len(work.asked) == 1  # not while the first one is under way
     work.gate = True
     until(lambda: len(work.asked) == 2)
     work.result = outcome_of(document.project, 2)
-    until(lambda: not learning.training and learning.edits == 0)
+    until(lambda: not trainer.training and trainer.edits == 0)
 
 
 def test_a_reopened_project_shows_its_last_result(document, work, until):
     work.kept = (kept(9, "stylus"), kept(7, "foam"), kept(3, "foam"))
     work.outcomes = {n: outcome_of(document.project, n, "foam") for n in (3, 7)}
     jobs = Jobs()
-    learning = Trainer(document, jobs, work=work)
+    trainer = Trainer(document, jobs, backend=work)
     until(lambda: document.review.run is not None)
     assert document.review.run.number == 7
-    learning.show_run(3)
+    trainer.show_run(3)
     until(lambda: document.review.run.number == 3)
     assert work.loaded == [7, 3]
     document.close()
-    assert learning.runs == ()
-    assert learning.edits is None
+    assert trainer.runs == ()
+    assert trainer.edits is None
     jobs.close()
 
 
@@ -269,51 +269,51 @@ def test_a_task_s_own_run_comes_before_a_later_one_that_tested_another_task(docu
         work.outcomes = {number: outcome_of(document.project, number, "foam")}
         document.review.set_run(None)
         jobs = Jobs()
-        learning = Trainer(document, jobs, work=work)
+        trainer = Trainer(document, jobs, backend=work)
         until(lambda: document.review.run is not None)
         assert document.review.run.number == number
-        assert learning.runs == runs
+        assert trainer.runs == runs
         jobs.close()
 
 
 def test_a_run_of_another_task_that_is_chosen_turns_to_that_task(
-    learning, document, work, until, app
+    trainer, document, work, until, app
 ):
     work.outcomes = {
         4: outcome_of(document.project, 4, "stylus"),
         5: outcome_of(document.project, 5, "stylus", test_task="foam", title="stylus to foam"),
     }
-    assert learning.task == "foam"
-    learning.show_run(5)
+    assert trainer.task == "foam"
+    trainer.show_run(5)
     until(lambda: document.review.run is work.outcomes[5])
-    assert learning.task == "foam"  # which it tests
-    learning.show_run(4)
+    assert trainer.task == "foam"  # which it tests
+    trainer.show_run(4)
     until(lambda: document.review.run is work.outcomes[4])
-    assert learning.task == "stylus"
-    assert learning.train()
+    assert trainer.task == "stylus"
+    assert trainer.train()
     assert work.asked[-1][2].tasks == ("stylus",)
-    learning.cancel()
-    learning.show_run(4)
-    learning.set_task("foam")  # which has no run: what is still read for the other task is late
-    until(lambda: not learning.jobs.busy)
+    trainer.cancel()
+    trainer.show_run(4)
+    trainer.set_task("foam")  # which has no run: what is still read for the other task is late
+    until(lambda: not trainer.jobs.busy)
     for _ in range(50):
         app.processEvents()
-    assert (learning.task, document.review.run) == ("foam", None)
+    assert (trainer.task, document.review.run) == ("foam", None)
 
 
-def test_of_two_runs_that_are_removed_at_once_both_go(learning, document, until):
+def test_of_two_runs_that_are_removed_at_once_both_go(trainer, document, until):
     project = document.project
     plain = {"settings": {}, "seed": None, "labels": (), "versions": {}, "result": {}}
     numbers = [project.runs.add("evaluate", **plain) for _ in range(2)]
     document.review.set_run(outcome_of(project, numbers[0]))
     for number in numbers:
-        learning.remove_run(number)
-    until(lambda: not learning.jobs.busy)
+        trainer.remove_run(number)
+    until(lambda: not trainer.jobs.busy)
     until(lambda: document.review.run is None)
     assert not project.runs.all()
 
 
-def test_a_removed_demonstration_leaves_the_review_at_once(learning, document, work, until):
+def test_a_removed_demonstration_leaves_the_review_at_once(trainer, document, work, until):
     project = document.project
     document.review.set_run(outcome_of(project, 4))
     first, *others = [one.id for one in document.review.run.tested]
@@ -330,11 +330,11 @@ def test_a_removed_demonstration_leaves_the_review_at_once(learning, document, w
     assert [one.id for one in document.review.run.tested] == others
     assert work.loaded == [4]
     document.refresh_listing()
-    assert not learning.jobs.busy  # nothing more is gone
+    assert not trainer.jobs.busy  # nothing more is gone
 
 
 def test_where_all_that_was_tested_is_removed_nothing_is_reviewed(
-    learning, document, work, until, monkeypatch
+    trainer, document, work, until, monkeypatch
 ):
     def gone(_path, number):
         yield None
@@ -350,138 +350,138 @@ def test_where_all_that_was_tested_is_removed_nothing_is_reviewed(
         project.demonstrations.remove_all({one.id: heads})
     document.reread()
     until(lambda: document.review.run is None)
-    assert "removed" in learning.trouble
+    assert "removed" in trainer.trouble
 
 
-def test_each_task_has_its_own_settings_and_choice(learning, document, work, until):
-    learning.set_settings(Settings(stride=10))
-    learning.set_choice(Choice(("foam", "stylus"), apart=True))
+def test_each_task_has_its_own_settings_and_choice(trainer, document, work, until):
+    trainer.set_settings(Settings(stride=10))
+    trainer.set_choice(Choice(("foam", "stylus"), apart=True))
     stylus = next(info.id for info in document.infos if info.task == "stylus")
     document.open_demonstration(stylus)
-    assert learning.task == "stylus"
-    assert learning.settings == preset("best")
-    assert learning.choice == Choice(("stylus",))
-    learning.set_task("foam")
-    assert learning.settings == Settings(stride=10)
-    assert learning.choice == Choice(("foam", "stylus"), apart=True)
+    assert trainer.task == "stylus"
+    assert trainer.settings == preset("best")
+    assert trainer.choice == Choice(("stylus",))
+    trainer.set_task("foam")
+    assert trainer.settings == Settings(stride=10)
+    assert trainer.choice == Choice(("foam", "stylus"), apart=True)
 
 
-def test_settings_and_choice_are_remembered_for_the_next_time(learning, document, work, until):
-    learning.set_settings(Settings(stride=7, merge=Settings().merge))
-    learning.set_choice(Choice(("foam",), "stylus", "Ann"))
-    learning.set_automatic(True)
-    again = Trainer(document, learning.jobs, work=work)
+def test_settings_and_choice_are_remembered_for_the_next_time(trainer, document, work, until):
+    trainer.set_settings(Settings(stride=7, merge=Settings().merge))
+    trainer.set_choice(Choice(("foam",), "stylus", "Ann"))
+    trainer.set_automatic(True)
+    again = Trainer(document, trainer.jobs, backend=work)
     assert again.settings.stride == 7
     assert again.choice == Choice(("foam",), "stylus", "Ann")
     assert again.automatic
-    learning.set_automatic(False)
+    trainer.set_automatic(False)
 
 
-def test_broken_settings_do_not_stand_in_the_way(learning, document, work):
+def test_broken_settings_do_not_stand_in_the_way(trainer, document, work):
     path = document.project.path
     settings.store(training_preferences._task_key(path, "foam", "settings"), '{"stride": -3}')
     settings.store(training_preferences._task_key(path, "foam", "choice"), '{"tasks": 5}')
-    again = Trainer(document, learning.jobs, work=work)
+    again = Trainer(document, trainer.jobs, backend=work)
     assert again.settings == preset("best")
     assert again.choice == Choice(("foam",))
 
 
-def test_the_coders_own_labels_are_trained_on_where_there_are_some(learning, document, work, until):
-    learning.train()
-    until(lambda: not learning.training)
+def test_the_coders_own_labels_are_trained_on_where_there_are_some(trainer, document, work, until):
+    trainer.train()
+    until(lambda: not trainer.training)
     assert work.asked[-1][2].author == "Ann"
     said = []
     document.message_shown.connect(lambda sentence, _: said.append(sentence))
     document.set_author("Ben")  # has no labels: those of who labelled most, and it is said
-    learning.train()
-    until(lambda: not learning.training)
+    trainer.train()
+    until(lambda: not trainer.training)
     assert work.asked[-1][2].author == "Ann"
     assert any("Ben" in sentence and "Ann" in sentence for sentence in said)
-    learning.set_choice(Choice(("foam",), author="Ann"))
-    learning.train()
-    until(lambda: not learning.training)
+    trainer.set_choice(Choice(("foam",), author="Ann"))
+    trainer.train()
+    until(lambda: not trainer.training)
     assert work.asked[-1][2].author == "Ann"
 
 
-def test_a_result_of_another_project_is_thrown_away(learning, document, work, until):
+def test_a_result_of_another_project_is_thrown_away(trainer, document, work, until):
     work.gate = False
-    learning.train()
+    trainer.train()
     document.close()
     work.gate = True
-    until(lambda: not learning.jobs.busy)
+    until(lambda: not trainer.jobs.busy)
     assert document.review.run is None
-    assert not learning.training
-    assert not learning.train()
-    assert "import" in learning.trouble
+    assert not trainer.training
+    assert not trainer.train()
+    assert "import" in trainer.trouble
 
 
-def test_labels_painted_while_it_trains_are_not_overwritten(learning, document, work, until):
+def test_labels_painted_while_it_trains_are_not_overwritten(trainer, document, work, until):
     work.gate = False
-    learning.train()
+    trainer.train()
     document.editor.paint(8.0, 9.0, "grab")
     work.gate = True
-    until(lambda: not learning.training)
+    until(lambda: not trainer.training)
     assert document.editor.segments[-1] == Segment(8.0, 9.0, "grab")
-    until(lambda: learning.edits == 1)
+    until(lambda: trainer.edits == 1)
 
 
 def test_the_status_bar_says_in_other_workspaces_how_training_stands(
-    learning, document, work, until
+    trainer, document, work, until
 ):
-    line = TrainingIndicator(learning)
+    line = TrainingIndicator(trainer)
     assert line.isHidden()  # nothing was trained
     work.gate = False
-    learning.train()
-    until(lambda: learning.step is not None and learning.step.epoch == 3)
+    trainer.train()
+    until(lambda: trainer.step is not None and trainer.step.epoch == 3)
     assert not line.isHidden()
     assert "epoch 3" in line.text()
     line.set_elsewhere(False)  # the review says it itself
     assert line.isHidden()
     line.set_elsewhere(True)
     work.gate = True
-    until(lambda: not learning.training and learning.edits == 0)
+    until(lambda: not trainer.training and trainer.edits == 0)
     assert line.text() == "Recogniser: up to date"
     document.editor.paint(6.0, 7.0, "grab")
-    until(lambda: learning.edits == 1)
-    assert line.text().startswith("Recogniser: 1 edit or new demonstration since")
+    until(lambda: trainer.edits == 1)
+    assert line.text().startswith("Recogniser: 1 change since")
 
 
 @pytest.mark.parametrize("removed", [False, True])
 def test_where_no_recogniser_is_kept_none_is_said_to_be_up_to_date(
-    learning, document, work, until, removed
+    trainer, document, work, until, removed
 ):
     """Of what was only evaluated, or where it was removed: Capture says that there is none."""
-    line, bar = TrainingIndicator(learning), TrainingBar(document, learning)
+    line, bar = TrainingIndicator(trainer), TrainingBar(document, trainer)
     if removed:
         document.project.runs.remove_recogniser(work.result.recogniser)
     else:
         work.result = replace(work.result, recogniser="")
     document.review.set_run(work.result)
-    until(lambda: learning.edits == 0)
+    until(lambda: trainer.edits == 0)
     assert line.text() == "Run 1: up to date, no recogniser kept"
-    assert bar.standing.text == "up to date, no recogniser kept"
+    assert bar.freshness.text == "up to date, no recogniser kept"
     document.editor.paint(6.0, 7.0, "grab")
-    until(lambda: learning.edits == 1)
-    assert line.text() == "Run 1: 1 edit or new demonstration since this run"
-    assert bar.standing.text == "1 edit or new demonstration since this run"
+    until(lambda: trainer.edits == 1)
+    assert line.text() == "Run 1: 1 change since this run"
+    assert bar.freshness.text == "1 change since this run"
     bar.deleteLater()
 
 
 @pytest.mark.parametrize("kept", [True, False])
 def test_what_was_trained_with_other_settings_is_not_said_to_be_up_to_date(
-    learning, document, work, until, kept
+    trainer, document, work, until, kept
 ):
-    line, bar = TrainingIndicator(learning), TrainingBar(document, learning)
+    line, bar = TrainingIndicator(trainer), TrainingBar(document, trainer)
     line.set_elsewhere(True)
     document.review.set_run(work.result if kept else replace(work.result, recogniser=""))
-    until(lambda: learning.edits == 0)
+    until(lambda: trainer.edits == 0)
     told = "trained with other settings" if kept else "of other settings, no recogniser kept"
-    learning.set_settings(preset("fast"))
+    trainer.set_settings(preset("fast"))
     assert line.text() == f"{'Recogniser' if kept else 'Run 1'}: {told}"
-    assert bar.standing.text == told
-    learning.set_settings(preset("best"))
+    assert bar.freshness.text == told
+    trainer.set_settings(preset("best"))
     assert "up to date" in line.text()
-    assert "up to date" in bar.standing.text
+    assert "up to date" in bar.freshness.text
     bar.deleteLater()
 
 
@@ -521,45 +521,45 @@ def test_who_alone_has_labelled_trains_on_a_single_demonstration(document):
     assert default_author(document, {"foam"}) == "Cleo"
 
 
-def test_what_was_trained_on_another_coder_is_not_up_to_date(learning, document, work, until, app):
-    line = TrainingIndicator(learning)
+def test_what_was_trained_on_another_coder_is_not_up_to_date(trainer, document, work, until, app):
+    line = TrainingIndicator(trainer)
     line.set_elsewhere(True)
-    learning.train()
-    until(lambda: not learning.training)
+    trainer.train()
+    until(lambda: not trainer.training)
     assert line.text() == "Recogniser: up to date"
-    learning._quiet.setInterval(20)
-    learning.set_automatic(True)
+    trainer._quiet.setInterval(20)
+    trainer.set_automatic(True)
     document.set_author("Nora")
     for info in document.infos:
         labels = document.project.tracks.get(info.id, "Ann").segments
         document.project.tracks.edit(info.id, "Nora", (), labels, "made")
     document.refresh_listing()
     document.editor.paint(2.0, 3.0, "hold")
-    assert learning.reviewed_author == "Ann"
+    assert trainer.reviewed_author == "Ann"
     assert line.text() == "Recogniser: trained on the labels of Ann"
     work.result = outcome_of(document.project, 2, author="Nora")
     until(lambda: len(work.asked) == 2)  # by itself, though no label of Ann's was edited
-    until(lambda: not learning.training)
+    until(lambda: not trainer.training)
     assert work.asked[-1][2].author == "Nora"
     assert line.text() == "Recogniser: up to date"
 
 
-def test_the_first_training_is_with_the_best_preset_and_its_classifier_is_known(learning):
-    assert learning.classifier == preset(training_preferences.DEFAULT_PRESET).classifier
-    assert learning.preset_used == (training_preferences.DEFAULT_PRESET, False)
+def test_the_first_training_is_with_the_best_preset_and_its_classifier_is_known(trainer):
+    assert trainer.classifier == preset(training_preferences.DEFAULT_PRESET).classifier
+    assert trainer.preset_used == (training_preferences.DEFAULT_PRESET, False)
 
 
 def test_demonstrations_of_no_task_are_trained_too(app, until):
     work, jobs = FakeWork(), Jobs()
     with study(tasks=("",)) as document:
         work.result = outcome_of(document.project, task="", title="no task")
-        learning = Trainer(document, jobs, work=work)
-        bar = TrainingBar(document, learning)
+        trainer = Trainer(document, jobs, backend=work)
+        bar = TrainingBar(document, trainer)
         until(lambda: not jobs.busy)
         assert bar.train.isEnabled()
         assert bar.task.currentText() == "no task"
-        assert learning.train()
-        until(lambda: not learning.training)
+        assert trainer.train()
+        until(lambda: not trainer.training)
         assert document.review.run is work.result
         _, _, choice, name = work.asked[0]
         assert (choice.tasks, name) == (("",), "no task")
@@ -571,8 +571,8 @@ def test_without_demonstrations_there_is_nothing_to_train_on(app, tmp_path, unti
     Project.create(tmp_path / "empty.forcelab").close()
     document, jobs = Document("Ann"), Jobs()
     document.open_project(tmp_path / "empty.forcelab")
-    learning = Trainer(document, jobs, work=FakeWork())
-    assert not learning.train()
-    assert "import demonstrations" in learning.trouble
+    trainer = Trainer(document, jobs, backend=FakeWork())
+    assert not trainer.train()
+    assert "import demonstrations" in trainer.trouble
     document.close()
     jobs.close()

@@ -14,9 +14,9 @@ def document(app):
 
 
 @pytest.fixture
-def view(document, work, learning, up):
+def view(document, work, trainer, up):
     work.result = outcome_of(document.project, remarks=("Something was left out.",))
-    view = up(LossView(document, learning), 500, 320)
+    view = up(LossView(document, trainer), 500, 320)
     view.work = work
     return view
 
@@ -39,8 +39,8 @@ def test_each_fold_has_a_curve_and_the_final_fit_its_own():
 
 def test_no_epoch_is_left_out_however_fast_they_come(view, until):
     view.work.steps = [step(n, 1 / n) for n in range(1, 500)]
-    view.learning.train()
-    until(lambda: not view.learning.training)
+    view.trainer.train()
+    until(lambda: not view.trainer.training)
     until(lambda: view.curves.curves and len(view.curves.curves[0][2]) == 499)
 
 
@@ -66,24 +66,24 @@ def test_whatever_the_losses_are_they_are_drawn(view, points):
 
 def test_time_and_remarks_of_the_outcome_stand_beneath(view, until):
     assert not view.times.isVisible()
-    view.learning.train()
-    until(lambda: not view.learning.training)
+    view.trainer.train()
+    until(lambda: not view.trainer.training)
     assert "features 0.25 s" in view.times.text()
     assert "fit 3.5 s (1.8 s a fold)" in view.times.text()  # 3.5 s over two folds
     assert view.remarks.text() == "Something was left out."
 
 
 def test_a_classifier_without_a_loss_says_so(view):
-    view.learning.set_settings(Settings())
+    view.trainer.set_settings(Settings())
     assert "has none" not in view.curves.empty_text()
-    view.learning.set_settings(Settings(classifier="naive-bayes"))
+    view.trainer.set_settings(Settings(classifier="naive-bayes"))
     assert "has none" in view.curves.empty_text()
 
 
 def test_nothing_is_drawn_while_hidden(view, until):
     view.hide()
-    view.learning.train()
-    until(lambda: not view.learning.training)
+    view.trainer.train()
+    until(lambda: not view.trainer.training)
     assert view.curves.curves == ()
     view.show()
     assert view.curves.curves
@@ -91,8 +91,8 @@ def test_nothing_is_drawn_while_hidden(view, until):
 
 def test_what_a_run_says_of_labels_that_are_hidden_is_hidden(view, until):
     document = view.document
-    view.learning.train()
-    until(lambda: not view.learning.training)
+    view.trainer.train()
+    until(lambda: not view.trainer.training)
     assert view.remarks.text() == "Something was left out."
     labelled = document.review.run.tested[0].id
     document.project.coding.assign(labelled, "Bob", blind=True)

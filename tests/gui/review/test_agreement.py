@@ -253,7 +253,7 @@ def test_nothing_is_compared_while_nobody_looks(app, until, monkeypatch):
     )
     with bench(app, until, {"Ann": ANN, "Ben": BEN}) as b:
         count = len(asked)
-        b.view.pair.places.wanted.emit(
+        b.view.pair.places.interval_chosen.emit(
             b.view.pair.places.rows[0].place
         )  # opening and looking changes no label
         QTest.qWait(coders_module.COMPARE_DELAY + 50)

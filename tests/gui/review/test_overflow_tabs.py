@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QWidget
 from forcelab.gui.key_events import kept_keys
 from forcelab.gui.widgets import OverflowTabs
 
-#: As in the review.
+#: As in the review, without the longest.
 TITLES = ("Queue", "Confusion", "Scores", "Why", "Proposals", "Coders", "Training")
 
 

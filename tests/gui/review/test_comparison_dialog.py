@@ -14,7 +14,7 @@ from forcelab.gui.review.comparison_dialog import (
     metric_rows,
     settings_differences,
 )
-from forcelab.gui.review.metric_texts import agreement_metrics
+from forcelab.gui.review.metrics import AGREEMENT_METRICS
 from forcelab.gui.review.training_backend import Backend, RunInfo
 from forcelab.gui.theme import colours
 from forcelab.recognition.settings import Settings
@@ -29,23 +29,24 @@ def document(app, tmp_path_factory):
         yield document
 
 
-def work(outcomes):
-    """What lists and reads these runs instead of a project's."""
+class Runs(Backend):
+    """Lists and reads these runs instead of a project's."""
 
-    def listed(_path):
+    def __init__(self, outcomes):
+        self.outcomes = outcomes
+
+    def list_runs(self, _path):
         yield None
         time = datetime(2026, 1, 2, 12, tzinfo=timezone.utc)
-        runs = [RunInfo(o.number, time, o.title, o.tasks, 0.5) for o in outcomes]
+        runs = [RunInfo(o.number, time, o.title, o.tasks, 0.5) for o in self.outcomes]
         return tuple(reversed(runs))
 
-    def load(_path, number):
+    def load(self, _path, number):
         yield None
-        found = next((o for o in outcomes if o.number == number), None)
+        found = next((o for o in self.outcomes if o.number == number), None)
         if found is None:
             raise InputError(f"There is no run {number}.")
         return found
-
-    return Backend(lambda *_: iter(()), load, listed, lambda *_: 0)
 
 
 @pytest.fixture
@@ -60,7 +61,7 @@ def runs(document):
 
 @pytest.fixture
 def dialog(document, jobs, runs, until, up):
-    dialog = up(ComparisonDialog(document, jobs, work=work(runs)))
+    dialog = up(ComparisonDialog(document, jobs, backend=Runs(runs)))
     until(lambda: dialog.comparison is not None)
     return dialog
 
@@ -70,8 +71,8 @@ def row_of(dialog, name):
 
 
 def test_the_last_two_runs_are_compared_at_first(dialog):
-    assert (dialog.one.currentData(), dialog.other.currentData()) == (2, 3)
-    assert dialog.one.currentText().startswith("2: foam · ")
+    assert (dialog.first.currentData(), dialog.second.currentData()) == (2, 3)
+    assert dialog.first.currentText().startswith("2: foam · ")
     assert [c.name for c in dialog.model.columns][1:3] == ["run 2", "run 3"]
 
 
@@ -79,11 +80,11 @@ def test_at_first_a_run_is_compared_with_an_older_one_of_the_same_tasks(
     document, jobs, runs, until, up
 ):
     runs[1] = replace(runs[1], title="stylus", tasks=("stylus",))
-    dialog = up(ComparisonDialog(document, jobs, work=work(runs)))
+    dialog = up(ComparisonDialog(document, jobs, backend=Runs(runs)))
     until(lambda: dialog.comparison is not None)
-    assert (dialog.one.currentData(), dialog.other.currentData()) == (1, 3)
-    dialog.one.resize(120, dialog.one.height())
-    assert dialog.one.shown_text.endswith("…")
+    assert (dialog.first.currentData(), dialog.second.currentData()) == (1, 3)
+    dialog.first.resize(120, dialog.first.height())
+    assert dialog.first.shown_text.endswith("…")
 
 
 def test_differences_are_signed_and_say_whether_they_are_better(dialog, runs):
@@ -99,8 +100,8 @@ def test_differences_are_signed_and_say_whether_they_are_better(dialog, runs):
 
 def test_fewer_errors_are_better_and_the_other_way_round_worse(dialog, until):
     assert row_of(dialog, "Deletions").cells[3].startswith("better  \u2212")
-    dialog.one.setCurrentIndex(0)
-    dialog.other.setCurrentIndex(1)
+    dialog.first.setCurrentIndex(0)
+    dialog.second.setCurrentIndex(1)
     until(lambda: dialog.comparison is not None)
     row = row_of(dialog, "Deletions")
     assert row.cells[3].startswith("worse  +")
@@ -109,7 +110,7 @@ def test_fewer_errors_are_better_and_the_other_way_round_worse(dialog, until):
 
 def test_what_may_be_chance_is_called_neither_better_nor_worse(dialog, runs):
     comparison = compare(*runs[1:])
-    metric = next(metric for metric in agreement_metrics() if metric.title.startswith("Accuracy"))
+    metric = next(metric for metric in AGREEMENT_METRICS if metric.title.startswith("Accuracy"))
 
     def row(low, high):
         changed = replace(comparison, intervals={"filtered": {metric.path: (low, high)}})
@@ -126,7 +127,7 @@ def test_coverage_is_neither_better_nor_worse(dialog):
 
 
 def test_a_run_beside_itself_differs_in_nothing(dialog, until):
-    dialog.one.setCurrentIndex(0)
+    dialog.first.setCurrentIndex(0)
     until(lambda: dialog.comparison is not None and dialog.comparison.one.number == 3)
     assert all(row.colours[3] is None for row in dialog.model.rows)
     assert row_of(dialog, "Accuracy").cells[3:] == ("0.0", "0.0 to 0.0")
@@ -167,15 +168,15 @@ def test_blind_demonstrations_are_not_listed(dialog, document):
 
 
 def test_one_run_is_not_enough(document, jobs, runs, until):
-    dialog = ComparisonDialog(document, jobs, work=work(runs[:1]))
+    dialog = ComparisonDialog(document, jobs, backend=Runs(runs[:1]))
     until(lambda: "Two runs are needed" in dialog.settings.text())
     dialog.close()
 
 
 def test_a_run_that_cannot_be_read_is_told(document, jobs, runs, until):
-    dialog = ComparisonDialog(document, jobs, work=work(runs))
-    until(lambda: dialog.one.count() == 3)
-    dialog.one.setItemData(2, 9)
-    dialog.one.setCurrentIndex(2)
+    dialog = ComparisonDialog(document, jobs, backend=Runs(runs))
+    until(lambda: dialog.first.count() == 3)
+    dialog.first.setItemData(2, 9)
+    dialog.first.setCurrentIndex(2)
     until(lambda: dialog.settings.text() == "There is no run 9.")
     dialog.close()
