@@ -23,7 +23,7 @@ import numpy as np
 from forcelab.clock import ClockMap
 from forcelab.errors import InputError
 from forcelab.io import sync_folder
-from forcelab.labels import Track, is_model
+from forcelab.labels import Track, check_within, is_model
 from forcelab.project import files
 from forcelab.project.coding import add_notes
 from forcelab.project.database import Database, Value
@@ -283,6 +283,10 @@ def add_all(database: Database, tracks: Tracks, given: Sequence[Incoming]) -> tu
         if len(set(authors)) < len(authors):
             name = incoming.demonstration.name
             raise InputError(f"'{name}' has two tracks of one author; rename one.")
+        start, end = incoming.demonstration.start, incoming.demonstration.end
+        for track in incoming.tracks:
+            cure = f", in the labels of '{track.author}' on '{incoming.demonstration.name}'; shift "
+            check_within(track.segments, start, end, f"{cure}or erase it first.")
     if not given:
         return ()
     database.refuse_read_only()

@@ -1144,8 +1144,8 @@ class Project(ProjectRenaming, ProjectReverting, ProjectJudged, ProjectComputed,
         Raises
         ------
         InputError
-            If a video cannot be read or two tracks of a demonstration have one author; nothing was
-            added.
+            If a video cannot be read, two tracks of a demonstration have one author, or labels lie
+            beyond their recording by more than a second and 5 % of it; nothing was added.
         """
         return add_all(self._db, self._tracks, tuple(given))
 
