@@ -33,6 +33,7 @@ from forcelab.gui.label.track_gestures import (
     snapped,
 )
 from forcelab.gui.label.track_rows import Row, TrackRows, draw_plate, outline, plate_beside
+from forcelab.gui.layout import set_enabled_with_reason
 from forcelab.gui.text import escape_ampersands, settle_name
 from forcelab.gui.theme import colours
 from forcelab.labels import Segment, Segments
@@ -67,7 +68,7 @@ def own_menu(
         menu,
         "Fill short gaps…",
         lambda: ask_largest_gap(menu.parentWidget(), document),  # the parent must not be kept alive
-        len(document.segments) > 1,
+        "" if len(document.segments) > 1 else "Gaps lie between two segments.",
     )
     _copies(menu, document, time)
     return menu
@@ -196,13 +197,13 @@ def _segment_entries(
         menu,
         "Merge with the previous",
         lambda: on_it(lambda now: document.merge(now - 1, now)),
-        index > 0,
+        "" if index > 0 else "This is the first segment.",
     )
     _entry(
         menu,
         "Merge with the next",
         lambda: on_it(lambda now: document.merge(now, now + 1)),
-        index + 1 < len(document.segments),
+        "" if index + 1 < len(document.segments) else "This is the last segment.",
     )
     _entry(menu, "Delete", lambda: on_it(document.delete))
     _view_entries(menu, document, segment, play)
@@ -241,7 +242,7 @@ def _copies(menu: QMenu, document: Document, time: float) -> dict[str, QAction]:
             menu,
             f"Copy from {shown_name(menu, author)}",
             partial(document.copy_from, author, *(stretch or ())),
-            stretch is not None,
+            "" if stretch is not None else "Nothing is labelled there.",
         )
         if stretch is not None:
             found[author] = copy
@@ -254,10 +255,10 @@ def shown_name(menu: QMenu, name: str) -> str:
     return escape_ampersands(metrics.elidedText(name, NAMES, LONGEST * metrics.averageCharWidth()))
 
 
-def _entry(menu: QMenu, label: str, done: Callable[[], object], possible: bool = True) -> QAction:
-    """One entry of a menu."""
+def _entry(menu: QMenu, label: str, done: Callable[[], object], obstacle: str = "") -> QAction:
+    """One entry of a menu; `obstacle` says why it cannot be chosen, where it cannot."""
     action = menu.addAction(label)
-    action.setEnabled(possible)
+    set_enabled_with_reason(action, obstacle)
     action.triggered.connect(lambda _checked=False: done())
     return action
 

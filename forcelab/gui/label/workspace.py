@@ -251,6 +251,7 @@ class LabelWorkspace(DockedWindow):
         state = settings.data("label/layout")
         if state and self.restoreState(QByteArray(state), LAYOUT):
             self._shared_out = True
+            self.recall_widths(settings.strings("label/widths"))
             self._splitter.restoreState(QByteArray(settings.data("label/panels")))
         for name in settings.strings("label/hidden"):
             if name in self.toggles:
@@ -260,6 +261,7 @@ class LabelWorkspace(DockedWindow):
         """Keep where the panels are, and what they show."""
         self.force.source.save_choices()
         settings.store("label/layout", bytes(self.saveState(LAYOUT).data()))
+        settings.store("label/widths", self.widths)
         settings.store("label/panels", bytes(self._splitter.saveState().data()))
         hidden = [name for name, action in self.toggles.items() if not action.isChecked()]
         settings.store("label/hidden", hidden)
