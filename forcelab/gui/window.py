@@ -160,6 +160,7 @@ class Window(DockedWindow):
             self.restoreGeometry(QByteArray(geometry))
         if state := settings.data("window/layout"):
             self._shared_out = self.restoreState(QByteArray(state), LAYOUT)
+            self.recall_widths(settings.strings("window/widths"))
         self._dock.setVisible(self.document.project is not None)
         self.label.restore_layout()
 
@@ -396,6 +397,7 @@ class Window(DockedWindow):
         """Keep the layout for the next time."""
         settings.store("window/geometry", bytes(self.saveGeometry().data()))
         settings.store("window/layout", bytes(self.saveState(LAYOUT).data()))
+        settings.store("window/widths", self.widths)
         self.label.take_back()  # its layout is the one in which nothing is lent
         self.label.remember_layout()
         self.review.remember_layout()

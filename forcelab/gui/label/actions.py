@@ -215,7 +215,8 @@ def colour_menu(current: str, choose: Callable[[str], object], parent_menu: QMen
     )
     for colour, name in zip(COLOURS, names, strict=True):
         action = menu.addAction(swatch_icon(colour), name)
-        action.setEnabled(colour != current)
+        same = "The action has this colour."
+        set_enabled_with_reason(action, same if colour == current else "")
         action.triggered.connect(lambda _=False, colour=colour: choose(colour))
     menu.addSeparator()
     custom = menu.addAction("Other…")

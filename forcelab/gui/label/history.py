@@ -25,7 +25,7 @@ from forcelab.gui.document import Document
 from forcelab.gui.icons import icon
 from forcelab.gui.item_views import NOWHERE, Index, RowList, SideList, write_row
 from forcelab.gui.label.segment_commands import redo, undo
-from forcelab.gui.layout import PageOrPlaceholder
+from forcelab.gui.layout import PageOrPlaceholder, set_enabled_with_reason
 from forcelab.gui.theme import colours, themes
 from forcelab.project import Edit
 
@@ -298,8 +298,9 @@ class HistoryView(SideList):
         self.pages.say("" if rows else nothing)
         done = next((row for row in rows if self.model.state_of(row) == EditState.DONE), None)
         undone = [row for row in rows if self.model.state_of(row) == EditState.UNDONE]
-        self.undo.setEnabled(done is not None or self.model.canFetchMore(QModelIndex()))
-        self.redo.setEnabled(bool(undone))
+        more = done is not None or self.model.canFetchMore(QModelIndex())
+        set_enabled_with_reason(self.undo, "" if more else "No edit is left here to be undone.")
+        set_enabled_with_reason(self.redo, "" if undone else "Nothing was undone here.")
         self.undo.setToolTip("Undo" if done is None else f"Undo: {self.model.rows[done].what}")
         self.redo.setToolTip(f"Redo: {self.model.rows[undone[-1]].what}" if undone else "Redo")
         count = len(undone)

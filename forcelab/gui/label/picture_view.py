@@ -17,6 +17,7 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QMenu, QSizePolicy, QWidget
 
+from forcelab.gui.layout import set_enabled_with_reason
 from forcelab.gui.theme import colours, themes
 
 __all__ = ["PictureView", "scaled"]
@@ -249,10 +250,13 @@ class PictureView(QWidget):
         closer = menu.addAction("Zoom in", lambda: self.zoom_by(ZOOM_STEP**2))
         away = menu.addAction("Zoom out", lambda: self.zoom_by(ZOOM_STEP**-2))
         fit = menu.addAction("Fit", self.fit)
+        missing = "" if self._image is not None else "No frame is shown."
         for action in (copy, closer):
-            action.setEnabled(self._image is not None)
+            set_enabled_with_reason(action, missing)
         for action in (away, fit):
-            action.setEnabled(self._image is not None and self._zoom > 1)
+            set_enabled_with_reason(
+                action, missing or ("" if self._zoom > 1 else "All of the frame is shown.")
+            )
         return menu
 
     def copy_frame(self) -> None:

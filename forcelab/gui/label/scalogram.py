@@ -48,6 +48,7 @@ from forcelab.gui.label.scalogram_painting import (
     draw_marks,
     draw_plate,
 )
+from forcelab.gui.layout import set_enabled_with_reason
 from forcelab.gui.text import escape_ampersands, thousands
 from forcelab.gui.theme import colours, themes
 from forcelab.gui.time_panel import TimePanel
@@ -100,7 +101,7 @@ class ScalogramButton(QToolButton):
         angle.triggered.connect(lambda: self.phase_chosen.emit(True))
         menu.addSeparator()
         same = self._add("Same colours for the whole demonstration", steady)
-        same.setEnabled(not phase)
+        set_enabled_with_reason(same, "Phases always have the same colours." if phase else "")
         same.triggered.connect(self.steady_chosen)
 
     def _add(self, name: str, on: bool, group: QActionGroup | None = None) -> QAction:

@@ -14,6 +14,7 @@ from forcelab.gui.label import segment_commands as commands
 from forcelab.gui.label.actions import glossary_by_action
 from forcelab.gui.label.swatches import swatch_icon
 from forcelab.gui.label.track_gestures import gap_at, index_at
+from forcelab.gui.layout import set_enabled_with_reason
 from forcelab.gui.text import escape_ampersands, settle_name
 from forcelab.labels import Segment
 
@@ -45,7 +46,7 @@ def own_menu(parent: QWidget, document: Document, time: float, play: Play) -> QM
         menu,
         "Fill short gaps…",
         lambda: ask_largest_gap(menu.parentWidget(), document),  # the parent must not be kept alive
-        len(document.editor.segments) > 1,
+        "" if len(document.editor.segments) > 1 else "Gaps lie between two segments.",
     )
     _add_copies(menu, document, time)
     return menu
@@ -173,13 +174,13 @@ def _add_segment_entries(
         menu,
         "Merge with the previous",
         lambda: on_segment(lambda current: document.editor.merge(current - 1, current)),
-        index > 0,
+        "" if index > 0 else "This is the first segment.",
     )
     _add_entry(
         menu,
         "Merge with the next",
         lambda: on_segment(lambda current: document.editor.merge(current, current + 1)),
-        index + 1 < len(document.editor.segments),
+        "" if index + 1 < len(document.editor.segments) else "This is the last segment.",
     )
     _add_entry(menu, "Delete", lambda: on_segment(document.editor.delete))
     _add_view_entries(menu, document, segment, play)
@@ -216,7 +217,7 @@ def _add_copies(menu: QMenu, document: Document, time: float) -> dict[str, QActi
             menu,
             f"Copy from {shown_name(menu, author)}",
             partial(_copy, document, author, span),
-            span is not None,
+            "" if span is not None else "Nothing is labelled there.",
         )
         if span is not None:
             possible[author] = entry
@@ -228,10 +229,9 @@ def _copy(document: Document, author: str, span: tuple[float, float] | None) -> 
         commands.copy_interval(document, author, *span)
 
 
-def _add_entry(
-    menu: QMenu, label: str, verb: Callable[[], object], enabled: bool = True
-) -> QAction:
+def _add_entry(menu: QMenu, label: str, verb: Callable[[], object], obstacle: str = "") -> QAction:
+    """Add an entry; an obstacle switches it off and is its tooltip."""
     action = menu.addAction(label)
-    action.setEnabled(enabled)
+    set_enabled_with_reason(action, obstacle)
     action.triggered.connect(lambda _checked=False: verb())
     return action

@@ -49,7 +49,7 @@ from forcelab.gui.figures.text import signed
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.label.picture_view import PictureView
 from forcelab.gui.label.video_frames import VideoFrames
-from forcelab.gui.layout import whole_rows
+from forcelab.gui.layout import set_enabled_with_reason, whole_rows
 from forcelab.gui.theme import colours, themes
 from forcelab.jobs import Progress
 from forcelab.project.media import name_video
@@ -565,7 +565,7 @@ class SynchroniseDialog(QDialog):
         demonstration = self.document.demonstration
         if demonstration is None:
             return
-        self.propose_button.setEnabled(False)
+        set_enabled_with_reason(self.propose_button, "Wait until the search is over.")
         self.trouble.clear()
         search = proposing_for(demonstration)
         self.jobs.run(search, self._proposed, self._failed, self._progress, KEY)
@@ -595,7 +595,7 @@ class SynchroniseDialog(QDialog):
 
     def _proposed(self, proposal: Proposal) -> None:
         """Show what was found; it is the candidate until a tap is marked."""
-        self.propose_button.setEnabled(True)
+        set_enabled_with_reason(self.propose_button, "")
         self.proposal = proposal
         self.plot.show_signals(proposal)
         self.rows = tuple(TapRow(video, force) for video, force in proposal.taps)
@@ -603,7 +603,7 @@ class SynchroniseDialog(QDialog):
         self._refresh(proposed=True)
 
     def _failed(self, error: Exception) -> None:
-        self.propose_button.setEnabled(True)
+        set_enabled_with_reason(self.propose_button, "")
         self.trouble.setText(str(error))
         self._show_hint()
 
@@ -673,7 +673,7 @@ class SynchroniseDialog(QDialog):
         clock = self.candidate or self.stored
         with QSignalBlocker(self.table):  # the coder has chosen no tap
             self._fill_table(clock)
-        self.remove_button.setEnabled(bool(self.rows))
+        set_enabled_with_reason(self.remove_button, "" if self.rows else "No event is marked.")
         taps = tuple(row.force for row in self.rows if row.force is not None)
         self.plot.show_clock(clock, taps)
         self.stored_label.setText(_offset_sentence(self.stored))
@@ -683,7 +683,8 @@ class SynchroniseDialog(QDialog):
         doubtful = proposed and self.proposal is not None and self.proposal.doubtful
         colour = colours().warning if doubtful else colours().text
         self.confidence_label.setStyleSheet(f"color: {colour}")
-        self.accept_button.setEnabled(self.candidate is not None)
+        none = "Mark an event in force and video, or let one be proposed."
+        set_enabled_with_reason(self.accept_button, none if self.candidate is None else "")
 
     def _fill_table(self, clock: ClockMap) -> None:
         """List the taps, choose the last one, and show how far each is from the new clock."""

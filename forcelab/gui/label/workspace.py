@@ -219,6 +219,7 @@ class LabelWorkspace(DockedWindow):
         self.force.source.restore_choices()
         state = settings.data("label/layout")
         if state and self.restoreState(QByteArray(state), LAYOUT):
+            self.recall_widths(settings.strings("label/widths"))
             self._room_distributed = True
             self._splitter.restoreState(QByteArray(settings.data("label/panels")))
         for name in settings.strings("label/hidden"):
@@ -229,6 +230,7 @@ class LabelWorkspace(DockedWindow):
         """Store the layout, and what panels show."""
         self.force.source.save_choices()
         settings.store("label/layout", bytes(self.saveState(LAYOUT).data()))
+        settings.store("label/widths", self.widths)
         settings.store("label/panels", bytes(self._splitter.saveState().data()))
         hidden = [name for name, action in self.toggles.items() if not action.isChecked()]
         settings.store("label/hidden", hidden)

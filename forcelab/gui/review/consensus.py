@@ -306,8 +306,10 @@ class ConsensusButtons(QWidget):
             )
         two = "A demonstration that two coders have labelled is needed."
         set_enabled_with_reason(self.begin, two if consensus is None else "")
-        self.undo.setEnabled(consensus is not None and consensus.can_undo)
-        self.redo.setEnabled(consensus is not None and consensus.can_redo)
+        undo = consensus is not None and consensus.can_undo
+        set_enabled_with_reason(self.undo, "" if undo else "No decision is left to be undone.")
+        redo = consensus is not None and consensus.can_redo
+        set_enabled_with_reason(self.redo, "" if redo else "No decision was undone.")
 
     def _missing_choice(self, begun: bool) -> str:
         """What has to be done before a difference can be decided on."""

@@ -82,7 +82,7 @@ class RunComboBox(ElidedComboBox):
         self.clear()
         for kept in self.trainer.runs:
             self.addItem(run_text(kept), kept.number)
-        self.setEnabled(bool(self.trainer.runs))
+        set_enabled_with_reason(self, "" if self.trainer.runs else "Nothing was trained yet.")
         self.setPlaceholderText("no run yet")
         texts = map(run_text, self.trainer.runs)
         widest = max(map(self.fontMetrics().horizontalAdvance, texts), default=0)
@@ -100,9 +100,10 @@ class RunComboBox(ElidedComboBox):
         menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         action = menu.addAction("Remove this run…", self.ask_removal)
         project = self.document.project
-        action.setEnabled(
-            self.currentIndex() >= 0 and project is not None and not project.read_only
-        )
+        reason = "" if self.currentIndex() >= 0 else "No run is reviewed."
+        if project is None or project.read_only:
+            reason = "The project can only be read."
+        set_enabled_with_reason(action, reason)
         menu.popup(event.globalPos())
 
     def ask_removal(self) -> None:
@@ -355,6 +356,8 @@ class TrainingBar(QWidget):
 
     def _fill_menu(self) -> None:
         """Offer what has no room in the row."""
+        for submenu in self._menu.findChildren(QMenu):  # which clear() would leave
+            submenu.deleteLater()
         self._menu.clear()
         if self.automatic.isHidden():
             action = self._menu.addAction("Train automatically after edits")
