@@ -543,7 +543,7 @@ def test_several_are_removed_at_once_or_none_of_them(listing, document, said, mo
     assert "the labels of bert (on 1)" in asked[0].text.text()
     assert "bert" in asked[0].others.text()
     assert {one.id for one in document.infos} >= set(ids)
-    tracks, head = document.project.tracks, TrackStore.head
+    head = TrackStore.head
     with monkeypatch.context() as stale:  # bert has gone on labelling one of them meanwhile
         stale.setattr(
             TrackStore, "head", lambda self, *at: head(self, *at) - (at == (ids[0], "bert"))
