@@ -78,7 +78,7 @@ FIRST_YEAR, LAST_YEAR = 1970, 2300
 
 
 def field(record: object, name: str, kind: type | tuple[type, ...], where: str) -> Any:
-    """One value of a JSON object; refused if it is not of that kind."""
+    """One value of a JSON object; refused if it is missing or of another type."""
     kinds = kind if isinstance(kind, tuple) else (kind,)
     # type() and not isinstance(): true and false are no numbers.
     if not isinstance(record, dict) or name not in record or type(record[name]) not in kinds:
@@ -89,7 +89,6 @@ def field(record: object, name: str, kind: type | tuple[type, ...], where: str) 
 
 
 def number(value: object, where: str) -> float:
-    """A JSON number as a float."""
     if type(value) not in (int, float):
         raise InputError(f"{value!r} is not a number in {where}.")
     try:
@@ -99,7 +98,7 @@ def number(value: object, where: str) -> float:
 
 
 def edit_of(item: object, where: str, version: int) -> Edit:
-    """An edit of a JSON object, as that version of the archive has it."""
+    """Parse an edit as archives of that version hold it."""
     kind = field(item, "kind", str, where)
     if kind not in EDIT_KINDS:
         raise InputError(f"'{kind}' is no kind of edit in {where}.")
@@ -127,7 +126,6 @@ def edit_of(item: object, where: str, version: int) -> Edit:
 
 
 def edit_to_json(edit: Edit) -> dict[str, Any]:
-    """An edit as a JSON object."""
     return {
         "id": edit.id,
         "demonstration": edit.demonstration,
@@ -144,7 +142,6 @@ def edit_to_json(edit: Edit) -> dict[str, Any]:
 
 
 def event_of(item: object, where: str) -> AssignmentEvent:
-    """An event of an assignment of a JSON object."""
     kind = field(item, "kind", str, where)
     if kind not in ASSIGNMENT_KINDS:
         raise InputError(f"'{kind}' is nothing that befalls an assignment in {where}.")
@@ -157,7 +154,6 @@ def event_of(item: object, where: str) -> AssignmentEvent:
 
 
 def event_to_json(event: AssignmentEvent) -> dict[str, Any]:
-    """An event of an assignment as a JSON object."""
     return {
         "demonstration": event.demonstration,
         "author": event.author,
@@ -167,18 +163,16 @@ def event_to_json(event: AssignmentEvent) -> dict[str, Any]:
 
 
 def note_of(item: object, demonstration: str, where: str) -> Note:
-    """A note on a demonstration of a JSON object."""
     author, text = field(item, "author", str, where), field(item, "text", str, where)
     return Note(demonstration, author, text, _time(item, "time", where))
 
 
 def note_to_json(note: Note) -> dict[str, Any]:
-    """A note as a JSON object, in the record of its demonstration."""
     return {"author": note.author, "text": note.text, "time": note.time.isoformat()}
 
 
 def verdict_of(item: object, where: str) -> Verdict:
-    """A verdict of a JSON object; the run is the one with that place in the list of runs."""
+    """Parse a verdict; its run is a place in the list of runs, counted from 1."""
     text = (str, type(None))
     kind = field(item, "verdict", str, where)
     if kind not in VERDICT_KINDS:
@@ -198,7 +192,7 @@ def verdict_of(item: object, where: str) -> Verdict:
 
 
 def verdict_to_json(verdict: StoredVerdict, runs: Mapping[int, int]) -> dict[str, Any]:
-    """A verdict as a JSON object; `runs` gives the place of each run in the list of runs."""
+    """A verdict as JSON; `runs` gives each run's place in the list of runs."""
     assert verdict.time is not None
     return {
         "demonstration": verdict.demonstration,
@@ -215,7 +209,7 @@ def verdict_to_json(verdict: StoredVerdict, runs: Mapping[int, int]) -> dict[str
 
 
 def provenance_of(item: object, where: str) -> dict[str, Any]:
-    """How a recogniser or a run was made."""
+    """Parse how a recogniser or a run was made."""
     versions = field(item, "versions", dict, where)
     if not all(isinstance(text, str) for text in versions.values()):
         raise InputError(f"'versions' is wrong in {where}.")
@@ -236,7 +230,6 @@ def provenance_of(item: object, where: str) -> dict[str, Any]:
 
 
 def provenance_to_json(made: StoredRecogniser | StoredRun) -> dict[str, Any]:
-    """How a recogniser or a run was made, as a JSON object."""
     return {
         "time": made.time.isoformat(),
         "settings": made.settings,
@@ -247,7 +240,7 @@ def provenance_to_json(made: StoredRecogniser | StoredRun) -> dict[str, Any]:
 
 
 def segments_of(items: list[Any], where: str) -> Segments:
-    """Segments of a JSON list of ``[start, end, action]``."""
+    """Parse a JSON list of ``[start, end, action]``."""
     segments = []
     for item in items:
         if not isinstance(item, list) or len(item) != 3 or not isinstance(item[2], str):
@@ -258,7 +251,7 @@ def segments_of(items: list[Any], where: str) -> Segments:
 
 
 def _time(record: object, name: str, where: str) -> datetime:
-    """A time with its zone."""
+    """Parse a time, which must have a zone."""
     try:
         value = datetime.fromisoformat(field(record, name, str, where))
     except ValueError as error:
@@ -297,22 +290,20 @@ _FOLDER = re.compile(rf"demonstrations/({_ID}/)?|recognisers/")
 
 
 class ArchiveWriter:
-    """Writes members that depend on nothing but their content: no times, no users, no rights."""
+    """Writes members that depend on nothing but their content: no times, users or permissions."""
 
     def __init__(self, stream: BinaryIO) -> None:
         self._zip = zipfile.ZipFile(stream, "w")
 
     def close(self) -> None:
-        """Write the table of contents."""
         self._zip.close()
 
     def json(self, name: str, value: object) -> None:
-        """Write a value as text, compressed."""
         text = json.dumps(value, ensure_ascii=False, indent=1) + "\n"
         self._zip.writestr(_member_info(name, zipfile.ZIP_DEFLATED), text.encode())
 
     def json_list(self, name: str, values: Iterable[object]) -> None:
-        """Write values as a list in text, compressed, holding one of them at a time."""
+        """Write a JSON list, holding one value at a time in memory."""
         info = _member_info(name, zipfile.ZIP_DEFLATED)
         with self._zip.open(info, "w", force_zip64=True) as member:
             before = "["
@@ -323,12 +314,10 @@ class ArchiveWriter:
             member.write(b"[]\n" if before == "[" else b"\n]\n")
 
     def array(self, name: str, array: NDArray[np.float64]) -> None:
-        """Write an array in NumPy's format, as it is."""
         with self._zip.open(_member_info(name), "w", force_zip64=True) as member:
             np.lib.format.write_array(member, array, version=(1, 0), allow_pickle=False)
 
     def file(self, name: str, path: Path) -> None:
-        """Write a file as it is."""
         with (
             path.open("rb") as read,
             self._zip.open(_member_info(name), "w", force_zip64=True) as member,
@@ -337,7 +326,7 @@ class ArchiveWriter:
 
 
 class ArchiveReader:
-    """The members of an archive whose names and sizes were found harmless."""
+    """The members of an archive, once their names and sizes were found harmless."""
 
     def __init__(self, path: Path, archive: zipfile.ZipFile) -> None:
         self.path = path
@@ -350,25 +339,22 @@ class ArchiveReader:
         return name in self._names
 
     def ids(self) -> list[str]:
-        """The ids of all demonstrations, sorted."""
         return sorted({n.split("/")[1] for n in self._names if n.startswith("demonstrations/")})
 
     def content(self, name: str) -> bytes:
-        """The content of a member."""
         with self._opened(name) as member:
             return member.read()
 
     def json(self, name: str) -> Any:
-        """The value of a member of JSON."""
         try:
             return json.loads(self.content(name))
         except (ValueError, RecursionError) as error:
             raise InputError(f"{self.where(name)} is no valid JSON.") from error
 
     def objects(self, name: str) -> Iterator[Any]:
-        """The objects of a member that is a list of JSON, held one at a time.
+        """The objects of a JSON list, held one at a time where possible.
 
-        So where each ends on a line of its own, as :class:`ArchiveWriter` has it; else all at once.
+        That is where each ends on a line of its own, as :class:`ArchiveWriter` has it.
         """
         part, more, several = "", True, False
         try:
@@ -410,7 +396,7 @@ class ArchiveReader:
             raise InputError(f"{self.where(name)} is no array of 64-bit numbers.") from error
 
     def extract(self, name: str, folder: Path) -> Path:
-        """Write a video into a folder, under the name of its content."""
+        """Write a video into a folder, and check it against the digest in its name."""
         target = folder / name.rpartition("/")[2]
         digest = hashlib.sha256()
         with self._opened(name) as member, target.open("xb") as write:
@@ -428,7 +414,7 @@ class ArchiveReader:
 
     @contextlib.contextmanager
     def _opened(self, name: str) -> Iterator[IO[bytes]]:
-        """A member open for reading; whatever is wrong with it is one sentence."""
+        """Open a member for reading; whatever is wrong with it is one sentence."""
         if name not in self._names:
             raise InputError(f"The archive '{self.path}' lacks '{name}'; it is not complete.")
         self.unread.discard(name)
@@ -438,7 +424,7 @@ class ArchiveReader:
 
 @contextlib.contextmanager
 def open_archive(path: Path) -> Iterator[ArchiveReader]:
-    """Open an archive, and refuse it before anything is read if it is none of ours or unsafe."""
+    """Open an archive, and refuse it before reading if it is not one of ours or is unsafe."""
     with contextlib.ExitStack() as stack:
         with _quoted_name(path):
             archive = stack.enter_context(zipfile.ZipFile(path))
@@ -457,7 +443,6 @@ def open_archive(path: Path) -> Iterator[ArchiveReader]:
 
 
 def _member_info(name: str, compression: int = zipfile.ZIP_STORED) -> zipfile.ZipInfo:
-    """The header of a member to write."""
     info = zipfile.ZipInfo(name, date_time=(1980, 1, 1, 0, 0, 0))
     info.compress_type = compression
     info.create_system = 3
@@ -466,7 +451,7 @@ def _member_info(name: str, compression: int = zipfile.ZIP_STORED) -> zipfile.Zi
 
 
 def _checked_name(path: Path, archive: zipfile.ZipFile) -> set[str]:
-    """The names of all members, after a look at every one of them."""
+    """The names of all members, each of which has been checked."""
     names: set[str] = set()
     for info in archive.infolist():
         name = info.orig_filename
@@ -502,7 +487,7 @@ def _checked_name(path: Path, archive: zipfile.ZipFile) -> set[str]:
 
 
 def _largest(name: str) -> float:
-    """How many bytes a member may have by itself: text takes many times its length when parsed."""
+    """Most bytes of one member: text takes many times its length when parsed."""
     if name == "runs.json" or not name.endswith(".json"):
         return math.inf
     return LARGEST_EDITS if name == "edits.json" else LARGEST_TEXT
@@ -510,7 +495,7 @@ def _largest(name: str) -> float:
 
 @contextlib.contextmanager
 def _quoted_name(path: Path) -> Iterator[None]:
-    """Turn a failure to read a zip into one sentence."""
+    """Re-raise a failure to read a zip as one sentence."""
     try:
         yield
     except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError) as error:
@@ -520,14 +505,7 @@ def _quoted_name(path: Path) -> Iterator[None]:
 
 
 def write_archive(project: Project, path: str | Path) -> None:
-    """Write everything that a project holds into one file, whole or not at all.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be written or a file of the project is missing or damaged; what was
-        there before is untouched.
-    """
+    """Write everything that a project holds into one file, whole or not at all."""
     with (
         project.snapshot(),
         atomic_file(path) as stream,
@@ -565,14 +543,13 @@ def write_archive(project: Project, path: str | Path) -> None:
 
 
 def _provenance(made: StoredRecogniser | StoredRun, there: set[str]) -> dict[str, Any]:
-    """How a thing was made; labels of demonstrations that were removed since cannot be told."""
+    """How it was made, without labels of demonstrations that were removed since."""
     plain = provenance_to_json(made)
     labels = [used for used in plain["labels"] if used["demonstration"] in there]
     return {**plain, "labels": labels}
 
 
 def _write_demonstration(project: Project, info: DemonstrationInfo, out: ArchiveWriter) -> None:
-    """Write one demonstration's members."""
     home = f"demonstrations/{info.id}"
     d = project.load(info.id)
     if d.fingerprint() != info.id:
@@ -629,15 +606,7 @@ _NOT_IMPORTED = (
 
 
 def sniff(path: Path, head: bytes) -> bool:
-    """Whether a file is a project archive, whatever its name.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    head : bytes
-        Its first bytes; 64 are enough for an archive as this program writes it.
-    """
+    """Whether a file is a project archive, whatever its name."""
     if not head.startswith(b"PK\x03\x04"):
         return False
     if head[30 : 30 + len(MANIFEST)] == MANIFEST.encode():
@@ -650,21 +619,7 @@ def sniff(path: Path, head: bytes) -> bool:
 
 
 def read_archive(path: str | Path, project_path: str | Path) -> Project:
-    """Make a new project of an archive and open it.
-
-    Parameters
-    ----------
-    path : path-like
-        The archive.
-    project_path : path-like
-        The project's folder; must not exist, or be empty.
-
-    Raises
-    ------
-    InputError
-        If the archive is damaged, unsafe or of a newer version, or the folder is taken. Nothing is
-        left of the new project then.
-    """
+    """Make a new project of an archive and open it; after an error nothing of it is left."""
     bounds: dict[str, tuple[float, float]] = {}
     with open_archive(Path(path)) as members, Project.creating(project_path) as project:
         with tempfile.TemporaryDirectory(dir=project.path) as scratch:
@@ -713,20 +668,9 @@ def read_archive(path: str | Path, project_path: str | Path) -> Project:
 def read(path: Path, options: ReadOptions) -> list[Recording]:
     """Read the demonstrations of an archive with the labels of all coders.
 
-    Models' predictions stay in the archive, so that nobody takes them for labels.
-
-    Parameters
-    ----------
-    path : Path
-        The archive.
-    options : ReadOptions
-        `task` is that of demonstrations that have none; videos are unpacked into `unpack`, and
-        stay in the archive without one.
-
-    Raises
-    ------
-    InputError
-        If the archive is damaged, unsafe or of a newer version.
+    Models' predictions stay in the archive, so that they are not taken for labels. Videos are
+    unpacked into ``options.unpack``, and stay in the archive without one; ``options.task`` is the
+    task of demonstrations that have none.
     """
     recordings: list[Recording] = []
     with open_archive(path) as members:
@@ -745,7 +689,7 @@ def read(path: Path, options: ReadOptions) -> list[Recording]:
 
 
 def _new_folder(recording: Recording) -> tuple[object, object]:
-    """Where a recording comes in a list, as in that of a project."""
+    """The place of a recording in a list, as in that of a project."""
     one = recording.demonstration
     return natural_order(one.task), natural_order(one.name)
 
@@ -785,13 +729,13 @@ def _demonstration(
 
 
 def _truth(members: ArchiveReader, id_: str) -> dict[str, Any] | None:
-    """What a simulation knows of a demonstration; None where nothing was told."""
+    """The truth of a simulated demonstration, if there is any."""
     name = f"demonstrations/{id_}/truth.json"
     return _object(members, name) if name in members else None
 
 
 def _notes(members: ArchiveReader, id_: str) -> tuple[Note, ...]:
-    """What coders wrote about a demonstration; older archives hold nothing of it."""
+    """The notes on a demonstration; older archives hold none."""
     name = f"demonstrations/{id_}/demonstration.json"
     record, where = members.json(name), members.where(name)
     items = field(record, "notes", list, where) if "notes" in record else []
@@ -801,7 +745,7 @@ def _notes(members: ArchiveReader, id_: str) -> tuple[Note, ...]:
 def _tracks(
     members: ArchiveReader, id_: str, bounds: tuple[float, float]
 ) -> list[tuple[Track, str]]:
-    """The tracks of a demonstration from and to these seconds, each with its author's kind."""
+    """A demonstration's tracks, which must lie within `bounds` (s), each with its author's kind."""
     name = f"demonstrations/{id_}/tracks.json"
     where = members.where(name)
     tracks = []
@@ -816,7 +760,7 @@ def _tracks(
 
 
 def _read_assignments(members: ArchiveReader, project: Project) -> None:
-    """Let what happened to assignments happen in the new project."""
+    """Replay the history of assignments in the new project."""
     name = "assignments.json"
     if name not in members and members.version < 2:
         return
@@ -827,7 +771,7 @@ def _read_assignments(members: ArchiveReader, project: Project) -> None:
 
 
 def _read_verdicts(members: ArchiveReader, project: Project) -> None:
-    """Give every verdict again, on the runs as they are numbered in the new project."""
+    """Add all verdicts, on the runs as they are numbered in the new project."""
     name = "verdicts.json"
     if name not in members and members.version < VERDICTS:
         return
@@ -842,7 +786,6 @@ def _read_verdicts(members: ArchiveReader, project: Project) -> None:
 
 
 def _read_recognisers(members: ArchiveReader, project: Project, numbers: dict[int, int]) -> None:
-    """Add every recogniser to the new project."""
     where = members.where("recognisers.json")
     for item in _list(members, "recognisers.json"):
         id_, name = field(item, "id", str, where), field(item, "name", str, where)
@@ -852,7 +795,7 @@ def _read_recognisers(members: ArchiveReader, project: Project, numbers: dict[in
 
 
 def _edits(members: ArchiveReader, bounds: Mapping[str, tuple[float, float]]) -> Iterator[Edit]:
-    """Every edit, each of a demonstration that is there; `bounds` gives their seconds."""
+    """Every edit, each of a demonstration in `bounds`, which gives start and end in seconds."""
     where = members.where("edits.json")
     for item in members.objects("edits.json"):
         edit = edit_of(item, where, members.version)
@@ -881,13 +824,13 @@ def _check_bounds(segments: Segments, bounds: tuple[float, float], where: str) -
 def _check_proposal(
     members: ArchiveReader, told: Sequence[AssignmentEvent | Verdict], where: str
 ) -> None:
-    """Refuse what was done with a demonstration that is not there."""
+    """Refuse events of demonstrations that the archive lacks."""
     if missing := {one.demonstration for one in told} - set(members.ids()):
         raise InputError(f"The demonstration '{min(missing)}' is told but missing in {where}.")
 
 
 def _check_provenance(item: object, where: str, numbers: dict[int, int]) -> dict[str, Any]:
-    """How a recogniser or a run was made, with the new numbers of the edits it names."""
+    """How a recogniser or run was made, with the new numbers of the edits it names."""
     made = provenance_of(item, where)
     used: list[LabelsUsed] = made["labels"]
     if missing := {one.edit for one in used} - {0, *numbers}:
@@ -897,7 +840,6 @@ def _check_provenance(item: object, where: str, numbers: dict[int, int]) -> dict
 
 
 def _list(members: ArchiveReader, name: str) -> list[Any]:
-    """A member that must be a JSON list."""
     value = members.json(name)
     if not isinstance(value, list):
         raise InputError(f"{members.where(name)} is not a list.")
@@ -905,7 +847,6 @@ def _list(members: ArchiveReader, name: str) -> list[Any]:
 
 
 def _object(members: ArchiveReader, name: str) -> dict[str, Any]:
-    """A member that must be a JSON object."""
     value = members.json(name)
     if not isinstance(value, dict):
         raise InputError(f"{members.where(name)} is not an object.")

@@ -26,72 +26,31 @@ PLAYERS = 8
 
 @dataclass(frozen=True, slots=True)
 class VideoFile:
-    """The video of an observation.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    clock : ClockMap
-        Its clock on that of the forces.
-    fps, seconds : float
-        Frames a second and length, as it says itself; 0 where that is not known.
-    """
+    """The video of an observation."""
 
     path: Path
-    clock: ClockMap
-    fps: float = 0.0
+    clock: ClockMap  #: maps force time to the video's
+    fps: float = 0.0  #: as the file states; 0 where it is not known, as `seconds` is
     seconds: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
 class Observation:
-    """What one coder labelled in one demonstration.
+    """What one coder labelled in one demonstration."""
 
-    Parameters
-    ----------
-    name : str
-        Of the demonstration; with the author's it is what BORIS lists.
-    task : str
-        Its task, which becomes the description.
-    track : Track
-        What was labelled.
-    film : Film, optional
-        Its video. Without one it is a live observation for BORIS.
-    begun : datetime, optional
-        When the coder began.
-    """
-
-    name: str
-    task: str
+    name: str  #: of the demonstration; BORIS lists it with the author's
+    task: str  #: becomes the description
     track: Track
-    film: VideoFile | None = None
-    begun: datetime | None = None
+    film: VideoFile | None = None  #: without one BORIS has a live observation
+    begun: datetime | None = None  #: when the coder began
 
 
 def to_boris(name: str, observations: Sequence[Observation], vocabulary: Vocabulary) -> bytes:
-    """A BORIS project of some tracks.
+    """A BORIS project: each observation of one, each segment a state event.
 
-    Parameters
-    ----------
-    name : str
-        Of the project.
-    observations : sequence of Observation
-        Each becomes an observation, each segment a state event. Times are seconds of the force
-        clock; where there is a video whose clock runs at another rate they go on at that one, so
-        that BORIS shows the right frames.
-    vocabulary : Vocabulary
-        Colours and keys of the actions, which become the ethogram.
-
-    Returns
-    -------
-    bytes
-        The file.
-
-    Raises
-    ------
-    InputError
-        If an action's name holds a ``|``, which BORIS keeps for itself.
+    Times are seconds of the force clock; where there is a video whose clock runs at another rate
+    they go on at that one, so that BORIS shows the right frames. The vocabulary's colours and keys
+    become the ethogram.
     """
     painted = dict.fromkeys(s.action for one in observations for s in one.track.segments)
     for action in painted:
@@ -123,7 +82,7 @@ def to_boris(name: str, observations: Sequence[Observation], vocabulary: Vocabul
 
 
 def _behaviour(code: str, key: str, colour: str) -> dict[str, Any]:
-    """An action as a line of the ethogram."""
+    """An action as an entry of the ethogram."""
     return {
         "type": "State event",
         "key": key,
@@ -138,7 +97,7 @@ def _behaviour(code: str, key: str, colour: str) -> dict[str, Any]:
 
 
 def _ids(observations: Iterable[Observation]) -> list[str]:
-    """What BORIS calls the observations: each otherwise."""
+    """Unique names of the observations."""
     ids: dict[str, None] = {}
     for one in observations:
         wanted = new = f"{one.name} - {one.track.author}".strip()
@@ -150,7 +109,6 @@ def _ids(observations: Iterable[Observation]) -> list[str]:
 
 
 def _observation(one: Observation) -> dict[str, Any]:
-    """A track as an observation."""
     clock = ClockMap() if one.film is None else one.film.clock
     # Neither subject nor modifier nor comment; where there is a film its frame, which may be open.
     rest = ["", ""] if one.film is None else ["", "", "NA"]
@@ -192,12 +150,12 @@ def _observation(one: Observation) -> dict[str, Any]:
 
 
 def _video_events(time: float, clock: ClockMap) -> float:
-    """A force time, counted at the video's rate from where that begins."""
+    """A force time, counted at the video's rate from where the video begins."""
     return round(float(clock.to_device(time)) + float(clock.offset), 6)
 
 
 def _date(when: datetime | None) -> str:
-    """A date and time as BORIS keeps them, by the clock on the wall."""
+    """A local date and time as BORIS writes them."""
     if when is None:
         return ""
     with suppress(OverflowError, ValueError):  # a year that has no local time on this machine

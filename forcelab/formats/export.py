@@ -34,37 +34,7 @@ def exporting(
     replacing: bool = True,
     authors: Collection[str] | None = None,
 ) -> Generator[Progress, None, tuple[Path, ...]]:
-    """Write labels into a folder, as a job.
-
-    Parameters
-    ----------
-    path : Path
-        The project's folder.
-    out : Path
-        The folder to write into; made unless it is there.
-    kind : "csv", "table", "elan", "boris", "audacity" or "archive"
-        csv and elan: a file a demonstration. table and boris: one file of all. audacity: a file a
-        track. archive: everything the project holds as one file.
-    ids : collection of str, optional
-        Only of these demonstrations; an archive always has all.
-    authors : collection of str, optional
-        Only tracks of these; an archive always has all.
-    viewer : str, optional
-        A coder from whom hidden tracks are left out; a project in which any are makes no archive.
-    replacing : bool
-        Whether files that are there are replaced.
-
-    Returns
-    -------
-    tuple of Path
-        What was written.
-
-    Raises
-    ------
-    InputError
-        If there is nothing to write, a file is there that is not to be replaced, or the folder
-        cannot be written into or lies in a project.
-    """
+    """Write labels into a folder, as a job."""
     with Project.open(path) as project:
         if kind == "archive":
             return (yield from _archive(project, out, viewer, replacing))

@@ -29,20 +29,10 @@ _SUFFIXES = frozenset(
 
 
 def pair_videos(paths: Sequence[Path]) -> tuple[list[Path], dict[Path, Path]]:
-    """Part recordings and videos that are named together.
+    """Part recordings from the videos that belong to them.
 
-    Parameters
-    ----------
-    paths : sequence of Path
-        In any order.
-
-    Returns
-    -------
-    recordings : list of Path
-        All that is not the video of another one, in order.
-    videos : dict of Path to Path
-        The video of each recording whose name, without its ending, one video has too: in the same
-        folder, or in another one where a single recording is called so.
+    A video belongs to the recording with the same name but for the suffix: in the same folder, or
+    in another one where only one recording has that name. All other files are recordings, in order.
     """
     films: dict[str, list[Path]] = {}
     folders: dict[str, set[Path]] = {}
@@ -63,7 +53,7 @@ def pair_videos(paths: Sequence[Path]) -> tuple[list[Path], dict[Path, Path]]:
 
 
 def videos_beside(path: Path) -> Path | None:
-    """The video in a recording's folder that is called as it is, if there is exactly one."""
+    """The video in a recording's folder that has its name, if there is exactly one."""
     try:
         there = [one for one in path.parent.iterdir() if _is_video(one) and _key(one) == _key(path)]
     except OSError:
@@ -74,16 +64,10 @@ def videos_beside(path: Path) -> Path | None:
 def with_videos(
     read_files: Mapping[Path, Sequence[Recording]], videos: Mapping[Path, Path], project: Path
 ) -> tuple[dict[Path, list[Recording]], dict[Path, InputError]]:
-    """Recordings with their videos, which start with them until they are synchronised.
+    """Attach videos, which start with the forces until they are synchronised.
 
-    A demonstration that has a video in the project keeps that and its clock.
-
-    Returns
-    -------
-    recordings : dict of Path to list of Recording
-        All of them; where the video cannot be read without one.
-    failures : dict of Path to InputError
-        The videos that cannot be read, and why.
+    A demonstration that has a video in the project keeps that and its clock. Also gives the videos
+    that cannot be read, and why; their recordings stay without one.
     """
     from forcelab.video.validate import check_video
 
@@ -117,7 +101,7 @@ def with_videos(
 
 
 def _with_video(project: Path) -> frozenset[str]:
-    """Ids of the demonstrations in a project, if it exists, that have a video."""
+    """Ids of the project's demonstrations that have a video."""
     if Project.vacant(project):
         return frozenset()
     with Project.open(project) as opened:
@@ -125,12 +109,11 @@ def _with_video(project: Path) -> frozenset[str]:
 
 
 def _is_video(path: Path) -> bool:
-    """Whether a file is called like a video."""
     return path.suffix.lower() in _SUFFIXES
 
 
 def _key(path: Path) -> str:
-    """What a recording and its video have in common."""
+    """The name that a recording and its video share."""
     return path.stem.casefold()
 
 
@@ -140,15 +123,7 @@ SHARING = 3
 
 @dataclass(frozen=True, slots=True)
 class Imported:
-    """What became of one demonstration.
-
-    Parameters
-    ----------
-    file : Path
-        Where it was read from.
-    added : Added
-        Its name in the project, and whether it is new, updated or unchanged.
-    """
+    """What became of one demonstration."""
 
     file: Path
     added: Added
@@ -181,7 +156,7 @@ class ImportReport:
         return sum(one.added.status == status for one in self.demonstrations)
 
     def told(self) -> tuple[str, ...]:
-        """A line for each remark; where it is the same for several files, one line for all."""
+        """A line for each remark; one line for all files that share it."""
         files: dict[str, list[str]] = {}
         for path, remarks in self.remarks.items():
             for remark in dict.fromkeys(remarks):
@@ -194,7 +169,6 @@ def report_of(
     demonstrations: tuple[Imported, ...],
     failures: Mapping[Path, InputError],
 ) -> ImportReport:
-    """The report on files that were read, on what became of what they hold, and on the others."""
     return ImportReport(
         demonstrations,
         _remarks(read_files, demonstrations),
@@ -220,7 +194,7 @@ def _remarks(
 
 
 def _counted_names(read_files: Mapping[Path, Sequence[Recording]]) -> dict[str, int]:
-    """What the formats counted, added up."""
+    """The formats' statistics, added up over all files."""
     total: dict[str, int] = {}
     for recordings in read_files.values():
         for recording in recordings:
@@ -268,42 +242,14 @@ def importing(
     files: Iterable[str | os.PathLike[str]],
     options: ReadOptions | None = None,
 ) -> Generator[Progress, None, ImportReport]:
-    """Read files of any format, then write what they hold into a project.
+    """As :func:`import_files`, as a job.
 
-    Nothing is written before every file has been read and validated; those that cannot be read are
-    left out, or stop all of it if the options are strict. To stop iterating until then cancels the
-    import; the writing itself is one step, which succeeds as a whole or changes nothing. An archive
-    that is imported by itself into a new project is unpacked with everything in it; into a project
-    that is there, archives bring recordings, where these came from, and the coders' labels.
-
-    Parameters
-    ----------
-    project_path : path-like
-        The project's folder; made if there is none.
-    files : iterable of path-like
-        The files. One that is named twice is read once, and a labels file that lies beside a
-        recording which is also named is read with that recording; so is a video that is called as
-        one of them.
-    options : ReadOptions, optional
-        How the files are to be understood where they do not say so themselves. Neither the task
-        nor the rate of a demonstration that is there already changes where nobody says anything.
-
-    Yields
-    ------
-    Progress
-        Before each file is read, before the project is written, and at the end.
-
-    Returns
-    -------
-    ImportReport
-        What was added, with the remarks on each file, and which files could not be read.
-
-    Raises
-    ------
-    InputError
-        If no file can be read, one of them cannot and the options are strict, or the project
-        cannot be written. The project is as it was then, and one that did not exist does not exist
-        afterwards either.
+    Nothing is written before every file has been read and checked; cancelled until then, the import
+    changes nothing. The writing itself succeeds as a whole or changes nothing. A file that is named
+    twice is read once, and labels files and videos beside a recording are read with it. An archive
+    that is imported alone into a new project is unpacked with everything in it; into an existing
+    project archives bring recordings, their origin, and coders' labels. Neither the task nor the
+    rate of an existing demonstration changes unless the file or the options say so.
     """
     paths, videos = pair_videos(_without_companions(files))
     if not paths:
@@ -347,7 +293,6 @@ def importing(
 
 
 def _is_archive(path: Path) -> bool:
-    """Whether a file is an archive of a project."""
     try:
         return identify(path).name == "archive"
     except InputError:
@@ -357,7 +302,7 @@ def _is_archive(path: Path) -> bool:
 def _unpacking(
     project: Path, path: Path, options: ReadOptions
 ) -> Generator[Progress, None, ImportReport]:
-    """Make a project of a whole archive, with everything that is in it."""
+    """Make a project of a whole archive."""
     from forcelab.formats.archive import read_archive
 
     yield Progress(0, 1, f"unpacking {path.name}")
@@ -375,7 +320,7 @@ def _unpacking(
 
 
 def _without_companions(files: Iterable[str | os.PathLike[str]]) -> list[Path]:
-    """The files in order, each once, without labels files that another file brings along."""
+    """The files in order, each once, without labels files that are read with their recording."""
     paths = {os.path.realpath(file): Path(file) for file in reversed(list(files))}
     beside = {
         os.path.realpath(labels) for path in paths.values() if (labels := _companion_of(path))
@@ -384,7 +329,7 @@ def _without_companions(files: Iterable[str | os.PathLike[str]]) -> list[Path]:
 
 
 def _companion_of(path: Path) -> Path | None:
-    """The labels file that is read together with a table or bag, if there is one."""
+    """The labels file that is read together with a table or bag."""
     try:
         return has_labels_beside(path) if identify(path).name in {"table", "rosbag"} else None
     except (InputError, OSError):
@@ -392,7 +337,7 @@ def _companion_of(path: Path) -> Path | None:
 
 
 def _refusal(failures: Mapping[Path, InputError], total: int) -> InputError:
-    """One sentence for an import that did not take place, of the kind of the first error."""
+    """One sentence for an import that did not take place, of the type of the first error."""
     refusal, *others = failures.values()
     if others:
         names = listed([path.name for path in failures], NAMED)
@@ -407,7 +352,7 @@ def _refusal(failures: Mapping[Path, InputError], total: int) -> InputError:
 
 
 def _checked(path: Path, recordings: list[Recording]) -> list[Recording]:
-    """The recordings, once their tracks, and every name in them, can be stored."""
+    """The recordings, once their tracks and all names in them can be stored."""
     for recording in recordings:
         demonstration = recording.demonstration
         authors = [track.author for track in recording.tracks]
@@ -459,7 +404,7 @@ def _write(
 
 
 def _unreported(demonstration: Demonstration, options: ReadOptions) -> list[Keepable]:
-    """What neither the file nor the options say about a demonstration."""
+    """What neither the file nor the options say, so that the project keeps what it has."""
     unsaid: list[Keepable] = []
     if options.task is None and not demonstration.task:
         unsaid.append("task")

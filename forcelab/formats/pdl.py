@@ -89,28 +89,11 @@ class _Unpickler(pickle.Unpickler):
 
 
 def load_all(data: bytes, name: str, inert: frozenset[str] = frozenset()) -> list[Value]:
-    """Read all pickles that lie one after another in `data`.
+    """Read all pickles (protocols 0 to 2) that lie one after another in `data`.
 
-    Parameters
-    ----------
-    data : bytes
-        Pickles of protocols 0 to 2. Byte strings are read as Latin-1, as Python 2 wrote them.
-    name : str
-        What the errors call the data, such as the file's name.
-    inert : frozenset of str
-        Classes, as ``"module.Name"``, whose instances become :class:`Opaque`.
-
-    Returns
-    -------
-    list of Value
-        One value a pickle. Values may share parts, as they did when written, but hold no cycle;
-        written out in full they have at most :data:`MAX_VALUES` parts, :data:`MAX_DEPTH` deep.
-
-    Raises
-    ------
-    InputError
-        If the data is not a sequence of whole pickles, names another class, uses any opcode that
-        does not build plain data, or goes beyond a limit. The sentence says at which byte.
+    Instances of the classes `inert`, as ``"module.Name"``, become :class:`Opaque`. Values may share
+    parts, but hold no cycle; written out in full they have at most :data:`MAX_VALUES` parts,
+    :data:`MAX_DEPTH` deep. Errors name the byte.
     """
     if len(data) > MAX_BYTES:
         raise InputError(
@@ -124,7 +107,6 @@ def load_all(data: bytes, name: str, inert: frozenset[str] = frozenset()) -> lis
 
 
 def _load_all(data: bytes, name: str, inert: frozenset[str]) -> list[Value]:
-    """Load pickle by pickle."""
     budget = _Budget(name, inert)
     stream = io.BytesIO(data)
     values: list[Value] = []
@@ -147,15 +129,7 @@ def _load_all(data: bytes, name: str, inert: frozenset[str]) -> list[Value]:
 
 
 class _Budget:
-    """What all pickles of a file may take together, and what each may do.
-
-    Parameters
-    ----------
-    name : str
-        What the errors call the data.
-    inert : frozenset of str
-        The classes that may be named.
-    """
+    """Checks opcodes, and counts what all pickles of a file take together."""
 
     def __init__(self, name: str, inert: frozenset[str]) -> None:
         self.name, self.inert = name, inert
@@ -165,13 +139,7 @@ class _Budget:
         self.before = ""
 
     def check_pickle(self, stream: io.BytesIO) -> None:
-        """List the opcodes of the next pickle up to its STOP, as ``pickletools`` reads them.
-
-        Raises
-        ------
-        InputError
-            At the first opcode or argument that is refused.
-        """
+        """Check the opcodes of the next pickle up to its STOP, as ``pickletools`` reads them."""
         self.tuples, self.marks, self.before = set(), 0, ""
         while self.before != "STOP":
             self.at = stream.tell()
@@ -210,7 +178,6 @@ class _Budget:
             self.refuse(_TOO_DEEP)
 
     def _check_argument(self, opcode: str, argument: Any) -> None:
-        """Refuse what an opcode must not be given."""
         if opcode == "PROTO" and argument > 2:
             self.refuse(
                 f"is written in pickle protocol {argument}, and only those of Python 2 (0 to 2) "
@@ -235,12 +202,11 @@ class _Budget:
             self.refuse(f"{_shortened(ascii(argument))} is no valid text")
 
     def refuse(self, what: str) -> NoReturn:
-        """Raise the sentence; `what` follows the place."""
         raise InputError(f"'{self.name}', byte {self.at}: {what}.")
 
 
 def _writable(text: str) -> bool:
-    """Whether a text can be written as UTF-8."""
+    """Whether a text can be encoded as UTF-8."""
     try:
         text.encode()
     except UnicodeError:
@@ -257,7 +223,7 @@ def _shortened(text: str) -> str:
 def _too_large(value: Value) -> str:
     """Why a value is no tree of bounded size; empty if it is one.
 
-    Shared parts count as often as they are reached, so that whoever walks the value is safe.
+    Shared parts count as often as they are reached, so that walking the value is safe.
     """
     sizes: dict[int, int] = {}
     depths: dict[int, int] = {}
@@ -290,7 +256,7 @@ def _too_large(value: Value) -> str:
 
 
 def _bad_key(value: Value) -> str:
-    """Why a key of a dictionary is none of a database; empty if all are."""
+    """The key of a dictionary that no database has; empty if there is none."""
     seen: set[int] = set()
     waiting = [value]
     while waiting:
@@ -340,38 +306,17 @@ _Record: TypeAlias = Mapping[str | int, Value]
 
 
 def sniff(path: Path, head: bytes) -> bool:
-    """Whether `head`, the start of the file, is a pickle's.
-
-    A file called ``*.pdl`` also counts if it starts with any opcode that pickles start with.
-    """
+    """Whether a file starts like a pickle; one called ``*.pdl`` with any opcode that starts one."""
     if path.suffix.lower() == ".pdl":
         return head[:1] in (b"\x80", b"]", b"}", b"(", b"c")
     return bool(_START.match(head))
 
 
 def read(path: Path, options: ReadOptions) -> list[Recording]:
-    """Read every record of a database, in the file's order.
+    """Read every record of a database, in the file's order: six channels (:data:`CHANNELS`) in N.
 
-    Parameters
-    ----------
-    path : Path
-        The database.
-    options : ReadOptions
-        `task`, `author`, `rate` and `strict` count; the others concern tables.
-
-    Returns
-    -------
-    list of Recording
-        Six channels (:data:`CHANNELS`) in N. Times are in seconds and start at zero. Labels are
-        one track by ``options.author``; the empty label and ``unlabelled`` are unlabelled time.
-        Demonstrations have the records' names or, where a name is missing or not unique,
-        ``"<file> 01"`` and so on.
-
-    Raises
-    ------
-    InputError
-        If the file is no such database, or a record lacks signals or has lists of different
-        lengths.
+    Times start at zero. Labels are one track by ``options.author``. Demonstrations have the
+    records' names or, where one is missing or not unique, ``"<file> 01"`` and so on.
     """
     if path.stat().st_size > MAX_BYTES:
         raise InputError(f"'{path}' is larger than {MAX_BYTES:,} bytes; split the database.")
@@ -420,7 +365,6 @@ def _records(file: str, pickles: list[Value]) -> dict[int, _Record]:
 def _recording(
     where: str, record: _Record, name: str, remarks: tuple[str, ...], options: ReadOptions
 ) -> Recording:
-    """One record's demonstration and track."""
     times = _numbers(where, "timestamps", record.get("timestamps"))
     if not (np.abs(times) < 1e12).all():
         raise InputError(f"{where}: timestamps holds something that is no time in seconds.")

@@ -72,15 +72,7 @@ _GUESSED_NOTE = "by its steps counting samples; if it is a signal, import it as 
 
 
 def sniff(path: Path, head: bytes) -> bool:
-    """Whether a file is a text table: rows of numbers, or a text called ``.csv`` or ``.tsv``.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    head : bytes
-        Its first 64 KiB.
-    """
+    """Whether a file is a text table: rows of numbers, or a text called ``.csv`` or ``.tsv``."""
     if not is_text(head):
         return False
     if path.suffix.lower() in _SUFFIXES:
@@ -97,28 +89,11 @@ def sniff(path: Path, head: bytes) -> bool:
 
 
 def read(path: Path, options: ReadOptions) -> list[Recording]:
-    """Read a table as one demonstration, called like the file.
+    """Read a table, and the labels beside it, as one demonstration, called like the file.
 
-    Parameters
-    ----------
-    path : Path
-        The file. A labels file beside it is read too, see
-        :func:`forcelab.formats.label_tables.has_labels_beside`.
-    options : ReadOptions
-        With `rate`, a table without stamps has that many rows a second, and as many samples a
-        second where a column counts them; one with stamps keeps them and has its features computed
-        at that rate.
-
-    Returns
-    -------
-    list of Recording
-        Exactly one.
-
-    Raises
-    ------
-    InputError
-        If the file holds no table, a cell is not what its column holds, there are neither stamps
-        nor a rate, or the stamps break the rules of :mod:`forcelab.formats.timestamps`.
+    With ``options.rate`` a table without stamps has that many rows a second, or as many samples
+    where a column counts them; one with stamps keeps them and has its features computed at that
+    rate.
     """
     layout, encoding = sniff_layout(path)
     with path.open("rb") as file:
@@ -358,42 +333,17 @@ ANY_USE: tuple[Use, ...] = ("signal", "times", "counter", "labels", "left out")
 
 @dataclass(frozen=True, slots=True)
 class ColumnUse:
-    """A column and what it is read as.
-
-    Parameters
-    ----------
-    name, unit : str
-        As in the header; the unit is empty where there is none.
-    use : "signal", "times", "counter", "labels" or "left out"
-        A counter is no signal; where there are no times it stands in for them.
-    cells : tuple of str
-        Its first cells, as they stand in the file.
-    choices : tuple
-        What it can be made.
-    """
+    """A column and what it is read as."""
 
     name: str
     unit: str
-    use: Use
-    cells: tuple[str, ...]
-    choices: tuple[Use, ...] = ANY_USE
+    use: Use  #: a counter is no signal; where there are no times it stands in for them
+    cells: tuple[str, ...]  #: the first ones, as they stand in the file
+    choices: tuple[Use, ...] = ANY_USE  #: what it can be made
 
 
 def preview_table(path: Path, options: ReadOptions) -> tuple[ColumnUse, ...]:
-    """Tell what the columns of a table are read as, without reading all of it.
-
-    Parameters
-    ----------
-    path : Path
-        The table.
-    options : ReadOptions
-        As for reading it.
-
-    Raises
-    ------
-    InputError
-        If its first lines hold no table or the options do not fit.
-    """
+    """What the columns of a table would be read as, from its first lines."""
     layout, _ = sniff_layout(path)
     roles = choose_roles(layout, options, str(path))
     decimal = layout.dialect.decimal
@@ -418,13 +368,7 @@ def preview_table(path: Path, options: ReadOptions) -> tuple[ColumnUse, ...]:
 
 
 def rate_in(path: Path) -> float | None:
-    """The samples a second that lines before a table tell, such as in a Vicon export.
-
-    Raises
-    ------
-    InputError
-        If its first lines hold no table.
-    """
+    """The samples a second that lines before a table tell, as in a Vicon export."""
     return sniff_layout(path)[0].rate
 
 

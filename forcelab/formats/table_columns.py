@@ -47,15 +47,7 @@ _RAGGED_ROWS = 1000
 
 
 class TextColumn:
-    """A column of words, each kept once.
-
-    Attributes
-    ----------
-    codes : ndarray of int32, shape (n,)
-        Index into `words`, once :meth:`close` has been called.
-    words : list of str
-        In the order of their first occurrence.
-    """
+    """A column of words, each stored once."""
 
     def __init__(self) -> None:
         self._index: dict[str, int] = {}
@@ -84,70 +76,30 @@ class TextColumn:
 
 @dataclass(frozen=True, slots=True)
 class ColumnPlan:
-    """What the columns of a table are read as; those not named here are words.
+    """What the columns of a table are read as; those not named here are words."""
 
-    Parameters
-    ----------
-    numeric : collection of int
-        Columns of numbers.
-    time : int or None
-        The column of stamps.
-    clock : TimestampReader or None
-        Its reader.
-    label : int or None
-        The column of labels: words, whatever it holds.
-    """
-
-    numeric: Collection[int]
-    time: int | None = None
-    clock: TimestampReader | None = None
-    label: int | None = None
+    numeric: Collection[int]  #: Columns of numbers
+    time: int | None = None  #: The column of stamps
+    clock: TimestampReader | None = None  #: Its reader
+    label: int | None = None  #: The column of labels: words, whatever it holds
 
 
 @dataclass(frozen=True, slots=True)
 class Body:
-    """All rows of a table.
+    """All rows of a table, n of them."""
 
-    Parameters
-    ----------
-    values : dict of int to ndarray, shape (n,)
-        The numbers of each numeric column, by its index.
-    words : dict of int to Words
-        The other columns, by index.
-    stamps : ndarray, shape (n,), or None
-        The values of the clock reader, if there is one.
-    lines : ndarray of int, shape (n,)
-        1-based line of each row.
-    ragged : ndarray of bool, shape (n,)
-        Rows with another number of cells: all their samples are missing.
-    """
-
-    values: dict[int, NDArray[np.float64]]
-    words: dict[int, TextColumn]
-    stamps: NDArray[np.float64] | None
-    lines: NDArray[np.int64]
-    ragged: NDArray[np.bool_]
+    values: dict[int, NDArray[np.float64]]  #: of each numeric column, by index
+    words: dict[int, TextColumn]  #: the other columns
+    stamps: NDArray[np.float64] | None  #: as the timestamp reader gives them
+    lines: NDArray[np.int64]  #: 1-based line of each row
+    ragged: NDArray[np.bool_]  #: rows with another number of cells: all their samples are missing
 
 
 def read_body(path: Path, layout: Layout, encoding: str, plan: ColumnPlan) -> Body:
     """Read all rows of a table.
 
-    Parameters
-    ----------
-    path : Path
-        The file.
-    layout : Layout
-        How it is written.
-    encoding : str
-        How its text is encoded.
-    plan : Plan
-        What its columns are read as.
-
-    Raises
-    ------
-    InputError
-        With the line of the first cell that is not what its column holds, or if more than 5 % of
-        the rows (and more than one) have another number of cells.
+    Errors name the line of the first cell that is not what its column holds. A table in which more
+    than 5 % of the rows (and more than one) have another number of cells is refused.
     """
     blocks: list[list[NDArray[np.float64]]] = [[] for _ in layout.columns]
     words = {
@@ -321,20 +273,11 @@ def is_measured_name(name: str) -> bool:
 
 
 def counter_ticks(values: NDArray[np.float64], named: bool) -> NDArray[np.float64] | None:
-    """What a column counts, without its turns and in steps of one.
+    """What a column counts, without its turns and in steps of one; None where it is no counter.
 
-    Parameters
-    ----------
-    values : ndarray, shape (n,)
-        The column; NaN where a row has none.
-    named : bool
-        Whether its name says that it counts, so that less of it is proof enough.
-
-    Returns
-    -------
-    ndarray, shape (n,), or None
-        Zero at the first row that has a value; neighbours differ by one where no sample was lost
-        between them, and where the device was restarted. None where the column is no counter.
+    The ticks, shape (n,), are 0 at the first row that has a value and NaN where a row has none;
+    they increase by one where no sample was lost, and where the device was restarted. Of a column
+    whose name says that it counts (`named`) less is proof enough.
     """
     given = ~np.isnan(values)
     counts = values[given]
@@ -367,18 +310,7 @@ def counter_ticks(values: NDArray[np.float64], named: bool) -> NDArray[np.float6
 def counter_sub_ticks(
     frames: NDArray[np.float64], subs: NDArray[np.float64]
 ) -> NDArray[np.float64] | None:
-    """What two columns count together: frames, and from 0 the samples within each.
-
-    Parameters
-    ----------
-    frames, subs : ndarray, shape (n,)
-        NaN where a row has none.
-
-    Returns
-    -------
-    ndarray, shape (n,), or None
-        As of :func:`counter_ticks`; None where they do not count.
-    """
+    """As :func:`counter_ticks`, of frames and, from 0, the samples within each."""
     given = ~(np.isnan(frames) | np.isnan(subs))
     if not given.any() or (subs[given] < 0).any():
         return None
@@ -386,18 +318,7 @@ def counter_sub_ticks(
 
 
 def counter_restarts(values: NDArray[np.float64]) -> NDArray[np.intp]:
-    """The rows in which a counter has begun again without having come to its end.
-
-    Parameters
-    ----------
-    values : ndarray, shape (n,)
-        A column that :func:`counter_ticks` takes for a counter; NaN where a row has none.
-
-    Returns
-    -------
-    ndarray of int
-        The first row after each restart.
-    """
+    """The first row after each restart of a counter, which began again before its end."""
     rows = np.flatnonzero(~np.isnan(values))
     counts = values[rows]
     turn = _counter_range(counts)
@@ -408,7 +329,7 @@ def counter_restarts(values: NDArray[np.float64]) -> NDArray[np.intp]:
 
 
 def _counter_range(counts: NDArray[np.float64]) -> int | None:
-    """After how many values a counter begins again that has come this far."""
+    """The number at which a counter that has come this far begins again."""
     return next((turn for turn in _TURNS if turn > counts.max()), None)
 
 
@@ -460,31 +381,15 @@ _FEWEST_STEPS = 5
 
 @dataclass(frozen=True, slots=True)
 class ColumnRoles:
-    """What the columns of a table are for.
+    """What the columns of a table are for."""
 
-    Parameters
-    ----------
-    time, label : int or None
-        Columns of stamps and of labels, as far as names and options tell.
-    numeric : tuple of int
-        Columns to read as numbers.
-    clocks : tuple of int
-        Further columns that hold stamps and are no signals.
-    counter : int or None
-        The column that is asked to stand in for stamps, as it counts the samples.
-    left_out : frozenset of int
-        Columns that are not wanted.
-    signals : frozenset of int
-        Columns that are asked for as signals.
-    """
-
-    time: int | None
+    time: int | None  #: stamps, as far as names and options tell
     label: int | None
-    numeric: tuple[int, ...]
-    clocks: tuple[int, ...] = ()
-    counter: int | None = None
+    numeric: tuple[int, ...]  #: read as numbers
+    clocks: tuple[int, ...] = ()  #: further columns of stamps, which are no signals
+    counter: int | None = None  #: requested to stand in for stamps, as it counts the samples
     left_out: frozenset[int] = frozenset()
-    signals: frozenset[int] = frozenset()
+    signals: frozenset[int] = frozenset()  #: requested as signals, whatever they look like
 
 
 def is_unlabelled(word: str) -> bool:
@@ -493,14 +398,7 @@ def is_unlabelled(word: str) -> bool:
 
 
 def choose_roles(layout: Layout, options: ReadOptions, where: str) -> ColumnRoles:
-    """Find the columns of stamps and labels by options, names, and how they step.
-
-    Raises
-    ------
-    InputError
-        If an option names no column, or one column for two things, if a column asked for as a
-        signal holds words, or if one of stamps is written in a way that is not understood.
-    """
+    """Find the columns of stamps and labels by options, names, and how they step."""
     columns = layout.columns
     left_out = frozenset(find_column(columns, w, "values", where) for w in options.leave_out)
     signals = _signals(layout, options, where)
@@ -534,13 +432,7 @@ def choose_roles(layout: Layout, options: ReadOptions, where: str) -> ColumnRole
 def counter_columns(
     layout: Layout, roles: ColumnRoles, values: Mapping[int, NDArray[np.float64]], where: str
 ) -> dict[int, NDArray[np.float64]]:
-    """The columns in which a device counts its samples, and what they count.
-
-    Raises
-    ------
-    InputError
-        If the one that is asked for does not count.
-    """
+    """The columns in which a device counts its samples, and what they count."""
     found = {}
     for index, column in enumerate(layout.columns):
         if index not in values or (index != roles.counter and _is_no_counter(roles, index, column)):
@@ -689,13 +581,8 @@ def label_column(
 ) -> int | None:
     """The column of labels: as chosen before reading, else the only one that holds words.
 
-    Of those, constants, dates, columns with a new word in every other row, and with more words than
+    Constants, dates, columns with a new word in every other row, and those with more words than
     there are actions are none.
-
-    Raises
-    ------
-    InputError
-        If the one that was chosen has more words than there are actions.
     """
     if roles.label is not None:
         number = len(words[roles.label].words)
@@ -721,14 +608,7 @@ def label_column(
 
 
 def missing_remark(signals: NDArray[np.float64], channels: Sequence[Channel]) -> list[str]:
-    """A remark on samples that are missing or cannot have been measured, if there are any.
-
-    Parameters
-    ----------
-    signals : ndarray, shape (n, n_channels)
-        NaN where a cell was empty.
-    channels : sequence of Channel
-    """
+    """A remark on samples that are missing (NaN) or cannot have been measured."""
     counts = (~(np.abs(signals) <= LARGEST)).sum(axis=0).tolist()  # nor is NaN
     total = sum(counts)
     if not total:
@@ -744,15 +624,7 @@ def missing_remark(signals: NDArray[np.float64], channels: Sequence[Channel]) ->
 def switch_remark(
     signals: NDArray[np.float64], channels: Sequence[Channel], unasked: Sequence[int]
 ) -> list[str]:
-    """A remark on columns that tell on and off, and no quantity, if there are any.
-
-    Parameters
-    ----------
-    signals : ndarray, shape (n, n_channels)
-    channels : sequence of Channel
-    unasked : sequence of int
-        The columns of `signals` that nobody has called signals.
-    """
+    """A remark on columns of 0 and 1, of those (`unasked`) that the user has not called signals."""
     names = [channels[i].name for i in unasked if _on_and_off(signals[:, i])]
     if not names:
         return []
