@@ -80,7 +80,7 @@ def _export(arguments: argparse.Namespace, out: Path) -> tuple[Path, ...]:
 
 def _print(arguments: argparse.Namespace) -> None:
     """Print what would be the only file."""
-    if arguments.json or arguments.format in ("archive", "elan"):
+    if arguments.json or not FORMATS[arguments.format].prints:
         what = "what --json tells of" if arguments.json else f"the format {arguments.format}"
         raise UsageError(f"For {what} name a folder: --out - prints the text of one file.")
     with tempfile.TemporaryDirectory(prefix="forcelab-") as folder:
