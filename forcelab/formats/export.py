@@ -91,7 +91,7 @@ FORMATS: Final[dict[str, ExportFormat]] = {
         ".segments.csv",
         "project",
         _statistics_rows,
-        lambda project, rows: to_statistics_table(rows).encode(),
+        lambda _project, rows: to_statistics_table(rows).encode(),
     ),
     "elan": ExportFormat(
         "ELAN: one file per demonstration, one tier per coder, with the video",

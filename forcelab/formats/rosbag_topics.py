@@ -483,7 +483,7 @@ def _resampling(
         line="message",
     )
     at = np.round(repaired.start + repaired.times, 9)  # the same for messages of one nanosecond
-    return _Resampling(at, repaired.kept, values[repaired.kept], (*remarks, *repaired.remarks))
+    return _Resampling(at, repaired.rows, values[repaired.rows], (*remarks, *repaired.remarks))
 
 
 def _resample(way: _Resampling, times: NDArray[np.float64]) -> NDArray[np.float64]:

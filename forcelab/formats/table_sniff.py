@@ -529,13 +529,15 @@ class Layout:
     remarks: tuple[str, ...] = ()  #: on what stands before the data
     rate: float | None = None  #: samples a second, where lines before the data tell them
     sections: bool = False  #: a blank line ends the table, and another one follows
+    path: Path = Path()  #: the file, where all of it was looked at
+    encoding: str = ""
 
     def cells(self, index: int) -> list[str]:
         """The sample's cells of one column."""
         return [row[index] for row in self.sample]
 
 
-def sniff_layout(path: Path) -> tuple[Layout, str]:
+def sniff_layout(path: Path) -> Layout:
     """Find out how a table is written, and its encoding."""
     encoding = encoding_of(path)
     with path.open("rb") as file:
@@ -557,7 +559,7 @@ def sniff_layout(path: Path) -> tuple[Layout, str]:
     ):
         decimal = _first_decimal_mark(path, encoding, layout.skip)
         layout = replace(layout, dialect=replace(layout.dialect, decimal=decimal))
-    return layout, encoding
+    return replace(layout, path=path, encoding=encoding)
 
 
 def _first_decimal_mark(path: Path, encoding: str, skip: int) -> str:

@@ -228,7 +228,7 @@ class RepairedTimestamps:
     """Stamps after repair, m of them."""
 
     times: NDArray[np.float64]  #: seconds from the first one, strictly increasing
-    kept: NDArray[np.int64]  #: the row of each
+    rows: NDArray[np.int64]  #: the row of each
     start: float  #: the first stamp in seconds on the file's own clock
     remarks: tuple[str, ...]  #: a sentence for each rule that had to act
 
@@ -240,7 +240,7 @@ class _Rows:
     where: str
     lines: NDArray[np.int64]
     strict: bool
-    kept: NDArray[np.int64]
+    indices: NDArray[np.int64]
     values: NDArray[np.float64]
     row: str
     line: str
@@ -250,7 +250,7 @@ class _Rows:
         """Remark on what a rule did; refuse it if strict."""
         if self.strict:
             raise InputError(
-                f"{self.where}, {self.line} {self.lines[self.kept[row]]}: {sentence}; mend the "
+                f"{self.where}, {self.line} {self.lines[self.indices[row]]}: {sentence}; mend the "
                 "file or let it be repaired."
             )
         self.remarks.append(f"{sentence[0].upper()}{sentence[1:]}.")
@@ -264,8 +264,8 @@ class _Rows:
             rows=counted(number, self.row), were="was" if number == 1 else "were"
         )
         self.report(text, int(np.argmax(bad)))
-        self.kept, self.values = self.kept[~bad], self.values[~bad]
-        if self.kept.size < 2:
+        self.indices, self.values = self.indices[~bad], self.values[~bad]
+        if self.indices.size < 2:
             raise InputError(f"{self.where}: {text}, and too few are left; look at its stamps.")
 
 
@@ -300,7 +300,7 @@ def repair_timestamps(
     times = (rows.values - rows.values[0]) / raw.per_second
     _report_gaps(rows, times)
     return RepairedTimestamps(
-        times, rows.kept, float(raw.seconds(rows.values[:1])[0]), tuple(rows.remarks)
+        times, rows.indices, float(raw.seconds(rows.values[:1])[0]), tuple(rows.remarks)
     )
 
 
@@ -390,7 +390,7 @@ def _sort_backward(rows: _Rows, per_second: float, jitter: float) -> None:
     worst = int(np.argmax(moved))
     if moved[worst] > jitter:
         raise InputError(
-            f"{rows.where}, {rows.line} {rows.lines[rows.kept[worst]]}: stamps run backwards so "
+            f"{rows.where}, {rows.line} {rows.lines[rows.indices[worst]]}: stamps run backwards so "
             f"far that one has to be moved by {moved[worst]:.3g} s, more than the jitter of "
             f"{jitter:g} s; allow more, or split the file where a new recording starts."
         )
@@ -431,7 +431,7 @@ def _drop_backward(rows: _Rows) -> None:
     bad[_longest_increasing(rows.values)] = False
     number = int(bad.sum())
     if number > max(1.0, _BACK_SHARE * bad.size):
-        where = f"{rows.where}, {rows.line} {rows.lines[rows.kept[back[0] + 1]]}"
+        where = f"{rows.where}, {rows.line} {rows.lines[rows.indices[back[0] + 1]]}"
         raise InputError(
             f"{where}: time runs backwards, and {number:,} of {bad.size:,} {rows.row}s would "
             "have to be dropped to mend it; split the file where a new recording starts, or say "

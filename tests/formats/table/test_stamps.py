@@ -30,7 +30,7 @@ def refusal(values, **options) -> str:
 def test_good_stamps_are_shifted_to_zero_and_nothing_is_said():
     result = repaired([5.0, 5.1, 5.3, 5.35], strict=True)
     assert result.times.tolist() == [0.0, 5.1 - 5, 5.3 - 5, 5.35 - 5]
-    assert result.kept.tolist() == [0, 1, 2, 3]
+    assert result.rows.tolist() == [0, 1, 2, 3]
     assert result.start == 5.0
     assert result.remarks == ()
 
@@ -42,7 +42,7 @@ def test_rows_stamped_after_2100_are_dropped_and_counted():
     values[late] += 2.6e12
     result = repaired(values, per_second=1000, absolute=True)
     assert result.remarks[0] == "41 rows stamped after 2100 were dropped."
-    np.testing.assert_array_equal(result.kept, np.flatnonzero(~late))
+    np.testing.assert_array_equal(result.rows, np.flatnonzero(~late))
     assert result.times[-1] == 9.88
     assert "line 102" in refusal(values, per_second=1000, absolute=True)
 
@@ -51,7 +51,7 @@ def test_stamps_before_the_clock_was_set_are_dropped():
     values = EPOCH + 10 * np.arange(500)
     values[:3] = [0, 10, 20]
     result = repaired(values, per_second=1000, absolute=True)
-    assert result.kept[0] == 3
+    assert result.rows[0] == 3
     assert result.times[-1] == 4.96
     assert result.remarks == (
         "3 rows stamped more than 1000 times the recording's length away from the rest were "
@@ -64,7 +64,7 @@ def test_a_single_torn_stamp_is_dropped_wherever_it_stands(place):
     values = np.arange(100) / 100
     values[place] = 4e9
     result = repaired(values)
-    assert result.kept.tolist() == [i for i in range(100) if i != place]
+    assert result.rows.tolist() == [i for i in range(100) if i != place]
     assert result.remarks[0].startswith("1 row stamped more than 1000 times")
     assert f"line {place + 2}" in refusal(values)
 
@@ -72,7 +72,7 @@ def test_a_single_torn_stamp_is_dropped_wherever_it_stands(place):
 def test_a_pause_of_a_day_is_a_gap_and_nothing_is_dropped():
     values = np.concatenate([np.arange(60), 8_640_000 + np.arange(40)]) / 100
     result = repaired(values)
-    assert result.kept.size == 100
+    assert result.rows.size == 100
     assert result.remarks == ("1 gap in the stamps, 8.64e+04 s in all, is kept as a gap.",)
 
 
@@ -80,7 +80,7 @@ def test_of_repeated_stamps_the_first_row_is_kept():
     values = np.arange(100) / 100
     values[[10, 11, 50]] = values[[9, 9, 49]]
     result = repaired(values)
-    assert result.kept.tolist() == [i for i in range(100) if i not in (10, 11, 50)]
+    assert result.rows.tolist() == [i for i in range(100) if i not in (10, 11, 50)]
     assert result.remarks == (
         "3 rows repeat the stamp before; the first row of each stamp was kept.",
     )
@@ -94,7 +94,7 @@ def test_equal_bursts_are_spread_evenly_up_to_the_next_stamp():
     values = np.repeat(np.arange(20) * 0.1, 10)
     result = repaired(values)
     np.testing.assert_allclose(result.times, np.arange(200) * 0.01, atol=1e-12)
-    assert result.kept.size == 200
+    assert result.rows.size == 200
     assert result.remarks == (
         "The stamps come in 20 bursts of about 10 rows with one stamp; the rows of a burst were "
         "spread evenly up to the next stamp.",
@@ -126,7 +126,7 @@ def test_rows_out_of_order_are_dropped_with_as_few_as_possible():
     values[30] = 0.805  # ahead, and back: one row goes, not the fifty after it
     values[60] = 0.105
     result = repaired(values)
-    assert result.kept.tolist() == [i for i in range(100) if i not in (30, 60)]
+    assert result.rows.tolist() == [i for i in range(100) if i not in (30, 60)]
     assert result.remarks == ("2 rows whose stamp is out of order were dropped.",)
     assert "line 32" in refusal(values)
 
@@ -142,7 +142,7 @@ def test_gaps_are_counted_never_filled_and_refused_if_strict():
     values[40:] += 0.5
     values[80:] += 0.05
     result = repaired(values)
-    assert result.kept.size == 100
+    assert result.rows.size == 100
     assert result.remarks == ("2 gaps in the stamps, 0.55 s in all, are kept as gaps.",)
     assert "line 42" in refusal(values)
     values = np.arange(100) / 100
@@ -154,7 +154,7 @@ def test_rows_without_a_stamp_are_dropped():
     values = np.arange(10) / 100
     values[[3, 9]] = np.nan
     result = repaired(values)
-    assert result.kept.tolist() == [0, 1, 2, 4, 5, 6, 7, 8]
+    assert result.rows.tolist() == [0, 1, 2, 4, 5, 6, 7, 8]
     assert result.remarks == ("2 rows without a usable stamp were dropped.",)
     assert "line 5" in refusal(values)
 
@@ -179,9 +179,9 @@ def test_what_comes_out_increases_and_stands_for_rows_that_were_there(ticks, dam
     except InputError:
         return
     assert (np.diff(result.times) > 0).all()
-    assert (np.diff(result.kept) > 0).all()
+    assert (np.diff(result.rows) > 0).all()
     assert result.times[0] == 0
-    assert result.times.size == result.kept.size
+    assert result.times.size == result.rows.size
     # Nothing is done in silence.
     changed = result.times.tolist() != [value - values[0] for value in values]
     assert not changed or result.remarks
@@ -195,7 +195,7 @@ def test_stamps_that_jitter_are_taken_where_that_is_allowed():
     with pytest.raises(InputError, match=r"time runs backwards.*may jitter \(--jitter\)"):
         repaired(values)
     result = repaired(values, jitter=0.005)
-    assert result.kept.tolist() == list(range(1000))
+    assert result.rows.tolist() == list(range(1000))
     assert (np.diff(result.times) > 0).all()
     error = result.times + result.start - even
     assert np.abs(error - np.median(error)).max() < 0.003
@@ -211,7 +211,7 @@ def test_stamps_that_jitter_are_taken_where_that_is_allowed():
 def test_jitter_moves_nothing_that_increases_and_drops_no_repeat():
     values = [0.0, 1.0, 2.0, 3.000002, 3.000001, 4.0, 5.0, 5.0, 6.0]
     result = repaired(values, jitter=0.4)
-    assert result.kept.size == len(values)
+    assert result.rows.size == len(values)
     moved = np.flatnonzero(result.times != np.array(values)).tolist()
     assert moved == [3, 4, 6, 7]
     assert (np.diff(result.times) > 0).all()
