@@ -229,13 +229,13 @@ def provenance_of(item: object, where: str) -> dict[str, Any]:
     }
 
 
-def provenance_to_json(made: StoredRecogniser | StoredRun) -> dict[str, Any]:
+def provenance_to_json(record: StoredRecogniser | StoredRun) -> dict[str, Any]:
     return {
-        "time": made.time.isoformat(),
-        "settings": made.settings,
-        "seed": made.seed,
-        "labels": [asdict(used) for used in made.labels],
-        "versions": made.versions,
+        "time": record.time.isoformat(),
+        "settings": record.settings,
+        "seed": record.seed,
+        "labels": [asdict(used) for used in record.labels],
+        "versions": record.versions,
     }
 
 
@@ -528,25 +528,25 @@ def write_archive(project: Project, path: str | Path) -> None:
         verdicts = project.verdict_events()
         out.json("verdicts.json", [verdict_to_json(verdict, places) for verdict in verdicts])
         recognisers = project.recognisers()
-        there = {info.id for info in project.demonstrations()}
-        named = [{"id": r.id, "name": r.name, **_provenance(r, there)} for r in recognisers]
+        ids = {info.id for info in project.demonstrations()}
+        named = [{"id": r.id, "name": r.name, **_provenance(r, ids)} for r in recognisers]
         out.json("recognisers.json", named)
         for recogniser in recognisers:
-            path_ = project.recogniser_path(recogniser.id)
-            out.file(f"recognisers/{recogniser.id}.skops", path_)
+            skops = project.recogniser_path(recogniser.id)
+            out.file(f"recognisers/{recogniser.id}.skops", skops)
         # What hundreds of runs found is more than there is room for at once.
         runs = map(project.run, numbers)
         out.json_list(
             "runs.json",
-            ({"kind": r.kind, **_provenance(r, there), "result": r.result} for r in runs),
+            ({"kind": r.kind, **_provenance(r, ids), "result": r.result} for r in runs),
         )
 
 
-def _provenance(made: StoredRecogniser | StoredRun, there: set[str]) -> dict[str, Any]:
+def _provenance(record: StoredRecogniser | StoredRun, ids: set[str]) -> dict[str, Any]:
     """How it was made, without labels of demonstrations that were removed since."""
-    plain = provenance_to_json(made)
-    labels = [used for used in plain["labels"] if used["demonstration"] in there]
-    return {**plain, "labels": labels}
+    content = provenance_to_json(record)
+    labels = [used for used in content["labels"] if used["demonstration"] in ids]
+    return {**content, "labels": labels}
 
 
 def _write_demonstration(project: Project, info: DemonstrationInfo, out: ArchiveWriter) -> None:
@@ -690,8 +690,8 @@ def read(path: Path, options: ReadOptions) -> list[Recording]:
 
 def _new_folder(recording: Recording) -> tuple[object, object]:
     """The place of a recording in a list, as in that of a project."""
-    one = recording.demonstration
-    return natural_order(one.task), natural_order(one.name)
+    demonstration = recording.demonstration
+    return natural_order(demonstration.task), natural_order(demonstration.name)
 
 
 def _demonstration(
@@ -707,11 +707,11 @@ def _demonstration(
         if not isinstance(item, list) or [type(part) for part in item] != [str, str]:
             raise InputError(f"A channel needs a name and a unit in {where}.")
         channels.append(Channel(*item))
-    video, told = None, field(record, "video", (dict, type(None)), where)
-    if told is not None and unpack is not None:
-        offset, rate = (number(told.get(key), where) for key in ("offset", "rate"))
+    video, video_record = None, field(record, "video", (dict, type(None)), where)
+    if video_record is not None and unpack is not None:
+        offset, rate = (number(video_record.get(key), where) for key in ("offset", "rate"))
         folder = Path(tempfile.mkdtemp(dir=unpack))
-        file = members.extract(f"{home}/{field(told, 'file', str, where)}", folder)
+        file = members.extract(f"{home}/{field(video_record, 'file', str, where)}", folder)
         video = VideoReference(file, ClockMap(offset, rate))
     rate = field(record, "grid_rate", (int, float, type(None)), where)
     demonstration = Demonstration(
@@ -822,21 +822,23 @@ def _check_bounds(segments: Segments, bounds: tuple[float, float], where: str) -
 
 
 def _check_proposal(
-    members: ArchiveReader, told: Sequence[AssignmentEvent | Verdict], where: str
+    members: ArchiveReader, events: Sequence[AssignmentEvent | Verdict], where: str
 ) -> None:
     """Refuse events of demonstrations that the archive lacks."""
-    if missing := {one.demonstration for one in told} - set(members.ids()):
+    if missing := {event.demonstration for event in events} - set(members.ids()):
         raise InputError(f"The demonstration '{min(missing)}' is told but missing in {where}.")
 
 
 def _check_provenance(item: object, where: str, numbers: dict[int, int]) -> dict[str, Any]:
     """How a recogniser or run was made, with the new numbers of the edits it names."""
-    made = provenance_of(item, where)
-    used: list[LabelsUsed] = made["labels"]
-    if missing := {one.edit for one in used} - {0, *numbers}:
+    provenance = provenance_of(item, where)
+    used: list[LabelsUsed] = provenance["labels"]
+    if missing := {used_labels.edit for used_labels in used} - {0, *numbers}:
         raise InputError(f"The edit {min(missing)} is told but missing in {where}.")
-    made["labels"] = [replace(one, edit=numbers.get(one.edit, 0)) for one in used]
-    return made
+    provenance["labels"] = [
+        replace(used_labels, edit=numbers.get(used_labels.edit, 0)) for used_labels in used
+    ]
+    return provenance
 
 
 def _list(members: ArchiveReader, name: str) -> list[Any]:

@@ -73,17 +73,17 @@ class Calibrations:
         Without a serial number it is that of the table ``any``, or the only one there is.
         """
         name = self._table(serial)
-        wanted = [
+        axes = [
             (f"sensor{number + 1}", axis) for number in range(kind.sensors) for axis in kind.axes
         ]
-        for sensor, axis in wanted:
+        for sensor, axis in axes:
             if axis not in self.tables[name].get(sensor, {}):
                 raise InputError(
                     f"'{self.path}' has no '{axis}' in [{name}.{sensor}], which the {kind.name} "
                     f"packets of {_sensor_name(serial)} need; add it, such as "
                     f"{axis} = {{ capacity = 40.0, counts = 16037 }}."
                 )
-        worth = np.array([self.tables[name][sensor][axis] for sensor, axis in wanted])
+        worth = np.array([self.tables[name][sensor][axis] for sensor, axis in axes])
         return Calibration(f"{self.path.name}, [{name}]", worth[:, 0], worth[:, 1])
 
     def _table(self, serial: str | None) -> str:

@@ -63,16 +63,15 @@ def _elan(part: Part) -> bytes:
 def _observations(part: Part) -> list[Observation]:
     """Tracks with what else is known of how they were observed: the video, and when."""
     project, info = part.project, part.info
-    video = project.load(info.id).video if info.has_video else None
-    film = None
+    file, video = None, project.load(info.id).video if info.has_video else None
     if video is not None:
-        film = VideoFile(video.path, video.clock, told_rate(video.path), told_length(video.path))
+        file = VideoFile(video.path, video.clock, told_rate(video.path), told_length(video.path))
     return [
         Observation(
             part.title,
             info.task,
             track,
-            film,
+            file,
             next((edit.time for edit in project.history(info.id, track.author)), None),
         )
         for track in part.tracks

@@ -34,31 +34,35 @@ def pair_videos(paths: Sequence[Path]) -> tuple[list[Path], dict[Path, Path]]:
     A video belongs to the recording with the same name but for the suffix: in the same folder, or
     in another one where only one recording has that name. All other files are recordings, in order.
     """
-    films: dict[str, list[Path]] = {}
+    videos_named: dict[str, list[Path]] = {}
     folders: dict[str, set[Path]] = {}
     for path in paths:
         if _is_video(path):
-            films.setdefault(_key(path), []).append(path)
+            videos_named.setdefault(_key(path), []).append(path)
         else:
             folders.setdefault(_key(path), set()).add(path.parent)
-    videos = {}
-    for path in (one for one in paths if not _is_video(one)):
-        called = films.get(_key(path), [])
-        near = [film for film in called if film.parent == path.parent]
-        found = near or (called if len(folders[_key(path)]) == 1 else [])
-        if len(found) == 1:
-            videos[path] = found[0]
-    used = set(videos.values())
-    return [path for path in paths if path not in used], videos
+    video_of = {}
+    for path in (other for other in paths if not _is_video(other)):
+        candidates = videos_named.get(_key(path), [])
+        beside = [film for film in candidates if film.parent == path.parent]
+        matches = beside or (candidates if len(folders[_key(path)]) == 1 else [])
+        if len(matches) == 1:
+            video_of[path] = matches[0]
+    used = set(video_of.values())
+    return [path for path in paths if path not in used], video_of
 
 
 def videos_beside(path: Path) -> Path | None:
     """The video in a recording's folder that has its name, if there is exactly one."""
     try:
-        there = [one for one in path.parent.iterdir() if _is_video(one) and _key(one) == _key(path)]
+        videos = [
+            video
+            for video in path.parent.iterdir()
+            if _is_video(video) and _key(video) == _key(path)
+        ]
     except OSError:
         return None  # what is wrong is told when the recording is read
-    return there[0] if len(there) == 1 else None
+    return videos[0] if len(videos) == 1 else None
 
 
 def with_videos(
@@ -153,7 +157,7 @@ class ImportReport:
 
     def count(self, status: str) -> int:
         """How many demonstrations are ``"new"``, ``"updated"`` or ``"unchanged"``."""
-        return sum(one.added.status == status for one in self.demonstrations)
+        return sum(imported.added.status == status for imported in self.demonstrations)
 
     def told(self) -> tuple[str, ...]:
         """A line for each remark; one line for all files that share it."""
@@ -185,11 +189,11 @@ def _remarks(
         file: [remark for recording in recordings for remark in recording.remarks]
         for file, recordings in read_files.items()
     }
-    changed = {one.file for one in demonstrations if one.added.status != "unchanged"}
+    changed = {imported.file for imported in demonstrations if imported.added.status != "unchanged"}
     for file in changed:
         remarks[file] += dict.fromkeys(r.left for r in read_files[file] if r.left)
-    for one in demonstrations:
-        remarks[one.file] += one.added.remarks
+    for imported in demonstrations:
+        remarks[imported.file] += imported.added.remarks
     return {file: tuple(sentences) for file, sentences in remarks.items() if sentences}
 
 
@@ -257,8 +261,8 @@ def importing(
     project, options = Path(project_path), options or ReadOptions()
     if options.calibration is not None:
         read_calibrations(options.calibration)  # a wrong name is told, whatever the files need
-    whole = options.format in {None, "archive"} and len(paths) == 1 and Project.vacant(project)
-    if whole and _is_archive(paths[0]):
+    unpacks = options.format in {None, "archive"} and len(paths) == 1 and Project.vacant(project)
+    if unpacks and _is_archive(paths[0]):
         return (yield from _unpacking(project, paths[0], options))
     if not Project.vacant(project):
         with Project.open(project) as opened:
@@ -272,16 +276,19 @@ def importing(
             yield Progress(done, total, f"reading {path.name}")
             try:
                 read_files[path] = [
-                    replace(one, remarks=(*one.remarks, *glitch_remarks(one.demonstration)))
-                    for one in _checked(path, read(path, options))
+                    replace(
+                        recording,
+                        remarks=(*recording.remarks, *glitch_remarks(recording.demonstration)),
+                    )
+                    for recording in _checked(path, read(path, options))
                 ]
             except InputError as error:
                 failures[path] = error
         if failures and (options.strict or not read_files):
             raise _refusal(failures, len(paths))
         if options.videos:
-            near = {path: video for path in paths if (video := videos_beside(path)) is not None}
-            videos = near | videos
+            beside = {path: video for path in paths if (video := videos_beside(path)) is not None}
+            videos = beside | videos
         read_files, bad_videos = with_videos(read_files, videos, project)
         if bad_videos and options.strict:
             raise _refusal(bad_videos, len(paths) + len(bad_videos))
@@ -306,8 +313,8 @@ def _unpacking(
     from forcelab.formats.archive import read_archive
 
     yield Progress(0, 1, f"unpacking {path.name}")
-    with read_archive(path, project) as made:
-        infos = made.demonstrations()
+    with read_archive(path, project) as unpacked:
+        infos = unpacked.demonstrations()
     yield Progress(1, 1, "done")
     demonstrations = tuple(Imported(path, Added(i.id, i.name, "new")) for i in infos)
     if options == ReadOptions(unpack=options.unpack, videos=options.videos):
@@ -378,7 +385,7 @@ def _write(
 ) -> tuple[Imported, ...]:
     """Add all demonstrations or none; a new project gets its name once it is complete."""
     files = [file for file, recordings in read_files.items() for _ in recordings]
-    given = [
+    demonstrations = [
         Incoming(
             recording.demonstration,
             recording.tracks,
@@ -393,21 +400,21 @@ def _write(
     ]
     if Project.vacant(project):
         try:
-            with Project.creating(project) as made:
-                return tuple(map(Imported, files, made.add_all(given)))
+            with Project.creating(project) as created:
+                return tuple(map(Imported, files, created.add_all(demonstrations)))
         except InputError:
             if Project.vacant(project):
                 raise
             # Another import made the project while this one was filling its own.
     with Project.open(project) as opened:
-        return tuple(map(Imported, files, opened.add_all(given)))
+        return tuple(map(Imported, files, opened.add_all(demonstrations)))
 
 
 def _unreported(demonstration: Demonstration, options: ReadOptions) -> list[Keepable]:
     """What neither the file nor the options say, so that the project keeps what it has."""
-    unsaid: list[Keepable] = []
+    unreported: list[Keepable] = []
     if options.task is None and not demonstration.task:
-        unsaid.append("task")
+        unreported.append("task")
     if options.rate is None and demonstration.grid_rate is None:
-        unsaid.append("grid_rate")
-    return unsaid
+        unreported.append("grid_rate")
+    return unreported

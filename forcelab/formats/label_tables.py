@@ -47,13 +47,13 @@ def _rows(text: Sequence[Line]) -> list[Line]:
     return [line for line in text if not line[1].startswith("\\")]
 
 
-def _columns(layout: Layout, *, asked: bool = False) -> tuple[int, int, int, int | None] | None:
+def _columns(layout: Layout, *, requested: bool = False) -> tuple[int, int, int, int | None] | None:
     """The columns of start, end, action and author in a labels file; None if it is none.
 
     Without a header it has to look like one, unless it was asked to be read as one.
     """
     found: dict[str, int] = {}
-    last: dict[str, int] = {}
+    end_columns: dict[str, int] = {}
     for index, column in enumerate(layout.columns):
         words = re.split(r"[\W_]+", column.name.lower()) if column.named else []
         first = [word for word in words if word not in {"t", "time"}][:1]
@@ -61,18 +61,18 @@ def _columns(layout: Layout, *, asked: bool = False) -> tuple[int, int, int, int
             if first and first[0] in names:
                 found.setdefault(role, index)
         if first and first[0] in _ENDS:
-            last.setdefault(first[0], index)
+            end_columns.setdefault(first[0], index)
         if is_label_name(column.name) or (first and first[0] in _ACTIONS):
             found.setdefault("action", index)
-    if last and {"start", "action"} <= found.keys():
-        end = next(last[word] for word in _ENDS if word in last)
+    if end_columns and {"start", "action"} <= found.keys():
+        end = next(end_columns[word] for word in _ENDS if word in end_columns)
         return found["start"], end, found["action"], found.get("author")
     kinds = layout.kinds
     headless = not any(column.named for column in layout.columns)
     if not headless or not 3 <= len(kinds) <= 4 or kinds[:2] != (CellType.NUMBER, CellType.NUMBER):
         return None
     places = 0, 1, 2, 3 if len(kinds) == 4 else None
-    if asked:
+    if requested:
         return places
     if CellType.NUMBER in kinds[2:] or not any(cell.strip() for cell in layout.cells(2)):
         return None
@@ -139,7 +139,7 @@ def read_labels(path: Path, options: ReadOptions) -> tuple[Track, ...]:
     layout = find_layout(rows)
     if layout is None and _is_header_alone(rows):
         return ()
-    places = _columns(layout, asked=True) if layout is not None else None
+    places = _columns(layout, requested=True) if layout is not None else None
     if layout is None or places is None:
         raise InputError(
             f"{path} is not a labels file; write one row a segment: start, end, action, and the "
@@ -192,7 +192,7 @@ def _observers(
     if "observation id" not in names:
         return {}
     index = names.index("observation id")
-    ending = next((one for one in _PLACES if path.name.endswith(one)), path.suffix)
+    ending = next((suffix for suffix in _PLACES if path.name.endswith(suffix)), path.suffix)
     prefix = f"{path.name.removesuffix(ending)} - "
     observations = {number: row[index].strip() for number, row in zip(at, table, strict=True)}
     several = len(set(observations.values())) > 1

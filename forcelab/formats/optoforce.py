@@ -126,7 +126,7 @@ def read(path: Path, options: ReadOptions) -> list[Recording]:
     if options.strict:
         _refuse_repairs(path, dump, unwrapper)
     times = unwrapped.ticks / rate
-    signals = dump.packets.values[unwrapped.kept].astype(np.float64)
+    signals = dump.packets.values[unwrapped.is_new].astype(np.float64)
     remarks = [f"The DAQ's serial number is {dump.serial}."] * (dump.serial is not None)
     if options.calibration is None:
         remarks.append(
@@ -134,7 +134,7 @@ def read(path: Path, options: ReadOptions) -> list[Recording]:
         )
     else:
         calibration = read_calibrations(options.calibration).find(dump.serial, dump.kind)
-        signals = calibration.apply(dump.packets.values[unwrapped.kept])
+        signals = calibration.apply(dump.packets.values[unwrapped.is_new])
         remarks.append(f"Forces were calibrated by {calibration.source}.")
     if options.rate is None:
         remarks.append(
@@ -142,7 +142,7 @@ def read(path: Path, options: ReadOptions) -> list[Recording]:
             f"sample; if it was another, import it again with that sample rate."
         )
     remarks += _remarks(dump, unwrapper, unwrapped.ticks, times)
-    remarks += _status_remarks(dump.packets.status[unwrapped.kept], times)
+    remarks += _status_remarks(dump.packets.status[unwrapped.is_new], times)
     channels = channels_of(dump.kind, calibrated=options.calibration is not None)
     demonstration = Demonstration(
         path.stem, options.task or "", times, signals, channels, grid_rate=options.rate
@@ -201,9 +201,9 @@ def _remarks(
 
 def _status_remarks(status: NDArray[np.uint16], times: NDArray[np.float64]) -> Iterator[str]:
     """Errors and overload that the DAQ reported."""
-    told = status[is_faulty(status) | is_overloaded(status)]
-    words, first = np.unique(told, return_index=True)
-    for word in words[np.argsort(first)][:8]:
-        where = np.flatnonzero(status == word)
-        for sentence in status_sentences(int(word)):
+    reported = status[is_faulty(status) | is_overloaded(status)]
+    codes, first = np.unique(reported, return_index=True)
+    for code in codes[np.argsort(first)][:8]:
+        where = np.flatnonzero(status == code)
+        for sentence in status_sentences(int(code)):
             yield f"{sentence[:-1]} ({counted(len(where), 'sample')} from {times[where[0]]:.3f} s)."

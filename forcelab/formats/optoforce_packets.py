@@ -172,8 +172,8 @@ def _sums_agree(
     sums = np.cumsum(array, dtype=np.uint32)
     ends = places + sizes
     total = sums[ends - 3] - sums[places] + array[places]
-    told = array[ends - 2].astype(np.uint32) * 256 + array[ends - 1]
-    agree: NDArray[np.bool_] = (total & 0xFFFF) == told
+    expected = array[ends - 2].astype(np.uint32) * 256 + array[ends - 1]
+    agree: NDArray[np.bool_] = (total & 0xFFFF) == expected
     return agree
 
 
@@ -425,15 +425,15 @@ def is_overloaded(status: ArrayLike) -> NDArray[np.bool_]:
 def status_sentences(status: int) -> tuple[str, ...]:
     """What a status word says, a sentence each; nothing if all is well."""
     number = status & 7
-    which = f"sensor {number}" if number else "the sensor"
+    subject = f"sensor {number}" if number else "the sensor"
     if status & 8:
-        which += " (and others)"
-    said = [text for bit, text in _DAQ if status >> 13 & bit]
-    said += [f"{which} {text}" for bit, text in _SENSOR if status >> 10 & bit]
+        subject += " (and others)"
+    sentences = [text for bit, text in _DAQ if status >> 13 & bit]
+    sentences += [f"{subject} {text}" for bit, text in _SENSOR if status >> 10 & bit]
     axes = [axis for place, axis in enumerate(_AXES) if status >> (9 - place) & 1]
     if axes:
-        said.append(f"{which} is overloaded in {', '.join(axes)}; press less")
-    return tuple(f"{text[0].upper()}{text[1:]}." for text in said)
+        sentences.append(f"{subject} is overloaded in {', '.join(axes)}; press less")
+    return tuple(f"{text[0].upper()}{text[1:]}." for text in sentences)
 
 
 #: Values of the counter.
@@ -457,7 +457,7 @@ def modal_step(counts: NDArray[np.uint16]) -> tuple[int, float]:
 class CounterTime:
     """Ticks of n samples, m of which are new."""
 
-    kept: NDArray[np.bool_]  #: shape (n,); False for a sample that came a second time
+    is_new: NDArray[np.bool_]  #: shape (n,); False for a sample that came a second time
     #: shape (m,), strictly increasing; by one where nothing is missing between
     ticks: NDArray[np.int64]
 
@@ -496,48 +496,48 @@ class Unwrapper:
             return CounterTime(np.zeros(0, np.bool_), np.zeros(0, np.int64))
         first = self._tick is None
         before = int(counts[0]) - self._step if first else self._count
-        going = _is_running(np.concatenate([[before], counts]))
-        on = np.maximum((going + self._step // 2) // self._step, 1)
-        on[going == 0] = 0
+        increments = _is_running(np.concatenate([[before], counts]))
+        steps = np.maximum((increments + self._step // 2) // self._step, 1)
+        steps[increments == 0] = 0
         if arrived is not None:
-            self._ask_the_clock(going, on, arrived)
+            self._ask_the_clock(increments, steps, arrived)
         if first:
-            on[0] = 1
-        kept = on > 0
+            steps[0] = 1
+        is_new = steps > 0
         start = -1 if self._tick is None else self._tick
-        ticks = start + np.cumsum(on)[kept]
-        self.doubled += int(np.sum(~kept))
+        ticks = start + np.cumsum(steps)[is_new]
+        self.doubled += int(np.sum(~is_new))
         if ticks.size:
             self.missing += int(ticks[-1]) - start - len(ticks)
             self._tick = int(ticks[-1])
         self._count = int(counts[-1])
         self._arrived = None if arrived is None else float(arrived[-1])
-        return CounterTime(kept, ticks)
+        return CounterTime(is_new, ticks)
 
     def _ask_the_clock(
-        self, going: NDArray[np.int64], on: NDArray[np.int64], arrived: NDArray[np.float64]
+        self, increments: NDArray[np.int64], steps: NDArray[np.int64], arrived: NDArray[np.float64]
     ) -> None:
         """Correct, in place, what the counter alone cannot tell."""
         last = arrived[0] if self._arrived is None else self._arrived
         elapsed = np.diff(arrived, prepend=last)
         expected = np.maximum(elapsed, 0.0) * self._rate * self._step
-        doubtful = (going == 0) | (going > TURN // 2) | (expected > TURN // 2)
+        doubtful = (increments == 0) | (increments > TURN // 2) | (expected > TURN // 2)
         if self._resumed:
-            on[0] = max(1, round(expected[0] / self._step))
+            steps[0] = max(1, round(expected[0] / self._step))
             doubtful[0] = self._resumed = False
         for i in np.flatnonzero(doubtful):
-            turns = max(0, round((expected[i] - going[i]) / TURN))
-            total = int(going[i]) + turns * TURN
+            turns = max(0, round((expected[i] - increments[i]) / TURN))
+            total = int(increments[i]) + turns * TURN
             if total == 0:
-                on[i] = 0
+                steps[i] = 0
             elif abs(total - expected[i]) <= TURN // 2:
-                on[i] = max(1, round(total / self._step))
+                steps[i] = max(1, round(total / self._step))
             else:
-                on[i] = max(1, round(expected[i] / self._step))
+                steps[i] = max(1, round(expected[i] / self._step))
                 self.jumps += 1
 
 
 def _is_running(counts: NDArray[np.int64]) -> NDArray[np.int64]:
     """By how much a counter increased from one to the next, less than a turn."""
-    going: NDArray[np.int64] = np.remainder(np.diff(counts), np.int64(TURN))
-    return going
+    increments: NDArray[np.int64] = np.remainder(np.diff(counts), np.int64(TURN))
+    return increments

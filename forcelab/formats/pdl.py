@@ -257,13 +257,13 @@ def _too_large(value: Value) -> str:
 
 def _bad_key(value: Value) -> str:
     """The key of a dictionary that no database has; empty if there is none."""
-    seen: set[int] = set()
+    visited: set[int] = set()
     waiting = [value]
     while waiting:
         current = waiting.pop()
-        if id(current) in seen:
+        if id(current) in visited:
             continue
-        seen.add(id(current))
+        visited.add(id(current))
         for key in current if isinstance(current, dict) else ():
             if isinstance(key, bool) or not isinstance(key, str | int):
                 return f"a key is of the type {type(key).__name__}, not a string or integer"
@@ -335,10 +335,10 @@ def _names(path: Path, records: Mapping[int, _Record]) -> tuple[list[str], tuple
     usable = [n for n in names if isinstance(n, str) and n.strip() and n.isprintable()]
     if len(set(usable)) == len(names):
         return usable, ()
-    made = [f"{path.stem} {number:02d}" for number in range(1, len(names) + 1)]
-    return made, (
+    numbered = [f"{path.stem} {number:02d}" for number in range(1, len(names) + 1)]
+    return numbered, (
         f"The names of the records are missing or not unique; the demonstrations are called "
-        f"'{made[0]}' and so on.",
+        f"'{numbered[0]}' and so on.",
     )
 
 

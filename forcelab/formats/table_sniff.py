@@ -182,15 +182,15 @@ def name_columns(
     below = [unit.strip().strip("[](){}").strip() for unit in units] or [""] * len(split)
     taken = {name for name, _ in split if name}
     columns: list[Column] = []
-    seen: set[str] = set()
+    used: set[str] = set()
     renamed: list[str] = []
     for number, ((name, unit), lower) in enumerate(zip(split, below, strict=True), start=1):
         new, count = name or f"column {number}", 2
-        while new in seen or (new != name and new in taken):
+        while new in used or (new != name and new in taken):
             new, count = f"{name or f'column {number}'} {count}", count + 1
         if name and new != name:
             renamed.append(f"'{new}' (column {number})")
-        seen.add(new)
+        used.add(new)
         columns.append(Column(new, unit or lower, named=bool(name)))
     remarks = []
     if renamed:
@@ -259,20 +259,20 @@ def continues_name(values: NDArray[np.float64], column: Column) -> bool:
     return bool((steps > 0).all() if column.named else (steps == 1).all())
 
 
-def find_column(columns: Sequence[Column], wish: str, role: str, where: str) -> int:
+def find_column(columns: Sequence[Column], text: str, role: str, where: str) -> int:
     """The index of a column by its name, whatever its case and unit, else by 1-based number."""
     names = [column.name for column in columns]
-    wanted = _name_and_unit(wish)[0]
-    for match in (wish, wanted):
+    bare = _name_and_unit(text)[0]
+    for match in (text, bare):
         if match in names:
             return names.index(match)
     folded = [name.casefold() for name in names]
-    if wanted.casefold() in folded:
-        return folded.index(wanted.casefold())
-    if wish.strip().isdecimal() and 1 <= int(wish) <= len(columns):
-        return int(wish) - 1
+    if bare.casefold() in folded:
+        return folded.index(bare.casefold())
+    if text.strip().isdecimal() and 1 <= int(text) <= len(columns):
+        return int(text) - 1
     raise InputError(
-        f"{where} has no column '{wish}' of {role}; name one of {', '.join(names)}, "
+        f"{where} has no column '{text}' of {role}; name one of {', '.join(names)}, "
         f"or give a number from 1 to {len(columns)}."
     )
 
@@ -435,13 +435,13 @@ def lines(
                 if end is not None:
                     del rows[end:]
                 # Letters and digits come after the slash; most rows need no closer look.
-                kept = [
+                line_numbers = [
                     k
                     for k, row in enumerate(rows, number)
                     if k > skip and (row[:1] > "/" or not is_comment(row))
                 ]
-                if kept:
-                    yield kept, [rows[k - number] for k in kept]
+                if line_numbers:
+                    yield line_numbers, [rows[k - number] for k in line_numbers]
                 if not block or end is not None:
                     return
                 number += len(rows)
@@ -588,8 +588,8 @@ def find_layout(rows: Sequence[Line]) -> Layout | None:
     if dialect is None:
         return None
     table = dialect.split([text for _, text in plain])
-    whole = [row for row in table if len(row) == dialect.width]
-    kinds = _kinds(whole[len(whole) // 2 :], dialect)
+    complete = [row for row in table if len(row) == dialect.width]
+    kinds = _kinds(complete[len(complete) // 2 :], dialect)
     fits = [_is_data(row, kinds, dialect) for row in table]
     if True not in fits:
         return None

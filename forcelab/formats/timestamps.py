@@ -138,9 +138,9 @@ class TimestampReader:
         if self._written:
             if self._dated:
                 return RawTimestamps(values, self._base, 1, absolute=True)
-            given = ~np.isnan(values)
-            midnights = np.cumsum(np.diff(values[given], prepend=-np.inf) < -_DAY / 2)
-            values[given] += _DAY * midnights
+            present = ~np.isnan(values)
+            midnights = np.cumsum(np.diff(values[present], prepend=-np.inf) < -_DAY / 2)
+            values[present] += _DAY * midnights
             return RawTimestamps(values)
         middle, epoch = self._middle(values), self.epoch(values)
         if unit:
@@ -169,8 +169,8 @@ class TimestampReader:
         """A number minus the base, exactly."""
         match = _PLAIN.fullmatch(cell)
         if match and match[2] in (None, self._decimal):
-            whole = int(match[1]) - self._base
-            return whole + float(f"0.{match[3]}") if match[3] else float(whole)
+            integer = int(match[1]) - self._base
+            return integer + float(f"0.{match[3]}") if match[3] else float(integer)
         try:
             return float(numbers([cell], self._decimal)[0]) - self._base
         except NotANumberError as error:
@@ -190,13 +190,13 @@ class TimestampReader:
             raise NotANumberError(index, cell) from error
         if self._dated != (day is not None) or hour > 24 or minute > 59 or second > 60:
             raise NotANumberError(index, cell)
-        whole = (day or 0) * _DAY - self._base + hour * 3600 + minute * 60 + second
+        seconds = (day or 0) * _DAY - self._base + hour * 3600 + minute * 60 + second
         zone = match["zone"]
         if zone and zone[0] in "+-":
             minutes = int(zone[1:3]) * 60 + int(zone[3:].lstrip(":") or 0)
-            whole += (-60 if zone[0] == "+" else 60) * minutes
+            seconds += (-60 if zone[0] == "+" else 60) * minutes
         fraction = match["fraction"]
-        return whole + float(f"0.{fraction}") if fraction else float(whole)
+        return seconds + float(f"0.{fraction}") if fraction else float(seconds)
 
     def _day(self, match: re.Match[str]) -> int | None:
         """Days from 1970 to a stamp's date; None where it has none."""

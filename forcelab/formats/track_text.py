@@ -145,7 +145,7 @@ class AnnotatedTrack:
     track: Track
 
 
-def to_statistics_table(coded: Iterable[AnnotatedTrack]) -> str:
+def to_statistics_table(tracks: Iterable[AnnotatedTrack]) -> str:
     """One line a segment, as CSV (RFC 4180).
 
     ``seconds`` is the length of the demonstration, ``segment`` counts from 1 in each track, times
@@ -153,11 +153,12 @@ def to_statistics_table(coded: Iterable[AnnotatedTrack]) -> str:
     """
     rows = [
         (
-            *(one.demonstration, one.task, _rounded_text(one.seconds), one.track.author, one.kind),
-            *(str(number), segment.action, repr(start), repr(end), _rounded_text(end - start)),
+            *(coded.demonstration, coded.task, _rounded_text(coded.seconds)),
+            *(coded.track.author, coded.kind, str(number), segment.action),
+            *(repr(start), repr(end), _rounded_text(end - start)),
         )
-        for one in coded
-        for number, (segment, (start, end)) in enumerate(plain_times(one.track), start=1)
+        for coded in tracks
+        for number, (segment, (start, end)) in enumerate(plain_times(coded.track), start=1)
     ]
     return table_text(TABLE_COLUMNS, rows)
 
