@@ -45,7 +45,7 @@ def test_ticks_are_the_samples_whatever_the_step_the_start_and_the_blocks(step, 
 def test_a_sample_that_came_twice_is_dropped_and_counted():
     unwrapper = Unwrapper(1, 1000.0)
     told = unwrapper.feed(counter([9, 9, 10, 11, 11]), np.full(5, 2.0))
-    assert told.kept.tolist() == [True, False, True, True, False]
+    assert told.is_new.tolist() == [True, False, True, True, False]
     assert told.ticks.tolist() == [0, 1, 2]
     assert unwrapper.feed(counter([11, 12]), np.full(2, 2.0)).ticks.tolist() == [3]
     assert (unwrapper.doubled, unwrapper.missing, unwrapper.jumps) == (3, 0, 0)
