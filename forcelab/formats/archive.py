@@ -37,7 +37,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, replace
 from datetime import datetime
 from pathlib import Path
-from typing import IO, Any, BinaryIO
+from typing import IO, Any, BinaryIO, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -58,7 +58,6 @@ from forcelab.project import (
     Project,
     StoredRecogniser,
     StoredRun,
-    StoredVerdict,
     Verdict,
 )
 from forcelab.project.loading import natural_order
@@ -77,18 +76,61 @@ PROPOSALS = VERDICTS = 3
 FIRST_YEAR, LAST_YEAR = 1970, 2300
 
 
-def field(record: object, name: str, kind: type | tuple[type, ...], where: str) -> Any:
-    """One value of a JSON object; refused if it is missing or of another type."""
-    kinds = kind if isinstance(kind, tuple) else (kind,)
-    # type() and not isinstance(): true and false are no numbers.
-    if not isinstance(record, dict) or name not in record or type(record[name]) not in kinds:
-        raise InputError(f"'{name}' is missing or wrong in {where}.")
-    if isinstance(record[name], str) and "\0" in record[name]:
-        raise InputError(f"'{name}' holds a NUL, which no table can hold, in {where}.")
-    return record[name]
+class Record:
+    """A JSON object of an archive; each value is checked when it is taken."""
+
+    def __init__(self, value: object, where: str) -> None:
+        self._value = value if isinstance(value, dict) else {}
+        self.where = where
+
+    def __contains__(self, name: str) -> bool:
+        return name in self._value
+
+    def get(self, name: str, *kinds: type) -> Any:
+        """A value, which must be of one of the types."""
+        # type() and not isinstance(): true and false are no numbers.
+        if name not in self._value or type(self._value[name]) not in kinds:
+            raise InputError(f"'{name}' is missing or wrong in {self.where}.")
+        value = self._value[name]
+        if isinstance(value, str) and "\0" in value:
+            raise InputError(f"'{name}' holds a NUL, which no table can hold, in {self.where}.")
+        return value
+
+    def text(self, name: str) -> str:
+        text: str = self.get(name, str)
+        return text
+
+    def records(self, name: str) -> list[Record]:
+        return [Record(item, self.where) for item in self.get(name, list)]
+
+    def number(self, name: str) -> float:
+        return _number(self.get(name, int, float), self.where)
+
+    def time(self, name: str) -> datetime:
+        """A time, which must have a zone."""
+        try:
+            value = datetime.fromisoformat(self.text(name))
+        except ValueError as error:
+            raise InputError(f"'{name}' is no time in {self.where}.") from error
+        if not FIRST_YEAR <= value.year <= LAST_YEAR:
+            raise InputError(f"'{name}' is of the year {value.year} in {self.where}.")
+        if value.tzinfo is None:
+            raise InputError(f"'{name}' has no time zone in {self.where}.")
+        return value
+
+    def segments(self, name: str) -> Segments:
+        """A list of ``[start, end, action]``."""
+        segments = []
+        for item in self.get(name, list):
+            if not isinstance(item, list) or len(item) != 3 or not isinstance(item[2], str):
+                raise InputError(f"A segment is not start, end and action in {self.where}.")
+            check_name(item[2])
+            start, end = (_number(value, self.where) for value in item[:2])
+            segments.append(Segment(start, end, item[2]))
+        return tuple(segments)
 
 
-def number(value: object, where: str) -> float:
+def _number(value: object, where: str) -> float:
     if type(value) not in (int, float):
         raise InputError(f"{value!r} is not a number in {where}.")
     try:
@@ -97,170 +139,88 @@ def number(value: object, where: str) -> float:
         raise InputError(f"A number is too large in {where}.") from error
 
 
-def edit_of(item: object, where: str, version: int) -> Edit:
+def _to_json(record: object, names: Sequence[str], **replaced: object) -> dict[str, Any]:
+    """Some attributes as a JSON object, times as text."""
+    values = {name: replaced.get(name, getattr(record, name)) for name in names}
+    return {k: v.isoformat() if isinstance(v, datetime) else v for k, v in values.items()}
+
+
+_EDIT: Final = (
+    *("id", "demonstration", "author", "kind", "time", "what", "position", "removed", "inserted"),
+    *("reverts", "proposed_by"),
+)
+_ASSIGNMENT_EVENT: Final = ("demonstration", "author", "kind", "time")
+#: Notes stand in the records of their demonstrations.
+_NOTE: Final = ("author", "text", "time")
+_VERDICT: Final = (
+    *("demonstration", "author", "coder", "start", "end", "human", "predicted", "verdict", "run"),
+    "time",
+)
+_PROVENANCE: Final = ("time", "settings", "seed", "labels", "versions")
+
+
+def _edit_to_json(edit: Edit) -> dict[str, Any]:
+    segments = {name: segments_to_json(getattr(edit, name)) for name in ("removed", "inserted")}
+    return _to_json(edit, _EDIT, **segments)
+
+
+def _edit_of(record: Record, version: int) -> Edit:
     """Parse an edit as archives of that version hold it."""
-    kind = field(item, "kind", str, where)
+    kind = record.text("kind")
     if kind not in EDIT_KINDS:
-        raise InputError(f"'{kind}' is no kind of edit in {where}.")
-    reverts = field(item, "reverts", (int, type(None)), where)
+        raise InputError(f"'{kind}' is no kind of edit in {record.where}.")
+    reverts = record.get("reverts", int, type(None))
     if (reverts is None) != (kind not in ("undo", "redo")):
-        raise InputError(f"'reverts' is missing or wrong in {where}.")
+        raise InputError(f"'reverts' is missing or wrong in {record.where}.")
     proposed_by = None
     if version >= PROPOSALS:
-        proposed_by = field(item, "proposed_by", (str, type(None)), where)
+        proposed_by = record.get("proposed_by", str, type(None))
         if proposed_by is not None and (kind != "paint" or not proposed_by.strip()):
-            raise InputError(f"'proposed_by' is missing or wrong in {where}.")
+            raise InputError(f"'proposed_by' is missing or wrong in {record.where}.")
     return Edit(
-        id=field(item, "id", int, where),
-        demonstration=field(item, "demonstration", str, where),
-        author=field(item, "author", str, where),
+        id=record.get("id", int),
+        demonstration=record.text("demonstration"),
+        author=record.text("author"),
         kind=kind,
-        time=_time(item, "time", where),
-        what=field(item, "what", str, where),
-        position=field(item, "position", int, where),
-        removed=segments_of(field(item, "removed", list, where), where),
-        inserted=segments_of(field(item, "inserted", list, where), where),
+        time=record.time("time"),
+        what=record.text("what"),
+        position=record.get("position", int),
+        removed=record.segments("removed"),
+        inserted=record.segments("inserted"),
         reverts=reverts,
         proposed_by=proposed_by,
     )
 
 
-def edit_to_json(edit: Edit) -> dict[str, Any]:
-    return {
-        "id": edit.id,
-        "demonstration": edit.demonstration,
-        "author": edit.author,
-        "kind": edit.kind,
-        "time": edit.time.isoformat(),
-        "what": edit.what,
-        "position": edit.position,
-        "removed": segments_to_json(edit.removed),
-        "inserted": segments_to_json(edit.inserted),
-        "reverts": edit.reverts,
-        "proposed_by": edit.proposed_by,
-    }
-
-
-def event_of(item: object, where: str) -> AssignmentEvent:
-    kind = field(item, "kind", str, where)
+def _event_of(record: Record) -> AssignmentEvent:
+    kind = record.text("kind")
     if kind not in ASSIGNMENT_KINDS:
-        raise InputError(f"'{kind}' is nothing that befalls an assignment in {where}.")
+        raise InputError(f"'{kind}' is nothing that befalls an assignment in {record.where}.")
     return AssignmentEvent(
-        demonstration=field(item, "demonstration", str, where),
-        author=field(item, "author", str, where),
+        demonstration=record.text("demonstration"),
+        author=record.text("author"),
         kind=kind,
-        time=_time(item, "time", where),
+        time=record.time("time"),
     )
 
 
-def event_to_json(event: AssignmentEvent) -> dict[str, Any]:
-    return {
-        "demonstration": event.demonstration,
-        "author": event.author,
-        "kind": event.kind,
-        "time": event.time.isoformat(),
-    }
-
-
-def note_of(item: object, demonstration: str, where: str) -> Note:
-    author, text = field(item, "author", str, where), field(item, "text", str, where)
-    return Note(demonstration, author, text, _time(item, "time", where))
-
-
-def note_to_json(note: Note) -> dict[str, Any]:
-    return {"author": note.author, "text": note.text, "time": note.time.isoformat()}
-
-
-def verdict_of(item: object, where: str) -> Verdict:
+def _verdict_of(record: Record) -> Verdict:
     """Parse a verdict; its run is a place in the list of runs, counted from 1."""
-    text = (str, type(None))
-    kind = field(item, "verdict", str, where)
+    kind = record.text("verdict")
     if kind not in VERDICT_KINDS:
-        raise InputError(f"'{kind}' is no verdict in {where}.")
+        raise InputError(f"'{kind}' is no verdict in {record.where}.")
     return Verdict(
-        demonstration=field(item, "demonstration", str, where),
-        author=field(item, "author", str, where),
-        coder=field(item, "coder", str, where),
-        start=number(field(item, "start", (int, float), where), where),
-        end=number(field(item, "end", (int, float), where), where),
-        human=field(item, "human", text, where),
-        predicted=field(item, "predicted", text, where),
+        demonstration=record.text("demonstration"),
+        author=record.text("author"),
+        coder=record.text("coder"),
+        start=record.number("start"),
+        end=record.number("end"),
+        human=record.get("human", str, type(None)),
+        predicted=record.get("predicted", str, type(None)),
         verdict=kind,
-        run=field(item, "run", (int, type(None)), where),
-        time=_time(item, "time", where),
+        run=record.get("run", int, type(None)),
+        time=record.time("time"),
     )
-
-
-def verdict_to_json(verdict: StoredVerdict, runs: Mapping[int, int]) -> dict[str, Any]:
-    """A verdict as JSON; `runs` gives each run's place in the list of runs."""
-    assert verdict.time is not None
-    return {
-        "demonstration": verdict.demonstration,
-        "author": verdict.author,
-        "coder": verdict.coder,
-        "start": verdict.start,
-        "end": verdict.end,
-        "human": verdict.human,
-        "predicted": verdict.predicted,
-        "verdict": verdict.verdict,
-        "run": None if verdict.run is None else runs[verdict.run],
-        "time": verdict.time.isoformat(),
-    }
-
-
-def provenance_of(item: object, where: str) -> dict[str, Any]:
-    """Parse how a recogniser or a run was made."""
-    versions = field(item, "versions", dict, where)
-    if not all(isinstance(text, str) for text in versions.values()):
-        raise InputError(f"'versions' is wrong in {where}.")
-    return {
-        "time": _time(item, "time", where),
-        "settings": field(item, "settings", dict, where),
-        "seed": field(item, "seed", (int, type(None)), where),
-        "labels": [
-            LabelsUsed(
-                demonstration=field(used, "demonstration", str, where),
-                author=field(used, "author", str, where),
-                edit=field(used, "edit", int, where),
-            )
-            for used in field(item, "labels", list, where)
-        ],
-        "versions": versions,
-    }
-
-
-def provenance_to_json(record: StoredRecogniser | StoredRun) -> dict[str, Any]:
-    return {
-        "time": record.time.isoformat(),
-        "settings": record.settings,
-        "seed": record.seed,
-        "labels": [asdict(used) for used in record.labels],
-        "versions": record.versions,
-    }
-
-
-def segments_of(items: list[Any], where: str) -> Segments:
-    """Parse a JSON list of ``[start, end, action]``."""
-    segments = []
-    for item in items:
-        if not isinstance(item, list) or len(item) != 3 or not isinstance(item[2], str):
-            raise InputError(f"A segment is not start, end and action in {where}.")
-        check_name(item[2])
-        segments.append(Segment(number(item[0], where), number(item[1], where), item[2]))
-    return tuple(segments)
-
-
-def _time(record: object, name: str, where: str) -> datetime:
-    """Parse a time, which must have a zone."""
-    try:
-        value = datetime.fromisoformat(field(record, name, str, where))
-    except ValueError as error:
-        raise InputError(f"'{name}' is no time in {where}.") from error
-    if not FIRST_YEAR <= value.year <= LAST_YEAR:
-        raise InputError(f"'{name}' is of the year {value.year} in {where}.")
-    if value.tzinfo is None:
-        raise InputError(f"'{name}' has no time zone in {where}.")
-    return value
 
 
 #: The member that tells a project archive from every other zip; the first one written.
@@ -351,11 +311,32 @@ class ArchiveReader:
         except (ValueError, RecursionError) as error:
             raise InputError(f"{self.where(name)} is no valid JSON.") from error
 
-    def objects(self, name: str) -> Iterator[Any]:
+    def object(self, name: str) -> dict[str, Any]:
+        """The value of a member that must be a JSON object."""
+        value = self.json(name)
+        if not isinstance(value, dict):
+            raise InputError(f"{self.where(name)} is not an object.")
+        return value
+
+    def record(self, name: str) -> Record:
+        return Record(self.json(name), self.where(name))
+
+    def records(self, name: str) -> list[Record]:
+        """The objects of a member that must be a JSON list."""
+        value = self.json(name)
+        if not isinstance(value, list):
+            raise InputError(f"{self.where(name)} is not a list.")
+        return [Record(item, self.where(name)) for item in value]
+
+    def each_record(self, name: str) -> Iterator[Record]:
         """The objects of a JSON list, held one at a time where possible.
 
         That is where each ends on a line of its own, as :class:`ArchiveWriter` has it.
         """
+        for value in self._each(name):
+            yield Record(value, self.where(name))
+
+    def _each(self, name: str) -> Iterator[Any]:
         part, more, several = "", True, False
         try:
             with self._opened(name) as member, io.TextIOWrapper(member, "utf-8") as lines:
@@ -431,8 +412,7 @@ def open_archive(path: Path) -> Iterator[ArchiveReader]:
         members = ArchiveReader(path, archive)
         if MANIFEST not in members:
             raise InputError(f"'{path}' is not a forcelab archive: it holds no {MANIFEST}.")
-        manifest = members.json(MANIFEST)
-        version = field(manifest, "version", int, members.where(MANIFEST))
+        version = members.record(MANIFEST).get("version", int)
         if version > VERSION:
             raise InputError(
                 f"The archive '{path}' was written by a newer forcelab (version {version}, this "
@@ -520,13 +500,21 @@ def write_archive(project: Project, path: str | Path) -> None:
             for author in info.authors:
                 edits += project.history(info.id, author)
         edits.sort(key=lambda edit: edit.id)
-        out.json("edits.json", [edit_to_json(edit) for edit in edits])
+        out.json("edits.json", [_edit_to_json(edit) for edit in edits])
         events = project.assignment_events()
-        out.json("assignments.json", [event_to_json(event) for event in events])
+        out.json("assignments.json", [_to_json(event, _ASSIGNMENT_EVENT) for event in events])
         numbers = [run.id for run in project.run_summaries()]
         places = {number: place for place, number in enumerate(numbers, 1)}
         verdicts = project.verdict_events()
-        out.json("verdicts.json", [verdict_to_json(verdict, places) for verdict in verdicts])
+        out.json(
+            "verdicts.json",
+            [
+                _to_json(
+                    verdict, _VERDICT, run=None if verdict.run is None else places[verdict.run]
+                )
+                for verdict in verdicts
+            ],
+        )
         recognisers = project.recognisers()
         ids = {info.id for info in project.demonstrations()}
         named = [{"id": r.id, "name": r.name, **_provenance(r, ids)} for r in recognisers]
@@ -544,9 +532,8 @@ def write_archive(project: Project, path: str | Path) -> None:
 
 def _provenance(record: StoredRecogniser | StoredRun, ids: set[str]) -> dict[str, Any]:
     """How it was made, without labels of demonstrations that were removed since."""
-    content = provenance_to_json(record)
-    labels = [used for used in content["labels"] if used["demonstration"] in ids]
-    return {**content, "labels": labels}
+    labels = [asdict(used) for used in record.labels if used.demonstration in ids]
+    return _to_json(record, _PROVENANCE, labels=labels)
 
 
 def _write_demonstration(project: Project, info: DemonstrationInfo, out: ArchiveWriter) -> None:
@@ -572,7 +559,7 @@ def _write_demonstration(project: Project, info: DemonstrationInfo, out: Archive
     }
     # Here older programs pass them over; a member of their own they would refuse.
     if notes := project.note_events(info.id):
-        record["notes"] = [note_to_json(note) for note in notes]
+        record["notes"] = [_to_json(note, _NOTE) for note in notes]
     out.json(f"{home}/demonstration.json", record)
     out.array(f"{home}/times.npy", d.times)
     out.array(f"{home}/signals.npy", d.signals)
@@ -643,7 +630,7 @@ def read_archive(path: str | Path, project_path: str | Path) -> Project:
             ):
                 where = members.where(f"demonstrations/{id_}/tracks.json")
                 raise InputError(f"The edits do not lead to the segments of {where}.")
-        known = _object(members, "vocabularies.json")
+        known = members.object("vocabularies.json")
         if len(known) > MOST_TASKS:
             where = members.where("vocabularies.json")
             raise InputError(f"There are {len(known):,} tasks in {where}; {MOST_TASKS:,} at most.")
@@ -655,10 +642,9 @@ def read_archive(path: str | Path, project_path: str | Path) -> Project:
             project.set_vocabulary(task, vocabulary)
         _read_assignments(members, project)
         _read_recognisers(members, project, numbers)
-        for run in members.objects("runs.json"):
-            where = members.where("runs.json")
-            kind, result = field(run, "kind", str, where), field(run, "result", dict, where)
-            project.add_run(kind, result=result, **_check_provenance(run, where, numbers))
+        for run in members.each_record("runs.json"):
+            kind, result = run.text("kind"), run.get("result", dict)
+            project.add_run(kind, result=result, **_provenance_of(run, numbers))
         _read_verdicts(members, project)
         if members.unread:
             raise InputError(f"The archive '{path}' holds '{min(members.unread)}' for no use.")
@@ -699,63 +685,60 @@ def _demonstration(
 ) -> tuple[Demonstration, str]:
     """One demonstration and its source."""
     home = f"demonstrations/{id_}"
-    name = f"{home}/demonstration.json"
-    where = members.where(name)
-    record = members.json(name)
+    record = members.record(f"{home}/demonstration.json")
     channels = []
-    for item in field(record, "channels", list, where):
+    for item in record.get("channels", list):
         if not isinstance(item, list) or [type(part) for part in item] != [str, str]:
-            raise InputError(f"A channel needs a name and a unit in {where}.")
+            raise InputError(f"A channel needs a name and a unit in {record.where}.")
         channels.append(Channel(*item))
-    video, video_record = None, field(record, "video", (dict, type(None)), where)
-    if video_record is not None and unpack is not None:
-        offset, rate = (number(video_record.get(key), where) for key in ("offset", "rate"))
+    video, described = None, record.get("video", dict, type(None))
+    if described is not None and unpack is not None:
+        offset, rate = (_number(described.get(key), record.where) for key in ("offset", "rate"))
         folder = Path(tempfile.mkdtemp(dir=unpack))
-        file = members.extract(f"{home}/{field(video_record, 'file', str, where)}", folder)
-        video = VideoReference(file, ClockMap(offset, rate))
-    rate = field(record, "grid_rate", (int, float, type(None)), where)
+        name = Record(described, record.where).text("file")
+        video = VideoReference(members.extract(f"{home}/{name}", folder), ClockMap(offset, rate))
+    rate = record.get("grid_rate", int, float, type(None))
     demonstration = Demonstration(
-        name=field(record, "name", str, where),
-        task=field(record, "task", str, where) or task,
+        name=record.text("name"),
+        task=record.text("task") or task,
         times=members.array(f"{home}/times.npy"),
         signals=members.array(f"{home}/signals.npy"),
         channels=tuple(channels),
         video=video,
-        grid_rate=None if rate is None else number(rate, where),
+        grid_rate=None if rate is None else record.number("grid_rate"),
     )
     if demonstration.id != id_:
         raise InputError(f"The content of {members.where(home)} does not match its id.")
-    return demonstration, field(record, "source", str, where)
+    return demonstration, record.text("source")
 
 
 def _truth(members: ArchiveReader, id_: str) -> dict[str, Any] | None:
     """The truth of a simulated demonstration, if there is any."""
     name = f"demonstrations/{id_}/truth.json"
-    return _object(members, name) if name in members else None
+    return members.object(name) if name in members else None
 
 
 def _notes(members: ArchiveReader, id_: str) -> tuple[Note, ...]:
     """The notes on a demonstration; older archives hold none."""
-    name = f"demonstrations/{id_}/demonstration.json"
-    record, where = members.json(name), members.where(name)
-    items = field(record, "notes", list, where) if "notes" in record else []
-    return tuple(note_of(item, id_, where) for item in items)
+    record = members.record(f"demonstrations/{id_}/demonstration.json")
+    notes = record.records("notes") if "notes" in record else []
+    return tuple(
+        Note(id_, note.text("author"), note.text("text"), note.time("time")) for note in notes
+    )
 
 
 def _tracks(
     members: ArchiveReader, id_: str, bounds: tuple[float, float]
 ) -> list[tuple[Track, str]]:
     """A demonstration's tracks, which must lie within `bounds` (s), each with its author's kind."""
-    name = f"demonstrations/{id_}/tracks.json"
-    where = members.where(name)
     tracks = []
-    for item in _list(members, name):
-        kind = field(item, "kind", str, where)
+    for record in members.records(f"demonstrations/{id_}/tracks.json"):
+        kind = record.text("kind")
         if kind not in ("coder", "model"):
-            raise InputError(f"An author is neither coder nor model in {where}.")
-        segments = segments_of(field(item, "segments", list, where), where)
-        _check_bounds(segments, bounds, where)
-        tracks.append((Track(field(item, "author", str, where), segments), kind))
+            raise InputError(f"An author is neither coder nor model in {record.where}.")
+        segments = record.segments("segments")
+        _check_bounds(segments, bounds, record.where)
+        tracks.append((Track(record.text("author"), segments), kind))
     return tracks
 
 
@@ -764,9 +747,8 @@ def _read_assignments(members: ArchiveReader, project: Project) -> None:
     name = "assignments.json"
     if name not in members and members.version < 2:
         return
-    where = members.where(name)
-    events = [event_of(item, where) for item in _list(members, name)]
-    _check_proposal(members, events, where)
+    events = [_event_of(record) for record in members.records(name)]
+    _check_demonstrations(members, events, name)
     project.replay_assignments(events)
 
 
@@ -775,36 +757,35 @@ def _read_verdicts(members: ArchiveReader, project: Project) -> None:
     name = "verdicts.json"
     if name not in members and members.version < VERDICTS:
         return
-    where = members.where(name)
-    verdicts = [verdict_of(item, where) for item in _list(members, name)]
-    _check_proposal(members, verdicts, where)
+    verdicts = [_verdict_of(record) for record in members.records(name)]
+    _check_demonstrations(members, verdicts, name)
     runs = dict(enumerate((run.id for run in project.run_summaries()), 1))
     if unknown := {verdict.run for verdict in verdicts} - {None, *runs}:
-        raise InputError(f"The run {unknown.pop()} is told but missing in {where}.")
+        raise InputError(f"The run {unknown.pop()} is told but missing in {members.where(name)}.")
     numbered = (v if v.run is None else replace(v, run=runs[v.run]) for v in verdicts)
     project.add_verdicts(numbered)
 
 
 def _read_recognisers(members: ArchiveReader, project: Project, numbers: dict[int, int]) -> None:
-    where = members.where("recognisers.json")
-    for item in _list(members, "recognisers.json"):
-        id_, name = field(item, "id", str, where), field(item, "name", str, where)
+    for record in members.records("recognisers.json"):
+        id_, name = record.text("id"), record.text("name")
         data = members.content(f"recognisers/{id_}.skops")
-        if project.add_recogniser(name, data, **_check_provenance(item, where, numbers)) != id_:
-            raise InputError(f"The content of recogniser '{id_}' does not match its id in {where}.")
+        if project.add_recogniser(name, data, **_provenance_of(record, numbers)) != id_:
+            raise InputError(
+                f"The content of recogniser '{id_}' does not match its id in {record.where}."
+            )
 
 
 def _edits(members: ArchiveReader, bounds: Mapping[str, tuple[float, float]]) -> Iterator[Edit]:
     """Every edit, each of a demonstration in `bounds`, which gives start and end in seconds."""
-    where = members.where("edits.json")
-    for item in members.objects("edits.json"):
-        edit = edit_of(item, where, members.version)
+    for record in members.each_record("edits.json"):
+        edit = _edit_of(record, members.version)
         if edit.demonstration not in bounds:
             raise InputError(
-                f"The demonstration '{edit.demonstration}' is told but missing in {where}."
+                f"The demonstration '{edit.demonstration}' is told but missing in {record.where}."
             )
         # What an edit removed, an earlier one has inserted.
-        _check_bounds(edit.inserted, bounds[edit.demonstration], where)
+        _check_bounds(edit.inserted, bounds[edit.demonstration], record.where)
         yield edit
 
 
@@ -821,35 +802,31 @@ def _check_bounds(segments: Segments, bounds: tuple[float, float], where: str) -
             )
 
 
-def _check_proposal(
-    members: ArchiveReader, events: Sequence[AssignmentEvent | Verdict], where: str
+def _check_demonstrations(
+    members: ArchiveReader, events: Sequence[AssignmentEvent | Verdict], name: str
 ) -> None:
     """Refuse events of demonstrations that the archive lacks."""
     if missing := {event.demonstration for event in events} - set(members.ids()):
-        raise InputError(f"The demonstration '{min(missing)}' is told but missing in {where}.")
+        raise InputError(
+            f"The demonstration '{min(missing)}' is told but missing in {members.where(name)}."
+        )
 
 
-def _check_provenance(item: object, where: str, numbers: dict[int, int]) -> dict[str, Any]:
+def _provenance_of(record: Record, numbers: dict[int, int]) -> dict[str, Any]:
     """How a recogniser or run was made, with the new numbers of the edits it names."""
-    provenance = provenance_of(item, where)
-    used: list[LabelsUsed] = provenance["labels"]
-    if missing := {used_labels.edit for used_labels in used} - {0, *numbers}:
-        raise InputError(f"The edit {min(missing)} is told but missing in {where}.")
-    provenance["labels"] = [
-        replace(used_labels, edit=numbers.get(used_labels.edit, 0)) for used_labels in used
+    versions = record.get("versions", dict)
+    if not all(isinstance(text, str) for text in versions.values()):
+        raise InputError(f"'versions' is wrong in {record.where}.")
+    provenance = {
+        "time": record.time("time"),
+        "settings": record.get("settings", dict),
+        "seed": record.get("seed", int, type(None)),
+    }
+    labels = [
+        LabelsUsed(used.text("demonstration"), used.text("author"), used.get("edit", int))
+        for used in record.records("labels")
     ]
-    return provenance
-
-
-def _list(members: ArchiveReader, name: str) -> list[Any]:
-    value = members.json(name)
-    if not isinstance(value, list):
-        raise InputError(f"{members.where(name)} is not a list.")
-    return value
-
-
-def _object(members: ArchiveReader, name: str) -> dict[str, Any]:
-    value = members.json(name)
-    if not isinstance(value, dict):
-        raise InputError(f"{members.where(name)} is not an object.")
-    return value
+    if missing := {used.edit for used in labels} - {0, *numbers}:
+        raise InputError(f"The edit {min(missing)} is told but missing in {record.where}.")
+    labels = [replace(used, edit=numbers.get(used.edit, 0)) for used in labels]
+    return {**provenance, "labels": labels, "versions": versions}
