@@ -58,6 +58,8 @@ _UNPICKLING_ERRORS: Final = (
     pickle.UnpicklingError, ValueError, TypeError, AttributeError, LookupError, EOFError,
     ArithmeticError,
 )  # fmt: skip
+#: Half of a pair, which no valid text holds.
+_SURROGATE: Final = re.compile("[\ud800-\udfff]")
 _TOO_DEEP: Final = (
     f"lists and dictionaries lie more than {MAX_DEPTH} deep in each other; a database does not"
 )
@@ -122,8 +124,10 @@ def _load_all(data: bytes, name: str, inert: frozenset[str]) -> list[Value]:
                 f"'{name}', byte {first}: the pickle is damaged "
                 f"({_shortened(str(error))}); nothing was executed."
             ) from None
-        if trouble := _too_large(value):
-            raise InputError(f"'{name}', byte {first}: {trouble}.")
+        try:
+            _check_tree(value, (), {})
+        except ValueError as error:
+            raise InputError(f"'{name}', byte {first}: {error}.") from None
         values.append(value)
     return values
 
@@ -198,20 +202,11 @@ class _Budget:
             self.refuse("uses one tuple in several places; a database does not")
         if isinstance(argument, int) and not -(2**63) <= argument < 2**64:
             self.refuse("an integer is longer than 64 bits")
-        if isinstance(argument, str) and not _writable(argument):
+        if isinstance(argument, str) and _SURROGATE.search(argument):
             self.refuse(f"{_shortened(ascii(argument))} is no valid text")
 
     def refuse(self, what: str) -> NoReturn:
         raise InputError(f"'{self.name}', byte {self.at}: {what}.")
-
-
-def _writable(text: str) -> bool:
-    """Whether a text can be encoded as UTF-8."""
-    try:
-        text.encode()
-    except UnicodeError:
-        return False
-    return True
 
 
 def _shortened(text: str) -> str:
@@ -220,64 +215,32 @@ def _shortened(text: str) -> str:
     return "".join(c if c.isprintable() else "?" for c in text[:100]) + "..." * (len(text) > 100)
 
 
-def _too_large(value: Value) -> str:
-    """Why a value is no tree of bounded size; empty if it is one.
+def _check_tree(value: Value, above: tuple[int, ...], sizes: dict[int, tuple[int, int]]) -> None:
+    """Raise ValueError unless a value is a tree of bounded size; `above` are the ids it lies in.
 
-    Shared parts count as often as they are reached, so that walking the value is safe.
+    Number of values and depth of each container, by its id, go into `sizes`. Shared parts count as
+    often as they are reached, so that walking the value is safe.
     """
-    sizes: dict[int, int] = {}
-    depths: dict[int, int] = {}
-    path: list[tuple[Value, list[Value]]] = [(value, _parts(value))]
-    open_ids = {id(value)}
-    while path:
-        current, waiting = path[-1]
-        if waiting:
-            part = waiting.pop()
-            if id(part) in open_ids:
-                return "a list or dictionary holds itself; such a database cannot be read"
-            if id(part) not in sizes:
-                if len(path) >= MAX_DEPTH:
-                    return _TOO_DEEP
-                open_ids.add(id(part))
-                path.append((part, _parts(part)))
-            continue
-        parts = _parts(current)
-        length = len(current) if isinstance(current, list | tuple | dict) else 0
-        size = 1 + length + sum(sizes[id(part)] for part in parts)
-        depth = 1 + max((depths[id(part)] for part in parts), default=0)
-        if size > MAX_VALUES:
-            return f"written out in full it has more than {MAX_VALUES:,} values"
-        if depth > MAX_DEPTH:
-            return _TOO_DEEP
-        sizes[id(current)], depths[id(current)] = size, depth
-        open_ids.discard(id(current))
-        path.pop()
-    return _bad_key(value)
-
-
-def _bad_key(value: Value) -> str:
-    """The key of a dictionary that no database has; empty if there is none."""
-    visited: set[int] = set()
-    waiting = [value]
-    while waiting:
-        current = waiting.pop()
-        if id(current) in visited:
-            continue
-        visited.add(id(current))
-        for key in current if isinstance(current, dict) else ():
-            if isinstance(key, bool) or not isinstance(key, str | int):
-                return f"a key is of the type {type(key).__name__}, not a string or integer"
-        waiting += _parts(current)
-    return ""
-
-
-def _parts(value: Value) -> list[Value]:
-    """The containers directly inside a value."""
-    if isinstance(value, dict):
-        return [part for part in value.values() if isinstance(part, list | tuple | dict)]
-    if isinstance(value, list | tuple):
-        return [part for part in value if isinstance(part, list | tuple | dict)]
-    return []
+    if id(value) in above:
+        raise ValueError("a list or dictionary holds itself; such a database cannot be read")
+    if len(above) >= MAX_DEPTH:
+        raise ValueError(_TOO_DEEP)
+    if id(value) in sizes or not isinstance(value, list | tuple | dict):
+        return
+    for key in value if isinstance(value, dict) else ():
+        if isinstance(key, bool) or not isinstance(key, str | int):
+            raise ValueError(f"a key is of the type {type(key).__name__}, not a string or integer")
+    size, depth = 1 + len(value), 1
+    for part in value.values() if isinstance(value, dict) else value:
+        if isinstance(part, list | tuple | dict):
+            _check_tree(part, (*above, id(value)), sizes)
+            size += sizes[id(part)][0]
+            depth = max(depth, 1 + sizes[id(part)][1])
+    if size > MAX_VALUES:
+        raise ValueError(f"written out in full it has more than {MAX_VALUES:,} values")
+    if depth > MAX_DEPTH:
+        raise ValueError(_TOO_DEEP)
+    sizes[id(value)] = size, depth
 
 
 #: Our channels and the places in a record's `signals` where the authors keep them. Forces in N;
