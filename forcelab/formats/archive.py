@@ -669,7 +669,15 @@ def read(path: Path, options: ReadOptions) -> list[Recording]:
             truth = _truth(members, id_)
             notes = _notes(members, id_)
             recordings.append(
-                Recording(demonstration, tracks, (), source, truth, left=_NOT_IMPORTED, notes=notes)
+                Recording(
+                    demonstration,
+                    tracks,
+                    (),
+                    source,
+                    truth,
+                    not_imported=_NOT_IMPORTED,
+                    notes=notes,
+                )
             )
     return sorted(recordings, key=_new_folder)
 

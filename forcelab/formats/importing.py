@@ -7,13 +7,16 @@ from __future__ import annotations
 
 import os
 import tempfile
+from collections import Counter
 from collections.abc import Generator, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import chain
 from pathlib import Path
 
 from forcelab.demonstration import Demonstration, VideoReference
 from forcelab.errors import InputError
 from forcelab.formats import identify, read
+from forcelab.formats.archive import read_archive
 from forcelab.formats.calibration import read_calibrations
 from forcelab.formats.label_tables import has_labels_beside
 from forcelab.formats.recording import ReadOptions, Recording
@@ -52,7 +55,7 @@ def pair_videos(paths: Sequence[Path]) -> tuple[list[Path], dict[Path, Path]]:
     return [path for path in paths if path not in used], video_of
 
 
-def videos_beside(path: Path) -> Path | None:
+def video_beside(path: Path) -> Path | None:
     """The video in a recording's folder that has its name, if there is exactly one."""
     try:
         videos = [
@@ -65,7 +68,7 @@ def videos_beside(path: Path) -> Path | None:
     return videos[0] if len(videos) == 1 else None
 
 
-def with_videos(
+def attach_videos(
     read_files: Mapping[Path, Sequence[Recording]], videos: Mapping[Path, Path], project: Path
 ) -> tuple[dict[Path, list[Recording]], dict[Path, InputError]]:
     """Attach videos, which start with the forces until they are synchronised.
@@ -73,19 +76,15 @@ def with_videos(
     A demonstration that has a video in the project keeps that and its clock. Also gives the videos
     that cannot be read, and why; their recordings stay without one.
     """
-    from forcelab.video.validate import check_video
+    from forcelab.video.validate import check_video  # OpenCV loads slowly
 
     result = {path: list(recordings) for path, recordings in read_files.items()}
     known = _with_video(project) if videos else frozenset()
     failures: dict[Path, InputError] = {}
     for path, video in videos.items():
-        if (
-            path not in result
-            or len(result[path]) != 1
-            or result[path][0].demonstration.video is not None
-        ):
+        recording = result[path][0] if len(result.get(path, ())) == 1 else None
+        if recording is None or recording.demonstration.video is not None:
             continue
-        recording = result[path][0]
         if recording.demonstration.id in known:
             continue
         try:
@@ -121,7 +120,7 @@ def _key(path: Path) -> str:
     return path.stem.casefold()
 
 
-#: So many files of which the same is to be remarked are named.
+#: How many files are named that share a remark.
 SHARING = 3
 
 
@@ -159,26 +158,13 @@ class ImportReport:
         """How many demonstrations are ``"new"``, ``"updated"`` or ``"unchanged"``."""
         return sum(imported.added.status == status for imported in self.demonstrations)
 
-    def told(self) -> tuple[str, ...]:
+    def remark_lines(self) -> tuple[str, ...]:
         """A line for each remark; one line for all files that share it."""
         files: dict[str, list[str]] = {}
         for path, remarks in self.remarks.items():
             for remark in dict.fromkeys(remarks):
                 files.setdefault(remark, []).append(path.name)
         return tuple(f"{listed(names, SHARING)}: {remark}" for remark, names in files.items())
-
-
-def report_of(
-    read_files: Mapping[Path, Sequence[Recording]],
-    demonstrations: tuple[Imported, ...],
-    failures: Mapping[Path, InputError],
-) -> ImportReport:
-    return ImportReport(
-        demonstrations,
-        _remarks(read_files, demonstrations),
-        _counted_names(read_files),
-        {path: str(error) for path, error in failures.items()},
-    )
 
 
 def _remarks(
@@ -191,23 +177,13 @@ def _remarks(
     }
     changed = {imported.file for imported in demonstrations if imported.added.status != "unchanged"}
     for file in changed:
-        remarks[file] += dict.fromkeys(r.left for r in read_files[file] if r.left)
+        remarks[file] += dict.fromkeys(r.not_imported for r in read_files[file] if r.not_imported)
     for imported in demonstrations:
         remarks[imported.file] += imported.added.remarks
     return {file: tuple(sentences) for file, sentences in remarks.items() if sentences}
 
 
-def _counted_names(read_files: Mapping[Path, Sequence[Recording]]) -> dict[str, int]:
-    """The formats' statistics, added up over all files."""
-    total: dict[str, int] = {}
-    for recordings in read_files.values():
-        for recording in recordings:
-            for name, number in recording.statistics.items():
-                total[name] = total.get(name, 0) + number
-    return total
-
-
-#: So many files that cannot be read are named.
+#: How many files are named that cannot be read.
 NAMED = 20
 
 
@@ -287,16 +263,24 @@ def importing(
         if failures and (options.strict or not read_files):
             raise _refusal(failures, len(paths))
         if options.videos:
-            beside = {path: video for path in paths if (video := videos_beside(path)) is not None}
+            beside = {path: video for path in paths if (video := video_beside(path)) is not None}
             videos = beside | videos
-        read_files, bad_videos = with_videos(read_files, videos, project)
+        read_files, bad_videos = attach_videos(read_files, videos, project)
         if bad_videos and options.strict:
             raise _refusal(bad_videos, len(paths) + len(bad_videos))
         failures |= bad_videos
         yield Progress(len(paths), total, f"writing {project.name}")
         demonstrations = _write(project, read_files, options)
     yield Progress(total, total, "done")
-    return report_of(read_files, demonstrations, failures)
+    statistics: Counter[str] = Counter()
+    for recording in chain.from_iterable(read_files.values()):
+        statistics.update(recording.statistics)
+    return ImportReport(
+        demonstrations,
+        _remarks(read_files, demonstrations),
+        statistics,
+        {path: str(error) for path, error in failures.items()},
+    )
 
 
 def _is_archive(path: Path) -> bool:
@@ -310,8 +294,6 @@ def _unpacking(
     project: Path, path: Path, options: ReadOptions
 ) -> Generator[Progress, None, ImportReport]:
     """Make a project of a whole archive."""
-    from forcelab.formats.archive import read_archive
-
     yield Progress(0, 1, f"unpacking {path.name}")
     with read_archive(path, project) as unpacked:
         infos = unpacked.demonstrations()

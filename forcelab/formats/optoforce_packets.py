@@ -140,12 +140,12 @@ def _headers(
     rest |= array[places + 2].astype(np.int64) << 8
     rest |= array[places + 3]
     kinds = np.full(len(places), -1, np.int64)
-    for number, known in enumerate(types):
-        kinds[rest == int.from_bytes(known.header[1:], "big")] = number
-    known_ones = kinds >= 0
-    kinds = kinds[known_ones]
-    lengths = np.array([known.size for known in types], np.int64)
-    return places[known_ones], kinds, lengths[kinds]
+    for number, type_ in enumerate(types):
+        kinds[rest == int.from_bytes(type_.header[1:], "big")] = number
+    known = kinds >= 0
+    kinds = kinds[known]
+    sizes = np.array([type_.size for type_ in types], np.int64)
+    return places[known], kinds, sizes[kinds]
 
 
 def _torn_header(array: NDArray[np.uint8], types: Sequence[FrameType]) -> NDArray[np.int64]:
@@ -156,7 +156,7 @@ def _torn_header(array: NDArray[np.uint8], types: Sequence[FrameType]) -> NDArra
         [
             first + i
             for i in range(len(end))
-            if any(known.header.startswith(end[i:]) for known in types)
+            if any(type_.header.startswith(end[i:]) for type_ in types)
         ],
         np.int64,
     )
@@ -371,7 +371,8 @@ def parse_all(data: bytes) -> tuple[Parser, Packets]:
 def _join_packets(pieces: list[Packets], kind: SensorKind | None) -> Packets:
     pieces = [piece for piece in pieces if len(piece)]
     if not pieces:
-        return _no_packets(kind.columns if kind else 0)
+        empty, columns = np.empty(0, np.uint16), kind.columns if kind else 0
+        return Packets(empty, empty, np.empty((0, columns), np.int16), np.empty(0, np.int64))
     if len(pieces) == 1:
         return pieces[0]
     return Packets(
@@ -385,11 +386,6 @@ def _join_packets(pieces: list[Packets], kind: SensorKind | None) -> Packets:
 def _find_packets(array: NDArray[np.uint8], kinds: tuple[SensorKind, ...], final: bool) -> Frames:
     """The packets of some kinds, and the replies, whose types are numbered behind them."""
     return find_frames(array, [*(kind.frame for kind in kinds), *_REPLIES], final=final)
-
-
-def _no_packets(columns: int) -> Packets:
-    empty = np.empty(0, np.uint16)
-    return Packets(empty, empty, np.empty((0, columns), np.int16), np.empty(0, np.int64))
 
 
 def _parse_reply(frame: bytes) -> Reply:
@@ -445,7 +441,7 @@ def modal_step(counts: NDArray[np.uint16]) -> tuple[int, float]:
 
     A counter that stands still, as in a packet that came twice, is no step.
     """
-    steps = _is_running(counts.astype(np.int64))
+    steps = _increments(counts.astype(np.int64))
     steps = steps[steps > 0]
     if not steps.size:
         return 1, 0.0
@@ -496,7 +492,7 @@ class Unwrapper:
             return CounterTime(np.zeros(0, np.bool_), np.zeros(0, np.int64))
         first = self._tick is None
         before = int(counts[0]) - self._step if first else self._count
-        increments = _is_running(np.concatenate([[before], counts]))
+        increments = _increments(np.concatenate([[before], counts]))
         steps = np.maximum((increments + self._step // 2) // self._step, 1)
         steps[increments == 0] = 0
         if arrived is not None:
@@ -537,7 +533,7 @@ class Unwrapper:
                 self.jumps += 1
 
 
-def _is_running(counts: NDArray[np.int64]) -> NDArray[np.int64]:
+def _increments(counts: NDArray[np.int64]) -> NDArray[np.int64]:
     """By how much a counter increased from one to the next, less than a turn."""
     increments: NDArray[np.int64] = np.remainder(np.diff(counts), np.int64(TURN))
     return increments

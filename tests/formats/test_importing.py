@@ -189,7 +189,7 @@ def test_what_is_remarked_on_several_files_is_told_once(tmp_path, project):
 
     files = [counting(f"{n:03}{'x' * n}.csv", lambda i: i % 2) for n in range(5)]
     files.append(counting("odd.csv", lambda i: i % 3))
-    told = import_files(project, files, ReadOptions(rate=100.0)).told()
+    told = import_files(project, files, ReadOptions(rate=100.0)).remark_lines()
     first = "000.csv, 001x.csv, 002xx.csv and"
     assert told == (
         f"{first} 3 more: 'packet' counts the samples and places the rows: none was lost.",

@@ -112,7 +112,7 @@ def _summary(report: ImportReport) -> str:
     """The report for people; of what was there already, the number says enough."""
     told = [one.added for one in report.demonstrations if one.added.status != "unchanged"]
     lines = [f"{added.status:<9}  {printable(added.name)}" for added in told]
-    lines += map(printable, report.told())
+    lines += map(printable, report.remark_lines())
     counts = [f"{report.count(status)} {status}" for status in ("new", "updated", "unchanged")]
     total = counted(len(report.demonstrations), "recording")
     if report.unread:
