@@ -13,13 +13,7 @@ SIGNALS = ("SIGTERM", "SIGHUP")
 
 
 class Interrupted(KeyboardInterrupt):
-    """A signal asked to stop; what was begun is cleaned up as after Ctrl+C.
-
-    Attributes
-    ----------
-    number : int
-        Of the signal.
-    """
+    """A signal asked to stop; everything is cleaned up as after Ctrl+C."""
 
     def __init__(self, number: int) -> None:
         super().__init__(number)
@@ -28,7 +22,7 @@ class Interrupted(KeyboardInterrupt):
 
 @contextmanager
 def interruptible() -> Iterator[None]:
-    """Within the block, signals to end raise `Interrupted` once: cleaning up is not cut."""
+    """Within the block, signals to end raise `Interrupted` once: cleaning up is not interrupted."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
@@ -51,7 +45,7 @@ def interruptible() -> Iterator[None]:
 
 @contextmanager
 def uninterrupted() -> Iterator[None]:
-    """Within the block Ctrl+C waits: what would be left half done is done first."""
+    """Within the block Ctrl+C waits, so that nothing is left half done."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return

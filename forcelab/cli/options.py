@@ -1,4 +1,4 @@
-"""What several commands have in common: their manual, ``--json``, and the settings."""
+"""The parser, and the options that several commands have in common."""
 
 from __future__ import annotations
 
@@ -13,18 +13,6 @@ from typing import Any, NoReturn
 
 from forcelab.errors import InputError
 from forcelab.text import tidy_name
-
-__all__ = [
-    "PROJECT",
-    "Formatter",
-    "Parser",
-    "UsageError",
-    "add_project",
-    "column_options",
-    "json_flag",
-    "name_of",
-    "path_of",
-]
 
 
 class UsageError(InputError):
@@ -60,7 +48,7 @@ class Parser(argparse.ArgumentParser):
     """Says in one sentence what is wrong, where a dozen lines of usage would bury it."""
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
-        """What was said, and the words that mean nothing.
+        """The arguments, and the words that mean nothing.
 
         Where there may be none of the last words, those behind an option are taken too, which
         argparse does not do: ``remove lab.forcelab --yes pull-03``.
@@ -82,7 +70,7 @@ class Parser(argparse.ArgumentParser):
         return said, words
 
     def _print_message(self, message: str, file: Any = None) -> None:
-        """Print; that standard output takes no more argparse would keep to itself."""
+        """Print; argparse alone would hide that standard output takes no more."""
         if file is sys.stdout:
             file.write(message)
         else:
@@ -101,7 +89,7 @@ class Parser(argparse.ArgumentParser):
         self.exit(2, f"{self.prog}: {message}; see '{self.prog} --help'.\n")
 
     def _unknown(self, words: Sequence[str]) -> str | None:
-        """What is wrong with the first word that looks like an option and is none, if there is."""
+        """What is wrong with the first word that looks like an option and is none."""
         known = list(self._option_string_actions)
         for word in words:
             name = word.partition("=")[0]
@@ -113,7 +101,7 @@ class Parser(argparse.ArgumentParser):
 
 
 def _no_choice(given: str, choices: str) -> str:
-    """What to say of a word that is none of those one may choose from."""
+    """The sentence for a word that is none of the choices."""
     known = [choice.strip("' ") for choice in choices.split(",")]
     near = get_close_matches(given, known, n=1)
     return f"there is no '{given}'; " + (
@@ -122,12 +110,23 @@ def _no_choice(given: str, choices: str) -> str:
 
 
 def add_project(parser: argparse.ArgumentParser) -> None:
-    """The project that a command works on, its first word."""
     parser.add_argument("project", metavar="PROJECT", type=path_of, help=PROJECT)
 
 
+def add_demonstration(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("demonstration", metavar="DEMO", help="its name or id")
+
+
+def add_task(parser: argparse._ActionsContainer, help_: str, **more: Any) -> None:
+    parser.add_argument("--task", metavar="TASK", type=name_of, help=help_, **more)
+
+
+def add_author(parser: argparse._ActionsContainer, help_: str, **more: Any) -> None:
+    parser.add_argument("--author", metavar="NAME", type=name_of, help=help_, **more)
+
+
 def path_of(text: str) -> Path:
-    """A file or folder from the command line; ``-`` means standard input or output, and is none."""
+    """A file or folder from the command line; ``-``, standard input or output, is none."""
     if text == "-":
         raise argparse.ArgumentTypeError("'-' names no file or folder; give it a name")
     return Path(text)
@@ -140,13 +139,12 @@ def name_of(text: str) -> str:
     raise argparse.ArgumentTypeError("a name cannot be empty")
 
 
-def json_flag(parser: argparse.ArgumentParser) -> None:
-    """The option of commands that print their result."""
+def add_json(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", action="store_true", help="print the result as JSON")
 
 
-def column_options(parser: argparse.ArgumentParser) -> None:
-    """Add what says which columns of a table hold times and counts, and which are signals."""
+def add_column_options(parser: argparse.ArgumentParser) -> None:
+    """Options for the columns of a table: times, counters, signals."""
     parser.add_argument("--time", metavar="COL", help="name or number of the column of times")
     parser.add_argument(
         "--jitter",

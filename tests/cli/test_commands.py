@@ -19,8 +19,8 @@ from quick import FAST
 
 from forcelab import __version__
 from forcelab.cli import build_parser, main
-from forcelab.cli.files import file_names
 from forcelab.formats.label_tables import read_labels
+from forcelab.formats.output_folder import file_names
 from forcelab.formats.recording import ReadOptions
 from forcelab.gui.qt_check import QtPlatform
 from forcelab.project import Project

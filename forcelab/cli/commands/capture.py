@@ -40,7 +40,7 @@ from forcelab.capture.reader import RecorderState
 from forcelab.capture.recorder import Recorder
 from forcelab.capture.save import CAPTURES, Recovered, SavedRecording, recover, unfinished
 from forcelab.cli.interrupts import uninterrupted
-from forcelab.cli.options import PROJECT, UsageError, json_flag, name_of
+from forcelab.cli.options import PROJECT, UsageError, add_json, add_task
 from forcelab.cli.output import json_text, printable, table
 from forcelab.cli.project_hints import hint_at_new_names
 from forcelab.errors import InputError
@@ -114,19 +114,9 @@ ResultT = TypeVar("ResultT")
 
 
 class LiveTrackRecorder:
-    """A recogniser on a recording, which goes on and is kept whatever fails here.
+    """A recogniser on a recording, which goes on and is saved whatever fails here.
 
-    Parameters
-    ----------
-    live : LiveRecognition
-        It has begun.
-    out : TextIO
-        Takes the segments as they end, where there is no line that shows them.
-
-    Attributes
-    ----------
-    trouble : str
-        Why the recording has no track; empty where it has one.
+    Segments go to `out` as they end, unless a line on the terminal shows them.
     """
 
     def __init__(self, live: LiveRecognition, out: TextIO) -> None:
@@ -185,13 +175,7 @@ class LiveTrackRecorder:
 
 
 def recognition_summary(figures: dict[str, Any]) -> str:
-    """What became of it, in a sentence.
-
-    Parameters
-    ----------
-    figures : dict
-        As :meth:`forcelab.live.recognition.LiveRecognition.keep` gives them.
-    """
+    """A sentence on the figures that :meth:`LiveRecognition.keep` gives."""
     after = figures["after"]
     late = (
         "no label in time"
@@ -210,7 +194,6 @@ LOOK, BLOCK = 0.1, 0.02
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """The options of the command."""
     parser.add_argument("project", metavar="PROJECT", type=Path, nargs="?", help=PROJECT)
     parser.add_argument(
         "--device",
@@ -226,7 +209,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         default=[],
         help="number or device of a camera; the first one's video goes with the demonstration",
     )
-    parser.add_argument("--task", metavar="TASK", type=name_of, help="task of the demonstration")
+    add_task(parser, "task of the demonstration")
     parser.add_argument("--name", metavar="NAME", help="its name (the task and the next number)")
     parser.add_argument(
         "--seconds", metavar="N", type=float, help="how long to record (until Ctrl+C)"
@@ -248,7 +231,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     what.add_argument(
         "--recover", action="store_true", help="make demonstrations of unfinished recordings"
     )
-    json_flag(parser)
+    add_json(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:

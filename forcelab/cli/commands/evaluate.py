@@ -24,11 +24,12 @@ from typing import Any
 
 from joblib import cpu_count
 
-from forcelab.cli.files import check_outputs, file_names
+from forcelab.cli.files import check_outputs
 from forcelab.cli.options import UsageError, add_project, name_of
 from forcelab.cli.output import json_path, percent, printable, progress_bar, report, table
 from forcelab.cli.settings_options import add_settings, choice_from, settings_from
 from forcelab.errors import InputError
+from forcelab.formats.output_folder import file_names
 from forcelab.formats.track_text import quoted_text
 from forcelab.io import write_atomically
 from forcelab.jobs import finish
@@ -46,13 +47,7 @@ FIRST = ("evaluation", "stage", "row", "demonstration")
 
 
 def check_table(path: Path) -> None:
-    """Refuse a kind of table that there is not, before the work and not after it.
-
-    Raises
-    ------
-    InputError
-        If the name does not end with ``.csv``.
-    """
+    """Refuse a table that is not CSV, before the work and not after it."""
     if path.suffix.lower() != ".csv":
         raise InputError(f"'{path}' is no table that can be written; name it '{path.stem}.csv'.")
 
@@ -116,7 +111,6 @@ what the scores are:
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """The options of the command."""
     add_project(parser)
     parser.epilog = f"{_SCORES}\n\n{parser.epilog}"
     add_settings(parser)

@@ -19,7 +19,7 @@ from importlib import import_module
 from pathlib import Path
 
 from forcelab.cli.interrupts import uninterrupted
-from forcelab.cli.options import name_of
+from forcelab.cli.options import add_author
 from forcelab.cli.output import printable
 from forcelab.gui.app import has_display
 from forcelab.gui.app import run as run_window
@@ -31,7 +31,6 @@ LARGEST = 8192
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """The options of the command."""
     parser.add_argument(
         "project", metavar="PROJECT", type=Path, nargs="?", help="project folder (the last one)"
     )
@@ -48,12 +47,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--theme", choices=("light", "dark", "system"), help="colours (those chosen in the window)"
     )
-    parser.add_argument(
-        "--author",
-        metavar="NAME",
-        type=name_of,
-        help="the coder (who labelled last in the project)",
-    )
+    add_author(parser, "the coder (who labelled last in the project)")
     parser.add_argument(
         "--screenshot", metavar="FILE", type=Path, help="draw the window into this .png"
     )

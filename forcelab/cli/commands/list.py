@@ -13,7 +13,7 @@ import argparse
 from textwrap import shorten
 
 from forcelab.cli.commands.note import note_json
-from forcelab.cli.options import add_project, json_flag, name_of
+from forcelab.cli.options import add_json, add_project, add_task, name_of
 from forcelab.cli.output import json_text, printable, table
 from forcelab.errors import InputError
 from forcelab.project import DemonstrationInfo, Note, Project, left_to_label
@@ -24,16 +24,15 @@ NOTES = 60
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """The options of the command."""
     add_project(parser)
-    parser.add_argument("--task", metavar="TASK", type=name_of, help="only this task")
+    add_task(parser, "only this task")
     parser.add_argument(
         "--to-label",
         metavar="NAME",
         type=name_of,
         help="only what this coder has not begun, or has assigned and not done",
     )
-    json_flag(parser)
+    add_json(parser)
 
 
 def run(arguments: argparse.Namespace) -> None:

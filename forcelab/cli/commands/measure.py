@@ -26,7 +26,7 @@ from importlib import import_module
 from pathlib import Path
 
 from forcelab.cli.files import check_outputs
-from forcelab.cli.options import UsageError, name_of
+from forcelab.cli.options import UsageError, add_author, add_task
 from forcelab.cli.output import json_path, printable, progress_bar, report, table
 from forcelab.errors import ForcelabError
 from forcelab.jobs import Progress, finish
@@ -43,24 +43,12 @@ MEASURED = (*MODULES, ALL)
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """The options of the command."""
     parser.add_argument("what", metavar="WHAT", choices=MEASURED, help=", ".join(MEASURED))
     parser.add_argument(
         "project", metavar="PROJECT", type=Path, nargs="?", help="recognition: folder of a project"
     )
-    parser.add_argument(
-        "--task",
-        action="append",
-        type=name_of,
-        metavar="TASK",
-        help="recognition: only this; may be repeated",
-    )
-    parser.add_argument(
-        "--author",
-        metavar="NAME",
-        type=name_of,
-        help="recognition: whose labels (who labelled most)",
-    )
+    add_task(parser, "recognition: only this; may be repeated", action="append")
+    add_author(parser, "recognition: whose labels (who labelled most)")
     parser.add_argument(
         "--thorough",
         action="store_true",

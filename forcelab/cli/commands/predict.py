@@ -14,10 +14,11 @@ import argparse
 import sys
 from pathlib import Path
 
-from forcelab.cli.files import check_outputs, demonstrations_in, file_names, output_folder
-from forcelab.cli.options import column_options, json_flag, path_of
+from forcelab.cli.files import check_outputs, demonstrations_in
+from forcelab.cli.options import add_column_options, add_json, path_of
 from forcelab.cli.output import json_text, printable
 from forcelab.errors import InputError
+from forcelab.formats.output_folder import file_names, output_folder
 from forcelab.formats.recording import ReadOptions
 from forcelab.formats.track_text import COLUMNS, plain_times, table_text, to_audacity, to_csv
 from forcelab.io import write_atomically
@@ -32,7 +33,6 @@ ENDINGS = {"csv": ".predicted.csv", "audacity": ".predicted.txt"}
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """The options of the command."""
     parser.add_argument(
         "recogniser", metavar="RECOGNISER", type=path_of, help="file that train wrote"
     )
@@ -45,14 +45,14 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--rate", metavar="HZ", type=float, help="of recordings without a column of times"
     )
-    column_options(parser)
+    add_column_options(parser)
     parser.add_argument(
         "--format",
         choices=("csv", "audacity"),
         default="csv",
         help="start,end,action,author (csv), or a label track",
     )
-    json_flag(parser)
+    add_json(parser)
 
 
 def run(arguments: argparse.Namespace) -> None:
