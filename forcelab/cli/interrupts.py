@@ -33,13 +33,13 @@ def interruptible() -> Iterator[None]:
 
     known = [getattr(signal, name) for name in SIGNALS if hasattr(signal, name)]
     # One that is ignored already stays so: that is how nohup keeps a program alive.
-    heard = [number for number in known if signal.getsignal(number) is signal.SIG_DFL]
-    for number in heard:
+    handled = [number for number in known if signal.getsignal(number) is signal.SIG_DFL]
+    for number in handled:
         signal.signal(number, stop)
     try:
         yield
     finally:
-        for number in heard:
+        for number in handled:
             signal.signal(number, signal.SIG_DFL)
 
 
@@ -49,16 +49,16 @@ def uninterrupted() -> Iterator[None]:
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    heard: list[int] = []
+    received: list[int] = []
     known = [signal.SIGINT, *(getattr(signal, name) for name in SIGNALS if hasattr(signal, name))]
     before = {number: signal.getsignal(number) for number in known}
     waiting = [number for number, handler in before.items() if callable(handler)]
     for number in waiting:
-        signal.signal(number, lambda number, _: heard.append(number))
+        signal.signal(number, lambda number, _: received.append(number))
     try:
         yield
     finally:
         for number in waiting:
             signal.signal(number, before[number])
-    for number in heard[:1]:
+    for number in received[:1]:
         signal.raise_signal(number)

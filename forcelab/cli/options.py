@@ -54,20 +54,20 @@ class Parser(argparse.ArgumentParser):
         argparse does not do: ``remove lab.forcelab --yes pull-03``.
         """
         self._given = list(sys.argv[1:] if args is None else args)
-        said, words = super().parse_known_args(args, namespace)
+        parsed, words = super().parse_known_args(args, namespace)
         if (unknown := self._unknown(words)) is not None:
             self.error(unknown)
-        last = next((one for one in reversed(self._actions) if not one.option_strings), None)
+        last = next((a for a in reversed(self._actions) if not a.option_strings), None)
         if last is None or any(word.startswith("-") for word in words):
-            return said, words
-        known: Any = getattr(said, last.dest, None)
-        read = last.type if callable(last.type) else str
+            return parsed, words
+        value: Any = getattr(parsed, last.dest, None)
+        convert = last.type if callable(last.type) else str
         if last.nargs == "*":
-            setattr(said, last.dest, [*known, *map(read, words)])
+            setattr(parsed, last.dest, [*value, *map(convert, words)])
             words = []
-        elif last.nargs == "?" and len(words) == 1 and known == last.default:
-            setattr(said, last.dest, read(words.pop()))
-        return said, words
+        elif last.nargs == "?" and len(words) == 1 and value == last.default:
+            setattr(parsed, last.dest, convert(words.pop()))
+        return parsed, words
 
     def _print_message(self, message: str, file: Any = None) -> None:
         """Print; argparse alone would hide that standard output takes no more."""
@@ -93,18 +93,19 @@ class Parser(argparse.ArgumentParser):
         known = list(self._option_string_actions)
         for word in words:
             name = word.partition("=")[0]
-            if re.match(r"--?[^\W\d]", name) and not any(one.startswith(name) for one in known):
+            looks_like_option = re.match(r"--?[^\W\d]", name)
+            if looks_like_option and not any(option.startswith(name) for option in known):
                 near = get_close_matches(name, known, n=1)
                 cure = f"; did you mean '{near[0]}'" if near else ""
                 return f"'{word}' means nothing here{cure}"
         return None
 
 
-def _no_choice(given: str, choices: str) -> str:
+def _no_choice(word: str, choices: str) -> str:
     """The sentence for a word that is none of the choices."""
     known = [choice.strip("' ") for choice in choices.split(",")]
-    near = get_close_matches(given, known, n=1)
-    return f"there is no '{given}'; " + (
+    near = get_close_matches(word, known, n=1)
+    return f"there is no '{word}'; " + (
         f"did you mean '{near[0]}'" if near else f"choose from {', '.join(known)}"
     )
 

@@ -78,7 +78,6 @@ def run(arguments: argparse.Namespace) -> None:
 
 
 def _report(found: Agreement, names: dict[str, str]) -> list[str]:
-    """The figures for people."""
     lines = []
     if found.pairs:
         lines += [*_pairs(found.pairs), ""]
@@ -161,7 +160,6 @@ def _places(pair: PairAgreement, names: dict[str, str]) -> list[str]:
 
 
 def _consistency_table(own: Consistency, names: dict[str, str]) -> list[str]:
-    """How consistent a coder is."""
     rows = [[f"{own.author} alone", "segments", "mean s", "variation %"]]
     rows += [
         [
@@ -185,17 +183,14 @@ def _consistency_table(own: Consistency, names: dict[str, str]) -> list[str]:
 
 
 def _place_text(place: Interval, names: dict[str, str]) -> str:
-    """A place in words."""
     return f"in {names[place.demonstration]} at {place.start:.3f} s"
 
 
 def _kappa(kappa: float | None) -> str:
-    """A kappa with its word."""
     return "-" if kappa is None else f"{kappa:.3f} ({landis_koch(kappa)})"
 
 
 def _json_content(found: Agreement, names: dict[str, str]) -> dict[str, Any]:
-    """The figures and the worst places as plain values."""
 
     def plain(places: Sequence[Interval], first: str, second: str) -> list[dict[str, Any]]:
         return [

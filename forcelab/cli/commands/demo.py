@@ -71,7 +71,6 @@ def run(arguments: argparse.Namespace) -> None:
 
 
 def _labelled() -> str:
-    """Who labelled which demonstrations of each task."""
     parts = [f"{coder} labelled {_listed(numbers)}" for coder, numbers in LABELLED.items()]
     return f"Of each task {', '.join(parts)}; {_listed(UNLABELLED)} is left to you."
 

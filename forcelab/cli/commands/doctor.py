@@ -93,7 +93,6 @@ def _run_check(what: str, look: Callable[[], Iterator[Check]]) -> Iterator[Check
 
 
 def _version(name: str) -> str | None:
-    """The version of an installed package."""
     try:
         return version(name)
     except PackageNotFoundError:
@@ -142,11 +141,11 @@ def _devices() -> Iterator[Check]:
     """Cameras and serial ports, and whether this user may use them."""
     from forcelab.capture.discovery import cameras, find_ports
 
-    seen = cameras()
-    for camera in seen:
+    found = cameras()
+    for camera in found:
         cure = "" if camera.usable else "sudo usermod -aG video $USER, then log in again"
         yield Check(f"camera {camera.device}", camera.name, camera.usable, cure)
-    if not seen:
+    if not found:
         yield Check("cameras", "none plugged in")
     ports = find_ports()
     for port in ports:

@@ -174,9 +174,9 @@ def run(arguments: argparse.Namespace) -> None:
         raise UsageError(f"--folds is 2 or more, or 0, not {arguments.folds}.")
     # More processes than cores only cost their start.
     jobs = min(arguments.jobs or cpu_count(), cpu_count())
-    asked = [path for path in (arguments.figure, arguments.confusion) if path is not None]
-    _check_outputs(arguments, asked)
-    _check_suffixes(asked)
+    figures = [path for path in (arguments.figure, arguments.confusion) if path is not None]
+    _check_outputs(arguments, figures)
+    _check_suffixes(figures)
     if arguments.table is not None:
         check_table(arguments.table)
     with Project.open(arguments.project) as project, progress_bar() as watch:
@@ -230,7 +230,6 @@ def _report(evaluated: Evaluated, json_file: Path | None) -> None:
 
 
 def _score_tables(evaluation: Evaluation) -> str:
-    """The scores of one evaluation as tables."""
     settings = evaluation.settings
     raw, raw_each = evaluation.scores("raw")
     filtered, filtered_each = evaluation.scores("filtered")
@@ -289,7 +288,6 @@ def _further_scores(evaluation: Evaluation) -> list[str]:
 
 
 def _row(raw: Scores, filtered: Scores) -> list[str]:
-    """A demonstration's line."""
     median = filtered.boundary_labelled_ms["median"]
     return [
         raw.name,
@@ -341,7 +339,9 @@ def _file_for_each(evaluated: Evaluated, path: Path | None) -> list[Path]:
         return []
     if evaluated.joined:
         return [path]
-    names = file_names([f"{path.stem}-{made.title}" for _, made in evaluated.evaluations])
+    names = file_names(
+        [f"{path.stem}-{evaluation.title}" for _, evaluation in evaluated.evaluations]
+    )
     return [path.with_name(name + path.suffix) for name in names]
 
 

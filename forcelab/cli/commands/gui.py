@@ -78,7 +78,6 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _size(text: str) -> tuple[int, int]:
-    """Width and height in pixels."""
     match = re.fullmatch(r"(\d{3,5})[xX](\d{3,5})", text)
     if match is None:
         raise argparse.ArgumentTypeError(f"'{text}' is no size such as 1280x800")
@@ -89,7 +88,6 @@ def _size(text: str) -> tuple[int, int]:
 
 
 def _seconds(text: str) -> float:
-    """A time in seconds."""
     with suppress(ValueError):
         if math.isfinite(seconds := float(text)):
             return seconds
@@ -97,7 +95,6 @@ def _seconds(text: str) -> float:
 
 
 def _span(text: str) -> float:
-    """A length of time in seconds."""
     if (seconds := _seconds(text)) > 0:
         return seconds
     raise argparse.ArgumentTypeError(f"'{text}' is no length of time above 0 s")

@@ -70,8 +70,8 @@ def run(arguments: argparse.Namespace) -> None:
     if any(notes.values()):
         rows[0].append("notes")
         for row, info in zip(rows[1:], infos, strict=True):
-            told = "; ".join(f"{note.author}: {note.text}" for note in notes[info.id])
-            row.append(shorten(told, NOTES, placeholder="…"))  # `forcelab note` has them whole
+            texts = "; ".join(f"{note.author}: {note.text}" for note in notes[info.id])
+            row.append(shorten(texts, NOTES, placeholder="…"))  # `forcelab note` has them whole
     print(table(rows, right=[2, 3, 4]))
     for info in infos:
         for path in beside[info.id]:
@@ -84,7 +84,7 @@ def _left_to_label(
     project: Project, infos: tuple[DemonstrationInfo, ...], author: str
 ) -> tuple[DemonstrationInfo, ...]:
     """What a coder still has to label."""
-    assigned = {one.demonstration: one for one in project.assignments(author)}
+    assigned = {assignment.demonstration: assignment for assignment in project.assignments(author)}
     alike = name_alike(author, project.people())
     if alike is not None and not assigned:
         raise InputError(f"'{author}' has labelled nothing here; there is '{alike}'.")
@@ -96,7 +96,6 @@ def _left_to_label(
 
 
 def _row(info: DemonstrationInfo) -> list[str]:
-    """A demonstration's line."""
     labelled = ", ".join(
         f"{author} {100 * seconds / info.duration:.0f} %"
         for author, seconds in info.labelled.items()
@@ -115,7 +114,6 @@ def _row(info: DemonstrationInfo) -> list[str]:
 def _demonstration_json(
     info: DemonstrationInfo, beside: list[str], notes: list[Note]
 ) -> dict[str, object]:
-    """A demonstration as plain values."""
     return {
         "id": info.id,
         "name": info.name,

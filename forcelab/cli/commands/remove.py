@@ -184,7 +184,6 @@ def _recognisers(project: Project, keys: Sequence[str]) -> dict[str, str]:
 
 
 def _json_content(removal: _Removal) -> dict[str, object]:
-    """What was removed, as plain values."""
     return {
         "removed": [
             {"id": info.id, "name": info.name, "task": info.task} for info in removal.infos

@@ -100,7 +100,6 @@ def run(arguments: argparse.Namespace) -> None:
 
 
 def _port_lines(replay: Replay) -> str:
-    """A line for each port."""
     lines = []
     for port, part in zip(replay.ports, replay.parts, strict=True):
         line = f"{port}  {printable(' '.join(part.names))}"
@@ -112,7 +111,6 @@ def _port_lines(replay: Replay) -> str:
 
 
 def _json_content(replay: Replay, devices: list[str]) -> dict[str, object]:
-    """The same as plain values."""
     ports: list[dict[str, object]] = []
     for port, device, part in zip(replay.ports, devices, replay.parts, strict=True):
         plain: dict[str, object] = {"port": port, "device": device, "channels": list(part.names)}

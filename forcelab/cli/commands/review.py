@@ -188,7 +188,6 @@ def _verdicts(judged: Sequence[Judged]) -> str:
 def _json_content(
     outcome: Outcome, found: Queue, sections: dict[str, Sequence[Difference]]
 ) -> dict[str, object]:
-    """The same as plain values."""
     names = {demonstration.id: demonstration.name for demonstration in outcome.tested}
     return {
         "run": outcome.number,

@@ -65,12 +65,10 @@ def run(arguments: argparse.Namespace) -> None:
 
 
 def _megabytes(count: int) -> str:
-    """Bytes in megabytes."""
     return f"{count / 1e6:.1f}"
 
 
 def _row(run: RunSummary, use: RunUse) -> list[str]:
-    """A run's line."""
     digest = run.digest
     tasks, test_task = tasks_of(run.settings)
     return [
@@ -113,7 +111,6 @@ def _summary(run: RunSummary, use: RunUse) -> dict[str, Any]:
 
 
 def _comparison_text(comparison: Comparison) -> str:
-    """Two runs side by side as text."""
     one, other = comparison.one, comparison.other
     parts = [
         f"Run {one.number} ({printable(one.title)}) and {other.number} ({printable(other.title)})"
@@ -151,7 +148,6 @@ def _comparison_text(comparison: Comparison) -> str:
 
 
 def _line(comparison: Comparison, stage: str, metric: str) -> list[str]:
-    """A metric's line."""
     first, second = (look_up(scores, metric) for scores in comparison.pooled[stage])
     ends = comparison.intervals[stage][metric]
     scale = 1.0 if metric == "kappa" or metric.startswith("boundary_") else 100.0
@@ -186,7 +182,6 @@ def _difference_text(
 
 
 def _comparison_json(comparison: Comparison) -> dict[str, Any]:
-    """Two runs side by side as plain values."""
     return {
         "runs": [comparison.one.number, comparison.other.number],
         "settings": [list(row) for row in comparison.settings],

@@ -100,7 +100,6 @@ def _content(
     proposal: Proposal | None,
     stored: bool,
 ) -> dict[str, Any]:
-    """The same as plain values."""
     content: dict[str, Any] = {
         "demonstration": demonstration.name,
         "id": demonstration.id,
@@ -122,7 +121,6 @@ def _result_text(
     proposal: Proposal | None,
     stored: bool,
 ) -> str:
-    """For people."""
     lines = [
         f"{printable(demonstration.name)}: the video's clock",
         f"  before      {_clock(before)}",
@@ -151,5 +149,4 @@ def _result_text(
 
 
 def _clock(clock: ClockMap) -> str:
-    """Offset and rate for people."""
     return f"offset {clock.offset:+.4f} s, rate {1e6 * (clock.rate - 1):+.1f} ppm"

@@ -100,7 +100,6 @@ def _probability_text(why: Why) -> str:
 
 
 def _bands(why: Why) -> str:
-    """The strongest bands."""
     lines = [f"What tells {why.favoured} from {why.against} most, in log-odds:"]
     for band in why.strongest():
         which = "for" if band.weight >= 0 else "against"
@@ -155,7 +154,6 @@ def _nearest(why: Why, names: dict[str, str]) -> str:
 
 
 def _row(action: str, neighbour: Neighbour, names: dict[str, str]) -> list[str]:
-    """One neighbour."""
     place = neighbour.place
     times = [f"{place.start:.3f}", f"{place.end:.3f}"]
     name = names.get(place.demonstration, place.demonstration)
