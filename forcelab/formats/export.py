@@ -48,7 +48,7 @@ class ExportFormat:
 
 
 def _statistics_rows(part: Part) -> list[AnnotatedTrack]:
-    kinds = {author.name: author.kind for author in part.project.authors()}
+    kinds = {author.name: author.kind for author in part.project.coding.authors()}
     info = part.info
     return [
         AnnotatedTrack(info.name, info.task, info.duration, kinds.get(track.author, "coder"), track)
@@ -57,13 +57,13 @@ def _statistics_rows(part: Part) -> list[AnnotatedTrack]:
 
 
 def _elan(part: Part) -> bytes:
-    return to_elan(part.tracks, part.project.load(part.info.id).video, part.folder)
+    return to_elan(part.tracks, part.project.demonstrations.load(part.info.id).video, part.folder)
 
 
 def _observations(part: Part) -> list[Observation]:
     """Tracks with what else is known of how they were observed: the video, and when."""
     project, info = part.project, part.info
-    file, video = None, project.load(info.id).video if info.has_video else None
+    file, video = None, project.demonstrations.load(info.id).video if info.has_video else None
     if video is not None:
         file = VideoFile(video.path, video.clock, told_rate(video.path), told_length(video.path))
     return [
@@ -72,7 +72,7 @@ def _observations(part: Part) -> list[Observation]:
             info.task,
             track,
             file,
-            next((edit.time for edit in project.history(info.id, track.author)), None),
+            next((edit.time for edit in project.tracks.history(info.id, track.author)), None),
         )
         for track in part.tracks
     ]
@@ -105,7 +105,7 @@ FORMATS: Final[dict[str, ExportFormat]] = {
         "project",
         _observations,
         lambda project, observations: to_boris(
-            project.path.resolve().stem, observations, joined(project.vocabularies())
+            project.path.resolve().stem, observations, joined(project.actions.vocabularies())
         ),
     ),
     "audacity": ExportFormat(
@@ -155,7 +155,7 @@ def exporting(
 def _archive(
     project: Project, file: Path, viewer: str | None, replacing: bool
 ) -> Generator[Progress, None, tuple[Path, ...]]:
-    if viewer is not None and project.blind_to(viewer):
+    if viewer is not None and project.coding.blind_to(viewer):
         raise InputError(
             f"An archive holds everybody's labels, and some are hidden from '{viewer}' until "
             f"blind coding is done; export tracks instead."
@@ -175,21 +175,21 @@ def _parts(
     authors: Collection[str] | None,
 ) -> list[Part]:
     """The tracks to write, by demonstration."""
-    known = [author.name for author in project.authors()]
+    known = [author.name for author in project.coding.authors()]
     for name in authors or ():
         if name not in known:
             others = ", ".join(known) or "none at all"
             raise InputError(f"Nobody called '{name}' labelled here; there are {others}.")
-    infos = project.demonstrations()
+    infos = project.demonstrations.infos()
     times = Counter(info.name.casefold() for info in infos)
     parts = []
     for info in infos:
         if not info.authors or (ids is not None and info.id not in ids):
             continue
-        hidden = viewer is not None and project.is_blind(info.id, viewer)
+        hidden = viewer is not None and project.coding.is_blind(info.id, viewer)
         tracks = tuple(
             track
-            for track in project.tracks(info.id)
+            for track in project.tracks.of(info.id)
             if (not hidden or track.author == viewer)
             and (authors is None or track.author in authors)
         )

@@ -38,7 +38,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> None:
     """Assign demonstrations to a coder, and print what is assigned."""
     with Project.open(arguments.project) as project:
-        infos = {info.id: info for info in project.demonstrations()}
+        infos = {info.id: info for info in project.demonstrations.infos()}
         chosen = _selected_ids(project, infos, arguments)
         if chosen:
             if arguments.author is None:
@@ -48,7 +48,7 @@ def run(arguments: argparse.Namespace) -> None:
                     _assign(project, id_, arguments)
         elif arguments.open or arguments.done or arguments.reopen or arguments.remove:
             raise UsageError("No demonstration was named; give names, ids or --task.")
-        assignments = project.assignments(arguments.author)
+        assignments = project.coding.assignments(arguments.author)
     shown = [
         (assignment, infos[assignment.demonstration])
         for assignment in assignments
@@ -66,9 +66,9 @@ def _selected_ids(
     project: Project, infos: dict[str, DemonstrationInfo], arguments: argparse.Namespace
 ) -> list[str]:
     """The ids of the demonstrations that the command line names, each once."""
-    ids = [project.id_of(key) for key in arguments.demonstrations]
+    ids = [project.demonstrations.id_of(key) for key in arguments.demonstrations]
     if arguments.task is not None:
-        project.check_task(arguments.task)
+        project.demonstrations.check_task(arguments.task)
         ids += [info.id for info in infos.values() if info.task == arguments.task]
     return list(dict.fromkeys(ids))
 
@@ -76,11 +76,11 @@ def _selected_ids(
 def _assign(project: Project, id_: str, arguments: argparse.Namespace) -> None:
     """Assign one demonstration, or change its assignment."""
     if arguments.remove:
-        project.unassign(id_, arguments.author)
+        project.coding.unassign(id_, arguments.author)
     elif arguments.done or arguments.reopen:
-        project.set_done(id_, arguments.author, done=arguments.done)
+        project.coding.set_done(id_, arguments.author, done=arguments.done)
     else:
-        project.assign(id_, arguments.author, blind=not arguments.open)
+        project.coding.assign(id_, arguments.author, blind=not arguments.open)
 
 
 def _row(assignment: Assignment, info: DemonstrationInfo) -> list[str]:

@@ -75,23 +75,23 @@ def run(arguments: argparse.Namespace) -> None:
                 f"to remove {'it' if single else 'them'}."
             )
         project.refuse_read_only()
-        project.remove_all(removal.heads)
+        project.demonstrations.remove_all(removal.heads)
         for number in removal.runs:
-            if project.run_uses(number):  # somebody may have been quicker
-                project.remove_run(number)
+            if project.runs.uses(number):  # somebody may have been quicker
+                project.runs.remove(number)
         for id_ in removal.recognisers:
-            if id_ in project.recogniser_bytes():
-                project.remove_recogniser(id_)
+            if id_ in project.runs.recogniser_bytes():
+                project.runs.remove_recogniser(id_)
     text = printable(f"Removed {listed(removal.named, NAMED)}: {goes}.")
     print_result(arguments.json, _json_content(removal), text)
 
 
 def _ask_demonstrations(project: Project, keys: Sequence[str], removal: _Removal) -> None:
     """What goes with demonstrations."""
-    for id_ in dict.fromkeys(project.id_of(key) for key in keys):
-        authors = project.info(id_).authors
-        removal.heads[id_] = {name: project.head(id_, name) for name in authors}
-        info = project.info(id_)
+    for id_ in dict.fromkeys(project.demonstrations.id_of(key) for key in keys):
+        authors = project.demonstrations.info(id_).authors
+        removal.heads[id_] = {name: project.tracks.head(id_, name) for name in authors}
+        info = project.demonstrations.info(id_)
         removal.infos.append(info)
         removal.named.append(f"'{info.name}'")
     seconds = sum(info.duration for info in removal.infos)
@@ -110,10 +110,10 @@ def _ask_demonstrations(project: Project, keys: Sequence[str], removal: _Removal
         f"the labels of {name} ({percent(min(spent / seconds, 1.0))} %)"
         for name, spent in labelled.items()
     ]
-    assigned = [a for a in project.assignments() if a.demonstration in removal.heads]
+    assigned = [a for a in project.coding.assignments() if a.demonstration in removal.heads]
     if assigned:
         removal.goes.append(counted(len(assigned), "assignment"))
-    if notes := sum(note.demonstration in removal.heads for note in project.notes()):
+    if notes := sum(note.demonstration in removal.heads for note in project.coding.notes()):
         removal.goes.append(counted(notes, "note"))
 
 
@@ -121,11 +121,11 @@ def _ask_runs(project: Project, numbers: Sequence[int], removal: _Removal) -> No
     """What goes with runs, and what stays without the run that it came from."""
     if not numbers:
         return
-    every = {use.run: use for use in project.run_uses()}
+    every = {use.run: use for use in project.runs.uses()}
     uses = []
     for number in dict.fromkeys(numbers):
         if number not in every:
-            project.run(number)  # says that there is none
+            project.runs.get(number)  # says that there is none
         uses.append(every[number])
         removal.runs.append(number)
         removal.named.append(f"run {number}")
@@ -147,7 +147,7 @@ def _ask_recognisers(project: Project, keys: Sequence[str], removal: _Removal) -
     """What goes with recognisers, told by their ids or the first six or more digits of them."""
     if not keys:
         return
-    sizes, uses = project.recogniser_bytes(), project.run_uses()
+    sizes, uses = project.runs.recogniser_bytes(), project.runs.uses()
     gone = {use.recogniser for use in uses if use.run in removal.runs}  # with their runs
     chosen = _recognisers(project, keys)
     found = {id_: name for id_, name in chosen.items() if id_ not in gone}
@@ -165,9 +165,9 @@ def _ask_recognisers(project: Project, keys: Sequence[str], removal: _Removal) -
 
 def _recognisers(project: Project, keys: Sequence[str]) -> dict[str, str]:
     """Ids of the recognisers that are meant, and their names; two runs may share one."""
-    every = {id_: id_[:NAME] for id_ in project.recogniser_bytes()}
+    every = {id_: id_[:NAME] for id_ in project.runs.recogniser_bytes()}
     with contextlib.suppress(InputError):  # a damaged one can be removed, too
-        every |= {r.id: r.name for r in project.recognisers()}
+        every |= {r.id: r.name for r in project.runs.recognisers()}
     chosen = {}
     for key in keys:
         found = [

@@ -37,13 +37,13 @@ def run(arguments: argparse.Namespace) -> None:
     with Project.open(arguments.project) as project:
         project.refuse_read_only()
         for task in tasks or ():
-            project.check_task(task)
-        if not arguments.yes and (change := project.renaming(*renaming)).merges:
+            project.demonstrations.check_task(task)
+        if not arguments.yes and (change := project.actions.preview_rename(*renaming)).merges:
             raise InputError(
                 f"Nothing was renamed yet. {change.sentences(done=False)} "
                 f"Give --yes to merge the two."
             )
-        done = project.rename_action(*renaming, merge=arguments.yes)
+        done = project.actions.rename(*renaming, merge=arguments.yes)
     content = {
         "author": done.author,
         "old": done.old,

@@ -43,8 +43,8 @@ def run(arguments: argparse.Namespace) -> None:
             print_result(arguments.json, content, text)
             return
         with project.snapshot():
-            runs, uses = project.run_summaries(), project.run_uses()
-            recognisers, sizes = project.recognisers(), project.recogniser_bytes()
+            runs, uses = project.runs.summaries(), project.runs.uses()
+            recognisers, sizes = project.runs.recognisers(), project.runs.recogniser_bytes()
     pairs = list(zip(runs, uses, strict=True))
     text = "No runs; 'forcelab evaluate' and the window's Train make them."
     if runs:
