@@ -184,14 +184,14 @@ def test_an_archive_brings_everything_back(project, whole, tmp_path):
         runs, copies = expected.pop("runs"), told.pop("runs")
         assert told == expected
         assert repr(copies) == repr(runs)  # NaN is not equal to itself
-        video = copy.load("n1").video
+        video = copy.demonstrations.load("n1").video
         assert video is not None
         assert video.path.is_relative_to(tmp_path / "copy.forcelab")
         write_archive(copy, tmp_path / "again.zip")
-        bert = copy.load("n2").id
+        bert = copy.demonstrations.load("n2").id
         assert copy.tracks.redo(bert, "bert") is None
         assert copy.tracks.undo(bert, "bert") is not None
-        assert copy.tracks.redo(copy.load("n1").id, "anna") is not None
+        assert copy.tracks.redo(copy.demonstrations.load("n1").id, "anna") is not None
     assert (tmp_path / "again.zip").read_bytes() == whole.read_bytes()
 
 
@@ -332,7 +332,7 @@ def test_the_labels_of_coders_are_read_and_predictions_left(whole, tmp_path):
     assert [track.author for track in one.tracks] == ["anna"]
     assert one.tracks[0].segments == HOLD
     assert two.tracks == (Track("bert", GRAB), Track("cleo", HOLD))
-    (remark,) = {one.left, two.left}
+    (remark,) = {one.not_imported, two.not_imported}
     assert "models' predictions" in remark
     assert (one.demonstration.task, two.demonstration.grid_rate) == ("LEGO", 250.0)
     with Project.create(tmp_path / "other.forcelab") as other:
@@ -409,7 +409,7 @@ def test_notes_stay_with_all_that_was_there_before(project, whole, tmp_path):
         assert name in refused(packed(whole, **{name: {**record, "notes": notes}}), tmp_path)  # type: ignore[dict-item]
     del record["notes"]  # type: ignore[attr-defined]
     with read_archive(packed(whole, **{name: record}), tmp_path / "older.forcelab") as older:
-        assert older.note_events() == ()
+        assert older.coding.note_events() == ()
 
 
 def test_a_program_that_knows_no_notes_reads_the_archive_as_before(project, whole, tmp_path):
@@ -449,8 +449,8 @@ def test_an_archive_of_version_2_knows_neither_verdicts_nor_who_proposed(whole, 
     members = {"forcelab.json": manifest, "edits.json": edits, "verdicts.json": None}
     old = packed(whole, **members)
     with read_archive(old, tmp_path / "copy.forcelab") as copy:
-        id_ = copy.load("n2").id
-        assert copy.track(id_, "cleo").segments == HOLD
+        id_ = copy.demonstrations.load("n2").id
+        assert copy.tracks.get(id_, "cleo").segments == HOLD
         assert copy.tracks.origins(id_, "cleo") == {}
         assert copy.coding.verdict_events() == ()
         assert len(copy.coding.assignments()) == 2

@@ -39,8 +39,8 @@ def archive(tmp_path):
 
 def test_an_archive_brings_the_truth_back(archive, tmp_path):
     with read_archive(archive, tmp_path / "copy.forcelab") as copy:
-        assert copy.demonstrations.truth(copy.load("one").id) == TRUTH
-        assert copy.demonstrations.truth(copy.load("other").id) is None
+        assert copy.demonstrations.truth(copy.demonstrations.load("one").id) == TRUTH
+        assert copy.demonstrations.truth(copy.demonstrations.load("other").id) is None
         write_archive(copy, tmp_path / "again.zip")
     assert (tmp_path / "again.zip").read_bytes() == archive.read_bytes()
 
