@@ -40,7 +40,7 @@ LONG = (
     "measure/test_capture.py",
     "recognition/test_classifiers.py",
     "formats/test_broken_input.py",
-    "formats/pdl/test_restricted_pickle.py",
+    "formats/test_pdl.py",
     "signals/test_scalogram.py",
 )
 #: Waits for what has gone on beside all others.

@@ -13,7 +13,7 @@ from forcelab.formats.optoforce_packets import KINDS
 from forcelab.formats.recording import ReadOptions
 from forcelab.resources import asset
 
-DUMP = Path(__file__).resolve().parents[3] / "../shared/data/optoforce/stream-3axis.bin"
+DUMP = Path(__file__).resolve().parents[2] / "../shared/data/optoforce/stream-3axis.bin"
 AXES3, FOUR, AXES6 = KINDS
 needs_dump = pytest.mark.skipif(not DUMP.is_file(), reason="the real recordings are not here")
 
