@@ -31,7 +31,7 @@ LONG = (
     "cli/test_capture.py",
     "cli/test_simulate.py",
     "cli/test_gui.py",
-    "cli/test_stopping.py",
+    "cli/test_interrupts.py",
     "e2e/test_kills.py",
     "measure/test_recognition_swapped.py",
     "recognition/test_storage.py",

@@ -106,7 +106,7 @@ def project(tmp_path):
         project.coding.assign(other, "anna")
         project.coding.assign(id_, "cäcilie", blind=False)
         project.coding.set_done(other, "anna")
-        made = {
+        created = {
             "settings": {"p": 5, "merge": {"grap": "grab"}},
             "seed": 3,
             "labels": [
@@ -115,8 +115,8 @@ def project(tmp_path):
             ],
             "versions": {"numpy": "2.4"},
         }
-        project.runs.add_recogniser("mlp 1", b"opaque", **made)
-        project.runs.add("evaluate", **made, result={"accuracy": 0.72, "edit": float("nan")})
+        project.runs.add_recogniser("mlp 1", b"opaque", **created)
+        project.runs.add("evaluate", **created, result={"accuracy": 0.72, "edit": float("nan")})
         verdict = Verdict(id_, "bert", "anna", 0.1, 1 / 3, "hold", None, "model", run=1)
         project.coding.add_verdict(verdict)
         project.coding.add_verdict(
@@ -182,9 +182,9 @@ def test_an_archive_brings_everything_back(project, whole, tmp_path):
     assert len(expected["edits"]) == 4  # type: ignore[arg-type]
     assert expected["origins"][-1] == {s: Origin("model mlp 1") for s in HOLD}  # type: ignore[index]
     with read_archive(whole, tmp_path / "copy.forcelab") as copy:
-        told = everything(copy)
-        runs, copies = expected.pop("runs"), told.pop("runs")
-        assert told == expected
+        output = everything(copy)
+        runs, copies = expected.pop("runs"), output.pop("runs")
+        assert output == expected
         assert repr(copies) == repr(runs)  # NaN is not equal to itself
         video = copy.demonstrations.load("n1").video
         assert video is not None
@@ -234,10 +234,10 @@ def test_export_import_export_gives_the_same_bytes(steps, name):
                 elif verb == "redo":
                     project.tracks.redo(id_, author)
                 elif verb == "judge":
-                    said = Verdict(
+                    result = Verdict(
                         id_, "Bo", author, start, start + length, name, None, "ambiguous"
                     )
-                    project.coding.add_verdict(said)
+                    project.coding.add_verdict(result)
                 else:
                     paints = verb != "erase"
                     action = (name,) if paints else ()
@@ -245,18 +245,18 @@ def test_export_import_export_gives_the_same_bytes(steps, name):
                     kind = "predict" if verb == "predict" else "paint"
                     by = "model x" if verb == "accept" else None
                     project.tracks.edit(id_, who, track, after, verb, kind=kind, proposed_by=by)
-            told = everything(project)
+            output = everything(project)
             write_archive(project, root / "one.zip")
         with read_archive(root / "one.zip", root / "two") as copy:
             write_archive(copy, root / "two.zip")
-            assert everything(copy)["origins"] == told["origins"]
+            assert everything(copy)["origins"] == output["origins"]
         assert (root / "two.zip").read_bytes() == (root / "one.zip").read_bytes()
 
 
 def test_what_runs_found_is_held_one_after_the_other(project, tmp_path):
-    made = {"settings": {}, "seed": None, "labels": [], "versions": {}}
+    created = {"settings": {}, "seed": None, "labels": [], "versions": {}}
     for number in range(4):
-        project.runs.add("evaluate", result={"told": f"{number}\n" * 500_000}, **made)
+        project.runs.add("evaluate", result={"told": f"{number}\n" * 500_000}, **created)
     tracemalloc.start()
     write_archive(project, tmp_path / "first.zip")
     _, peak = tracemalloc.get_traced_memory()
@@ -305,9 +305,9 @@ def test_however_a_list_is_laid_out_it_is_read(whole, tmp_path, indent):
 )
 def test_a_list_that_is_none_is_refused(whole, tmp_path, spoil):
     text = json.dumps(2 * loaded(whole, "runs.json"), indent=1)  # type: ignore[operator]
-    told = refused(packed(whole, **{"runs.json": spoil(text).encode()}), tmp_path)
-    assert "'runs.json'" in told
-    assert "no valid JSON list" in told
+    output = refused(packed(whole, **{"runs.json": spoil(text).encode()}), tmp_path)
+    assert "'runs.json'" in output
+    assert "no valid JSON list" in output
 
 
 def test_an_archive_is_known_by_its_content(whole, tmp_path):
@@ -353,7 +353,7 @@ def test_assignments_stay_assigned_and_done(project, whole, tmp_path):
     with read_archive(whole, tmp_path / "copy.forcelab") as copy:
         assert copy.coding.assignments() == project.coding.assignments() != ()
     events = loaded(whole, "assignments.json")
-    for field, wrong, said in (
+    for field, wrong, result in (
         ("kind", "lost", "'lost' is nothing that befalls an assignment"),
         ("kind", "reopened", "never assigned to 'anna'"),
         ("demonstration", "0" * 32, "is told but missing in 'assignments.json'"),
@@ -361,7 +361,7 @@ def test_assignments_stay_assigned_and_done(project, whole, tmp_path):
         ("author", " ", "needs an author"),
     ):
         changed = [{**events[0], field: wrong}]  # type: ignore[index]
-        assert said in refused(packed(whole, **{"assignments.json": changed}), tmp_path)
+        assert result in refused(packed(whole, **{"assignments.json": changed}), tmp_path)
 
 
 def test_an_archive_of_version_1_knows_no_assignments(whole, tmp_path):
@@ -375,7 +375,7 @@ def test_an_archive_of_version_1_knows_no_assignments(whole, tmp_path):
 
 def test_verdicts_stay_as_they_were_given(project, whole, tmp_path):
     verdicts = loaded(whole, "verdicts.json")
-    for field, wrong, said in (
+    for field, wrong, result in (
         ("verdict", "maybe", "'maybe' is no verdict in 'verdicts.json'"),
         ("demonstration", "0" * 32, "is told but missing in 'verdicts.json'"),
         ("run", 2, "The run 2 is told but missing in 'verdicts.json'"),
@@ -391,7 +391,7 @@ def test_verdicts_stay_as_they_were_given(project, whole, tmp_path):
         ("predicted", "", "use None for unlabelled"),
     ):
         changed = [{**verdicts[0], field: wrong}]  # type: ignore[index]
-        assert said in refused(packed(whole, **{"verdicts.json": changed}), tmp_path)
+        assert result in refused(packed(whole, **{"verdicts.json": changed}), tmp_path)
     assert "lacks 'verdicts.json'" in refused(packed(whole, **{"verdicts.json": None}), tmp_path)
 
 
@@ -399,14 +399,14 @@ def test_notes_stay_with_all_that_was_there_before(project, whole, tmp_path):
     noted = next(info.id for info in project.demonstrations.infos() if info.name == "n1")
     name = f"demonstrations/{noted}/demonstration.json"
     record = loaded(whole, name)
-    for field, wrong, said in (
+    for field, wrong, result in (
         ("author", " ", "needs an author"),
         ("author", None, "'author' is missing or wrong"),
         ("text", 3, "'text' is missing or wrong"),
         ("time", "2026-01-01", "has no time zone"),
     ):
         notes = [record["notes"][0] | {field: wrong}]  # type: ignore[index]
-        assert said in refused(packed(whole, **{name: {**record, "notes": notes}}), tmp_path)  # type: ignore[dict-item]
+        assert result in refused(packed(whole, **{name: {**record, "notes": notes}}), tmp_path)  # type: ignore[dict-item]
     for notes in (None, {}, [3]):
         assert name in refused(packed(whole, **{name: {**record, "notes": notes}}), tmp_path)  # type: ignore[dict-item]
     del record["notes"]  # type: ignore[attr-defined]

@@ -245,8 +245,8 @@ def test_files_of_demonstrations_with_the_same_name_are_told_by_their_tasks(tmp_
     times = np.arange(100) / 100
     with Project.create(path) as project:
         for i, (name, task) in enumerate([("pull", "foam"), ("Pull", "stylus"), ("push", "foam")]):
-            made = Demonstration(name, task, times, times[:, None] + i, (Channel("fz", "N"),))
-            project.tracks.edit(project.demonstrations.add(made).id, "Ann", (), ZOE, "painted")
+            created = Demonstration(name, task, times, times[:, None] + i, (Channel("fz", "N"),))
+            project.tracks.edit(project.demonstrations.add(created).id, "Ann", (), ZOE, "painted")
     for kind, endings in (("csv", ".labels.csv"), ("audacity", " - Ann.txt")):
         written = finish(exporting(path, tmp_path / kind, kind))
         names = [f"{name}{endings}" for name in ("foam - pull", "push", "stylus - Pull")]

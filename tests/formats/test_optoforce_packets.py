@@ -152,11 +152,11 @@ def test_any_cutting_gives_what_a_byte_for_byte_reading_gives(parts, cuts):
 def test_every_byte_is_accounted_for(parts, cuts):
     data = b"".join(parts)
     _, parser = in_pieces(data, cuts)
-    told = parser.statistics
+    output = parser.statistics
     size = parser.kind.frame.size if parser.kind else 0
     lengths = [7 if reply.code is not None else 14 for reply in parser.take_replies()]
-    assert told.replies == len(lengths)
-    assert told.packets * size + sum(lengths) + told.skipped_bytes == len(data)
+    assert output.replies == len(lengths)
+    assert output.packets * size + sum(lengths) + output.skipped_bytes == len(data)
 
 
 def test_long_feeds_are_as_short_ones():
@@ -238,9 +238,9 @@ def test_ticks_are_the_samples_whatever_the_step_the_start_and_the_blocks(step, 
 
 def test_a_sample_that_came_twice_is_dropped_and_counted():
     unwrapper = Unwrapper(1, 1000.0)
-    told = unwrapper.feed(counter([9, 9, 10, 11, 11]), np.full(5, 2.0))
-    assert told.is_new.tolist() == [True, False, True, True, False]
-    assert told.ticks.tolist() == [0, 1, 2]
+    output = unwrapper.feed(counter([9, 9, 10, 11, 11]), np.full(5, 2.0))
+    assert output.is_new.tolist() == [True, False, True, True, False]
+    assert output.ticks.tolist() == [0, 1, 2]
     assert unwrapper.feed(counter([11, 12]), np.full(2, 2.0)).ticks.tolist() == [3]
     assert (unwrapper.doubled, unwrapper.missing, unwrapper.jumps) == (3, 0, 0)
 

@@ -32,7 +32,7 @@ def record(name="grip-1", **changed):
     signals[0], signals[1] = np.hypot(fx1, fy1), np.hypot(fx2, fy2)
     signals[2], signals[3] = -np.arange(N) - 0.25, -np.arange(N) - 0.75
     signals[7], signals[8], signals[9], signals[10] = fx1, fy1, fx2, fy2
-    made = {
+    created = {
         "name": name,
         "timestamps": [12.5 + i / 100 for i in range(N)],
         "labels": ["", "grab", "grab", "grab", "", "slip", "grab", "grab"],
@@ -40,7 +40,7 @@ def record(name="grip-1", **changed):
         "signal_bundle": None,
         "__id__": 0,
     }
-    return made | changed
+    return created | changed
 
 
 def database(*records, protocol=2):

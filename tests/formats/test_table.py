@@ -518,10 +518,10 @@ def test_a_vicon_export_has_its_rate_and_its_counters(table):
     assert [(c.name, c.unit) for c in demonstration.channels] == [("Fx", "N"), ("Fz", "N")]
     np.testing.assert_allclose(demonstration.times, np.array(lost) / 1000)
     assert demonstration.grid_rate is None
-    said = " ".join(recording.remarks)
-    assert "The file says that there are 1000 samples a second." in said
-    assert "'Frame' counts the samples and places the rows: 23 of 400 were lost." in said
-    assert "More tables follow in the file; only the first one was read." in said
+    result = " ".join(recording.remarks)
+    assert "The file says that there are 1000 samples a second." in result
+    assert "'Frame' counts the samples and places the rows: 23 of 400 were lost." in result
+    assert "More tables follow in the file; only the first one was read." in result
 
 
 def test_frame_and_sub_frame_count_together_wherever_they_stand(table):
@@ -609,10 +609,10 @@ def test_a_device_that_was_restarted_is_a_gap_of_unknown_length_and_no_loss(coun
     counts = [*range(last - 199, last + 1), *range(100)]
     recording = loaded(counter_table(counts), rate=200.0)
     np.testing.assert_allclose(recording.demonstration.times, np.arange(300) / 200, atol=1e-12)
-    said = " ".join(recording.remarks)
-    assert "none was lost" in said
-    assert "'Paket' begins again once, first in line 202" in said
-    assert "a gap of unknown length" in said
+    result = " ".join(recording.remarks)
+    assert "none was lost" in result
+    assert "'Paket' begins again once, first in line 202" in result
+    assert "a gap of unknown length" in result
 
 
 def test_a_device_that_was_restarted_early_counts_far_beyond_that(counter_table):
@@ -628,9 +628,9 @@ def test_what_falls_but_not_to_its_beginning_is_a_signal_whatever_its_name(count
 
 def test_a_turn_at_which_samples_were_lost_is_no_restart(counter_table):
     counts = [*range(32_000, 32_700), *range(50, 300)]
-    said = " ".join(loaded(counter_table(counts), rate=200.0).remarks)
-    assert "118 of 1,068 were lost" in said
-    assert "begins again" not in said
+    result = " ".join(loaded(counter_table(counts), rate=200.0).remarks)
+    assert "118 of 1,068 were lost" in result
+    assert "begins again" not in result
 
 
 def test_one_of_any_name_is_known_by_how_it_goes_on(counter_table):

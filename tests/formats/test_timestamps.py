@@ -291,8 +291,8 @@ def test_without_a_unit_the_step_tells_it_and_a_guess_is_said(step, unit):
     raw = clock([str(float(step) * i) for i in range(10)])
     assert raw.per_second == {"s": 1, "ms": 1e3, "us": 1e6, "ns": 1e9}[unit]
     assert bool(raw.remarks) == (unit != "s")
-    told = f"Column 'time' names no unit and was taken as {unit}"
-    assert all(remark.startswith(told) for remark in raw.remarks)
+    output = f"Column 'time' names no unit and was taken as {unit}"
+    assert all(remark.startswith(output) for remark in raw.remarks)
 
 
 def test_times_of_the_day_run_past_midnight():
