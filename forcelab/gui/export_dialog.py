@@ -58,16 +58,8 @@ class ExportDialog(QDialog):
             all_ = f"The whole project ({len(document.infos)})"
             self.which.addItem(all_, tuple(info.id for info in document.infos))
         self.form = QComboBox()
-        names = {
-            "csv": "CSV: start, end, action, author; one file per demonstration",
-            "table": "One table for statistics: CSV, a line a segment",
-            "elan": "ELAN: one file per demonstration, one tier per coder, with the video",
-            "boris": "BORIS: one project, an observation per coder and demonstration",
-            "audacity": "Audacity: a label track a coder and demonstration",
-            "archive": "Archive: the whole project as one file, to be imported again",
-        }
-        for kind in FORMATS:
-            self.form.addItem(names[kind], kind)
+        for name, format_ in FORMATS.items():
+            self.form.addItem(format_.label, name)
         self.form.currentIndexChanged.connect(self._match)
         self.replacing = QCheckBox("Overwrite existing files")
         self._bar = ProgressBar("Progress of the export")

@@ -516,7 +516,7 @@ class ImportDialog(QDialog):
             lines.append("Left out because they could not be read:")
             lines += report.unread.values()
             lines.append("Press Delete to remove the selected files from the list.")
-        self._show_report("\n".join((*lines, *report.told())), trouble=bool(unread))
+        self._show_report("\n".join((*lines, *report.remark_lines())), trouble=bool(unread))
         self._document.reread()  # the open one may have new labels, its task other actions
         if not self._document.id and self._document.infos:
             self._document.open_demonstration(self._document.infos[0].id)

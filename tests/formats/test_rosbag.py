@@ -159,9 +159,9 @@ def test_a_tag_that_never_changes_labels_nothing_unless_it_is_asked_for(tmp_path
 
 
 def test_a_topic_of_labels_holds_until_its_next_message(tmp_path):
-    said = [(0.1, {"data": "grab"}), (0.3, {"data": "hold"}), (0.4, {"data": ""})]
+    result = [(0.1, {"data": "grab"}), (0.3, {"data": "hold"}), (0.4, {"data": ""})]
     forces = [(t, wrench(t)) for t in np.arange(50) / 100]
-    topics = {"/action": ("std_msgs/msg/String", said), "/ft": (WRENCH, forces)}
+    topics = {"/action": ("std_msgs/msg/String", result), "/ft": (WRENCH, forces)}
     recording = one(write(tmp_path / "a.bag", topics))
     assert labels(recording) == [(0.1, 0.3, "grab"), (0.3, 0.4, "hold")]
 
@@ -344,8 +344,10 @@ def test_a_list_that_changes_its_length_is_refused(tmp_path, first, then):
         for i, count in enumerate(counts)
     ]
     path = write(tmp_path / "a.bag", {"/hand": ("my_lab/msg/Hand", messages)}, text)
-    wanted = f"message 10 of /hand holds {then} values in /hand.fingers, and the first one {first}"
-    with pytest.raises(InputError, match=wanted):
+    expected = (
+        f"message 10 of /hand holds {then} values in /hand.fingers, and the first one {first}"
+    )
+    with pytest.raises(InputError, match=expected):
         one(path)
 
 
@@ -570,6 +572,6 @@ def test_bags_are_imported_by_the_command_line(tmp_path, capsys):
 
 
 def test_labels_of_several_lines_become_one(tmp_path):
-    said = [(0.1, {"data": " grab\nit "}), (0.3, {"data": ""})]
-    topics = {"/ft": (WRENCH, wrenches()), "/action": ("std_msgs/msg/String", said)}
+    result = [(0.1, {"data": " grab\nit "}), (0.3, {"data": ""})]
+    topics = {"/ft": (WRENCH, wrenches()), "/action": ("std_msgs/msg/String", result)}
     assert one(write(tmp_path / "a.bag", topics)).tracks[0].actions == ("grab it",)

@@ -1,3 +1,5 @@
+"""Project archives: everything comes back, and nothing unsafe is taken."""
+
 from __future__ import annotations
 
 import io
@@ -34,7 +36,7 @@ from forcelab.formats.archive import (
 from forcelab.formats.importing import import_files
 from forcelab.formats.recording import ReadOptions
 from forcelab.labels import Segment, Track
-from forcelab.project import LabelsUsed, Origin, Project, Verdict
+from forcelab.project import Incoming, LabelsUsed, Origin, Project, Verdict
 from forcelab.segment_edits import erase, paint
 
 GRAB = (Segment(0.0, 0.1, "grab"),)
@@ -104,7 +106,7 @@ def project(tmp_path):
         project.coding.assign(other, "anna")
         project.coding.assign(id_, "cäcilie", blind=False)
         project.coding.set_done(other, "anna")
-        made = {
+        created = {
             "settings": {"p": 5, "merge": {"grap": "grab"}},
             "seed": 3,
             "labels": [
@@ -113,8 +115,8 @@ def project(tmp_path):
             ],
             "versions": {"numpy": "2.4"},
         }
-        project.runs.add_recogniser("mlp 1", b"opaque", **made)
-        project.runs.add("evaluate", **made, result={"accuracy": 0.72, "edit": float("nan")})
+        project.runs.add_recogniser("mlp 1", b"opaque", **created)
+        project.runs.add("evaluate", **created, result={"accuracy": 0.72, "edit": float("nan")})
         verdict = Verdict(id_, "bert", "anna", 0.1, 1 / 3, "hold", None, "model", run=1)
         project.coding.add_verdict(verdict)
         project.coding.add_verdict(
@@ -180,9 +182,9 @@ def test_an_archive_brings_everything_back(project, whole, tmp_path):
     assert len(expected["edits"]) == 4  # type: ignore[arg-type]
     assert expected["origins"][-1] == {s: Origin("model mlp 1") for s in HOLD}  # type: ignore[index]
     with read_archive(whole, tmp_path / "copy.forcelab") as copy:
-        told = everything(copy)
-        runs, copies = expected.pop("runs"), told.pop("runs")
-        assert told == expected
+        output = everything(copy)
+        runs, copies = expected.pop("runs"), output.pop("runs")
+        assert output == expected
         assert repr(copies) == repr(runs)  # NaN is not equal to itself
         video = copy.demonstrations.load("n1").video
         assert video is not None
@@ -232,10 +234,10 @@ def test_export_import_export_gives_the_same_bytes(steps, name):
                 elif verb == "redo":
                     project.tracks.redo(id_, author)
                 elif verb == "judge":
-                    said = Verdict(
+                    result = Verdict(
                         id_, "Bo", author, start, start + length, name, None, "ambiguous"
                     )
-                    project.coding.add_verdict(said)
+                    project.coding.add_verdict(result)
                 else:
                     paints = verb != "erase"
                     action = (name,) if paints else ()
@@ -243,18 +245,18 @@ def test_export_import_export_gives_the_same_bytes(steps, name):
                     kind = "predict" if verb == "predict" else "paint"
                     by = "model x" if verb == "accept" else None
                     project.tracks.edit(id_, who, track, after, verb, kind=kind, proposed_by=by)
-            told = everything(project)
+            output = everything(project)
             write_archive(project, root / "one.zip")
         with read_archive(root / "one.zip", root / "two") as copy:
             write_archive(copy, root / "two.zip")
-            assert everything(copy)["origins"] == told["origins"]
+            assert everything(copy)["origins"] == output["origins"]
         assert (root / "two.zip").read_bytes() == (root / "one.zip").read_bytes()
 
 
 def test_what_runs_found_is_held_one_after_the_other(project, tmp_path):
-    made = {"settings": {}, "seed": None, "labels": [], "versions": {}}
+    created = {"settings": {}, "seed": None, "labels": [], "versions": {}}
     for number in range(4):
-        project.runs.add("evaluate", result={"told": f"{number}\n" * 500_000}, **made)
+        project.runs.add("evaluate", result={"told": f"{number}\n" * 500_000}, **created)
     tracemalloc.start()
     write_archive(project, tmp_path / "first.zip")
     _, peak = tracemalloc.get_traced_memory()
@@ -303,9 +305,9 @@ def test_however_a_list_is_laid_out_it_is_read(whole, tmp_path, indent):
 )
 def test_a_list_that_is_none_is_refused(whole, tmp_path, spoil):
     text = json.dumps(2 * loaded(whole, "runs.json"), indent=1)  # type: ignore[operator]
-    told = refused(packed(whole, **{"runs.json": spoil(text).encode()}), tmp_path)
-    assert "'runs.json'" in told
-    assert "no valid JSON list" in told
+    output = refused(packed(whole, **{"runs.json": spoil(text).encode()}), tmp_path)
+    assert "'runs.json'" in output
+    assert "no valid JSON list" in output
 
 
 def test_an_archive_is_known_by_its_content(whole, tmp_path):
@@ -332,7 +334,7 @@ def test_the_labels_of_coders_are_read_and_predictions_left(whole, tmp_path):
     assert [track.author for track in one.tracks] == ["anna"]
     assert one.tracks[0].segments == HOLD
     assert two.tracks == (Track("bert", GRAB), Track("cleo", HOLD))
-    (remark,) = {one.left, two.left}
+    (remark,) = {one.not_imported, two.not_imported}
     assert "models' predictions" in remark
     assert (one.demonstration.task, two.demonstration.grid_rate) == ("LEGO", 250.0)
     with Project.create(tmp_path / "other.forcelab") as other:
@@ -351,7 +353,7 @@ def test_assignments_stay_assigned_and_done(project, whole, tmp_path):
     with read_archive(whole, tmp_path / "copy.forcelab") as copy:
         assert copy.coding.assignments() == project.coding.assignments() != ()
     events = loaded(whole, "assignments.json")
-    for field, wrong, said in (
+    for field, wrong, result in (
         ("kind", "lost", "'lost' is nothing that befalls an assignment"),
         ("kind", "reopened", "never assigned to 'anna'"),
         ("demonstration", "0" * 32, "is told but missing in 'assignments.json'"),
@@ -359,7 +361,7 @@ def test_assignments_stay_assigned_and_done(project, whole, tmp_path):
         ("author", " ", "needs an author"),
     ):
         changed = [{**events[0], field: wrong}]  # type: ignore[index]
-        assert said in refused(packed(whole, **{"assignments.json": changed}), tmp_path)
+        assert result in refused(packed(whole, **{"assignments.json": changed}), tmp_path)
 
 
 def test_an_archive_of_version_1_knows_no_assignments(whole, tmp_path):
@@ -373,7 +375,7 @@ def test_an_archive_of_version_1_knows_no_assignments(whole, tmp_path):
 
 def test_verdicts_stay_as_they_were_given(project, whole, tmp_path):
     verdicts = loaded(whole, "verdicts.json")
-    for field, wrong, said in (
+    for field, wrong, result in (
         ("verdict", "maybe", "'maybe' is no verdict in 'verdicts.json'"),
         ("demonstration", "0" * 32, "is told but missing in 'verdicts.json'"),
         ("run", 2, "The run 2 is told but missing in 'verdicts.json'"),
@@ -389,7 +391,7 @@ def test_verdicts_stay_as_they_were_given(project, whole, tmp_path):
         ("predicted", "", "use None for unlabelled"),
     ):
         changed = [{**verdicts[0], field: wrong}]  # type: ignore[index]
-        assert said in refused(packed(whole, **{"verdicts.json": changed}), tmp_path)
+        assert result in refused(packed(whole, **{"verdicts.json": changed}), tmp_path)
     assert "lacks 'verdicts.json'" in refused(packed(whole, **{"verdicts.json": None}), tmp_path)
 
 
@@ -397,14 +399,14 @@ def test_notes_stay_with_all_that_was_there_before(project, whole, tmp_path):
     noted = next(info.id for info in project.demonstrations.infos() if info.name == "n1")
     name = f"demonstrations/{noted}/demonstration.json"
     record = loaded(whole, name)
-    for field, wrong, said in (
+    for field, wrong, result in (
         ("author", " ", "needs an author"),
         ("author", None, "'author' is missing or wrong"),
         ("text", 3, "'text' is missing or wrong"),
         ("time", "2026-01-01", "has no time zone"),
     ):
         notes = [record["notes"][0] | {field: wrong}]  # type: ignore[index]
-        assert said in refused(packed(whole, **{name: {**record, "notes": notes}}), tmp_path)  # type: ignore[dict-item]
+        assert result in refused(packed(whole, **{name: {**record, "notes": notes}}), tmp_path)  # type: ignore[dict-item]
     for notes in (None, {}, [3]):
         assert name in refused(packed(whole, **{name: {**record, "notes": notes}}), tmp_path)  # type: ignore[dict-item]
     del record["notes"]  # type: ignore[attr-defined]
@@ -781,3 +783,62 @@ except InputError as error:
     assert "cannot be written" in first
     assert second.endswith(".")
     assert list(target.parent.iterdir()) == []
+
+
+TRUTH = {"taps": [0.1, 1 / 3], "video": {"offset": -0.25, "frames": [0.0, 1 / 30]}}
+
+SOURCE = "simulated: task LEGO, seed 1, number 1, 1000 Hz"
+
+
+@pytest.fixture
+def archive(tmp_path):
+    """One demonstration with a truth, one without."""
+    signals = np.random.default_rng(0).normal(size=(20, 1))
+    one, other = (
+        Demonstration(name, "LEGO", np.arange(20) / rate, signals, (Channel("fz", "N"),))
+        for name, rate in (("one", 100), ("other", 200))
+    )
+    with Project.create(tmp_path / "study.forcelab") as project:
+        track = Track("Ines", (Segment(0.0, 0.05, "grab"),))
+        project.demonstrations.add_all(
+            [Incoming(one, (track,), SOURCE, truth=TRUTH), Incoming(other)]
+        )
+        write_archive(project, tmp_path / "study.zip")
+    return tmp_path / "study.zip"
+
+
+def test_an_archive_brings_the_truth_back(archive, tmp_path):
+    with read_archive(archive, tmp_path / "copy.forcelab") as copy:
+        assert copy.demonstrations.truth(copy.demonstrations.load("one").id) == TRUTH
+        assert copy.demonstrations.truth(copy.demonstrations.load("other").id) is None
+        write_archive(copy, tmp_path / "again.zip")
+    assert (tmp_path / "again.zip").read_bytes() == archive.read_bytes()
+
+
+def test_truth_and_source_come_along_into_a_project_that_is_there(archive, tmp_path):
+    Project.create(tmp_path / "lab.forcelab").close()
+    for status in ("new", "unchanged"):
+        report = import_files(tmp_path / "lab.forcelab", [archive])
+        assert report.count(status) == 2
+    with Project.open(tmp_path / "lab.forcelab") as project:
+        sources = {info.name: info.source for info in project.demonstrations.infos()}
+        assert sources == {"one": SOURCE, "other": "study.zip"}
+        id_ = project.demonstrations.load("one").id
+        assert project.demonstrations.truth(id_) == TRUTH
+        assert project.demonstrations.truth(project.demonstrations.load("other").id) is None
+        # The labels are the archive's; a simulation's source says nothing about them.
+        (edit,) = project.tracks.history(id_, "Ines")
+        assert "imported from study.zip" in edit.what
+
+
+@pytest.mark.parametrize("content", [b"[0.1]", b"{"])
+def test_a_truth_that_is_none_is_refused_by_name(archive, tmp_path, content):
+    changed = tmp_path / "changed.zip"
+    with zipfile.ZipFile(archive) as old, zipfile.ZipFile(changed, "w") as new:
+        for info in old.infolist():
+            truth = info.filename.endswith("truth.json")
+            assert not truth or json.loads(old.read(info)) == TRUTH
+            new.writestr(info, content if truth else old.read(info))
+    with pytest.raises(InputError, match=r"truth\.json"):
+        read_archive(changed, tmp_path / "copy.forcelab")
+    assert not (tmp_path / "copy.forcelab").exists()

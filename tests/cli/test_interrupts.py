@@ -31,8 +31,8 @@ def test_a_signal_ends_a_command_with_a_sentence_and_nothing_half_done(tmp_path)
         time.sleep(0.05)  # until it shares the work
     time.sleep(0.5)
     running.send_signal(signal.SIGTERM)
-    _, said = running.communicate(timeout=60)
-    assert said == "forcelab: stopped; nothing was left half done.\n"
+    _, result = running.communicate(timeout=60)
+    assert result == "forcelab: stopped; nothing was left half done.\n"
     assert running.returncode == 128 + signal.SIGTERM
     assert list(tmp_path.iterdir()) == []
 

@@ -13,7 +13,7 @@ from forcelab.formats.optoforce_packets import KINDS
 from forcelab.formats.recording import ReadOptions
 from forcelab.resources import asset
 
-DUMP = Path(__file__).resolve().parents[3] / "../shared/data/optoforce/stream-3axis.bin"
+DUMP = Path(__file__).resolve().parents[2] / "../shared/data/optoforce/stream-3axis.bin"
 AXES3, FOUR, AXES6 = KINDS
 needs_dump = pytest.mark.skipif(not DUMP.is_file(), reason="the real recordings are not here")
 
@@ -39,10 +39,10 @@ def test_a_dump_is_told_by_its_packets_wherever_they_start(dump, kind):
     data, values = stream(kind, range(100, 400))
     path = dump(data[7:], "dump.csv")
     assert identify(path).name == "optoforce"
-    made = only(path).demonstration
-    assert (made.signals == values[1:]).all()
-    assert made.times == pytest.approx(np.arange(299) / 1000)
-    assert tuple(channel.name for channel in made.channels) == kind.names()
+    created = only(path).demonstration
+    assert (created.signals == values[1:]).all()
+    assert created.times == pytest.approx(np.arange(299) / 1000)
+    assert tuple(channel.name for channel in created.channels) == kind.names()
 
 
 def test_what_only_looks_like_a_dump_is_none(dump):
@@ -61,17 +61,17 @@ def test_the_rate_is_that_of_the_counter_unless_one_is_given(dump, step, rate):
     assert f"The rate was taken as {rate} Hz, as the counter goes on by {step}" in " ".join(
         recording.remarks
     )
-    told = only(path, rate=250.0)
-    assert told.demonstration.times[1] == pytest.approx(1 / 250)
-    assert "The rate was taken" not in " ".join(told.remarks)
+    output = only(path, rate=250.0)
+    assert output.demonstration.times[1] == pytest.approx(1 / 250)
+    assert "The rate was taken" not in " ".join(output.remarks)
 
 
 def test_missing_samples_leave_a_gap_and_are_counted(dump):
     counts = [*range(100), *range(140, 200), *range(201, 260)]
     recording = only(dump(stream(AXES3, counts)[0]))
-    made = recording.demonstration
-    assert made.gaps == (pytest.approx((0.100, 0.140)),)
-    assert np.isfinite(made.signals).all()
+    created = recording.demonstration
+    assert created.gaps == (pytest.approx((0.100, 0.140)),)
+    assert np.isfinite(created.signals).all()
     assert recording.statistics == {
         "packets": 219,
         "bad_checksums": 0,
@@ -139,9 +139,9 @@ def test_calibrated_by_the_serial_number_that_the_daq_told(dump, tmp_path):
     calibration.write_text(f"[ISE012.sensor1]\n{axes}[any.sensor1]\n{axes.replace('100', '1')}")
     serial = sealed(bytes([170, 0, 18, 8]) + b"ISE012\0\0")
     data = serial + b"".join(packet(AXES3, count, [-100, 0, 50]) for count in range(50))
-    made = only(dump(data), calibration=calibration).demonstration
-    assert made.signals[0] == pytest.approx([-2.0, 0.0, 1.0])
-    assert {channel.unit for channel in made.channels} == {"N"}
+    created = only(dump(data), calibration=calibration).demonstration
+    assert created.signals[0] == pytest.approx([-2.0, 0.0, 1.0])
+    assert {channel.unit for channel in created.channels} == {"N"}
     plain = only(dump(CONFIGURED + data))
     assert {channel.unit for channel in plain.demonstration.channels} == {""}
     assert "serial number is ISE012" in plain.remarks[0]
@@ -168,9 +168,9 @@ def test_what_holds_no_packets_is_refused_with_the_cure(dump):
 @needs_dump
 def test_a_real_dump_has_all_its_samples():
     recording = only(DUMP, calibration=asset("calibrations/3-axis-40N.toml"))
-    made = recording.demonstration
-    assert made.times.size == 34_374
-    assert made.gaps == ()
+    created = recording.demonstration
+    assert created.times.size == 34_374
+    assert created.gaps == ()
     assert recording.statistics["missing_samples"] == 0
     assert recording.statistics["bad_checksums"] == 54
-    assert np.abs(made.signals).max() < 40
+    assert np.abs(created.signals).max() < 40

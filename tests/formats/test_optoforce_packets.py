@@ -1,4 +1,4 @@
-"""Packets: every valid one is found, no other is, however the stream is cut."""
+"""Packets of OptoForce DAQs: found in a stream, their counter and their status."""
 
 import os
 from pathlib import Path
@@ -18,11 +18,21 @@ from optoforce_streams import (
     stream,
 )
 
-from forcelab.formats.optoforce_packets import KINDS, Parser, parse_all
+from forcelab.formats.optoforce_packets import (
+    KINDS,
+    TURN,
+    Parser,
+    Unwrapper,
+    is_faulty,
+    is_overloaded,
+    modal_step,
+    parse_all,
+    status_sentences,
+)
 
 #: Strings of the fuzzing; ``FORCELAB_FUZZ=1000000`` for the whole, which takes minutes.
 STRINGS = int(os.environ.get("FORCELAB_FUZZ", "800"))
-DUMP = Path(__file__).resolve().parents[3] / "../shared/data/optoforce/stream-3axis.bin"
+DUMP = Path(__file__).resolve().parents[2] / "../shared/data/optoforce/stream-3axis.bin"
 AXES3, FOUR, AXES6 = KINDS
 SERIAL = sealed(bytes([170, 0, 18, 8]) + b"ISE012\0\0")
 
@@ -142,11 +152,11 @@ def test_any_cutting_gives_what_a_byte_for_byte_reading_gives(parts, cuts):
 def test_every_byte_is_accounted_for(parts, cuts):
     data = b"".join(parts)
     _, parser = in_pieces(data, cuts)
-    told = parser.statistics
+    output = parser.statistics
     size = parser.kind.frame.size if parser.kind else 0
     lengths = [7 if reply.code is not None else 14 for reply in parser.take_replies()]
-    assert told.replies == len(lengths)
-    assert told.packets * size + sum(lengths) + told.skipped_bytes == len(data)
+    assert output.replies == len(lengths)
+    assert output.packets * size + sum(lengths) + output.skipped_bytes == len(data)
 
 
 def test_long_feeds_are_as_short_ones():
@@ -190,3 +200,102 @@ def test_a_real_stream_is_whole_without_those_bytes():
     assert packets.counts.tolist() == list(range(11_626, 46_000))
     assert parser.statistics.bad_checksums == 0
     assert not packets.status.any()
+
+
+def counter(values):
+    return (np.asarray(values, np.int64) % TURN).astype(np.uint16)
+
+
+@pytest.mark.parametrize("step", [1, 2, 10, 37])
+def test_the_step_is_the_commonest_one(step):
+    ticks = np.delete(np.arange(5_000), [3, 4, 100, 2_000])
+    found, share = modal_step(counter(65_000 + step * ticks))
+    assert found == step
+    assert share > 0.99
+
+
+def test_a_counter_that_stands_still_has_no_step():
+    assert modal_step(counter([5, 5, 5])) == (1, 0.0)
+    assert modal_step(counter([])) == (1, 0.0)
+
+
+@given(
+    st.sampled_from([1, 2, 10]),
+    st.integers(0, TURN - 1),
+    st.lists(st.integers(1, 40), min_size=1, max_size=60),
+    st.lists(st.integers(1, 20), max_size=8),
+)
+def test_ticks_are_the_samples_whatever_the_step_the_start_and_the_blocks(step, at, on, sizes):
+    truth = np.cumsum([0, *on])
+    counts = counter(at + step * truth)
+    unwrapper, got, place = Unwrapper(step, 1000.0), [], 0
+    for size in [*sizes, len(counts)]:
+        got += unwrapper.feed(counts[place : place + size]).ticks.tolist()
+        place += size
+    assert got == truth.tolist()
+    assert unwrapper.missing == truth[-1] + 1 - len(truth)
+
+
+def test_a_sample_that_came_twice_is_dropped_and_counted():
+    unwrapper = Unwrapper(1, 1000.0)
+    output = unwrapper.feed(counter([9, 9, 10, 11, 11]), np.full(5, 2.0))
+    assert output.is_new.tolist() == [True, False, True, True, False]
+    assert output.ticks.tolist() == [0, 1, 2]
+    assert unwrapper.feed(counter([11, 12]), np.full(2, 2.0)).ticks.tolist() == [3]
+    assert (unwrapper.doubled, unwrapper.missing, unwrapper.jumps) == (3, 0, 0)
+
+
+@pytest.mark.parametrize("lost", [30_000, 40_000, 65_535, 65_536, 100_000, 200_000])
+def test_beyond_half_a_turn_the_hosts_clock_tells_the_turns(lost):
+    ticks = np.array([0, 1, 2, 2 + lost, 3 + lost])
+    arrived = ticks / 1000 + [0.0, 0.004, 0.001, 0.2, 0.19]
+    unwrapper = Unwrapper(1, 1000.0)
+    assert unwrapper.feed(counter(500 + ticks), arrived).ticks.tolist() == ticks.tolist()
+    assert (unwrapper.missing, unwrapper.jumps) == (lost - 1, 0)
+
+
+def test_a_counter_that_jumps_back_is_not_believed():
+    unwrapper = Unwrapper(2, 500.0)
+    arrived = np.array([0.0, 0.002, 0.004, 0.010, 0.012])
+    ticks = unwrapper.feed(counter([100, 102, 104, 6, 8]), arrived).ticks
+    assert ticks.tolist() == [0, 1, 2, 5, 6]
+    assert (unwrapper.jumps, unwrapper.missing) == (1, 2)
+
+
+def test_a_counter_that_was_started_again_goes_on_by_the_hosts_clock():
+    unwrapper = Unwrapper(10, 100.0)
+    unwrapper.feed(counter([1000, 1010]), np.array([5.0, 5.01]))
+    unwrapper.resume(10, 100.0)
+    again = unwrapper.feed(counter([0, 10, 20]), np.array([8.01, 8.02, 8.03]))
+    assert again.ticks.tolist() == [301, 302, 303]
+    assert (unwrapper.missing, unwrapper.jumps) == (299, 0)
+
+
+@pytest.mark.parametrize(
+    ("status", "said"),
+    [
+        (0x0000, ()),
+        (0x2000, ("The DAQ reports an error; unplug it and plug it in again.",)),
+        (0x4000, ("The DAQ cannot talk to the sensor; check the sensor's cable.",)),
+        (0x0402, ("Sensor 2 is absent; check its cable.",)),
+        (0x0801, ("Sensor 1 has failed; it may have to be repaired.",)),
+        (0x1000, ("The sensor is too hot or too cold; let it come to room temperature.",)),
+        (0x0200, ("The sensor is overloaded in Fx; press less.",)),
+        (0x0083, ("Sensor 3 is overloaded in Fz; press less.",)),
+        (0x0051, ("Sensor 1 is overloaded in Tx, Tz; press less.",)),
+        (0x0408, ("The sensor (and others) is absent; check its cable.",)),
+    ],
+)
+def test_each_bit_has_its_sentence(status, said):
+    assert status_sentences(status) == said
+
+
+def test_several_things_are_several_sentences():
+    assert len(status_sentences(0x2000 | 0x0800 | 0x0300)) == 3
+    assert "Fx, Fy" in status_sentences(0x0300)[0]
+
+
+def test_samples_are_marked_by_kind():
+    words = np.array([0, 0x0010, 0x0200, 0x0400, 0x8000, 0x000F], np.uint16)
+    assert is_overloaded(words).tolist() == [False, True, True, False, False, False]
+    assert is_faulty(words).tolist() == [False, False, False, True, True, False]
