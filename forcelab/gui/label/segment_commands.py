@@ -19,7 +19,7 @@ from forcelab.gui.document import Document
 from forcelab.gui.label.track_gestures import SAME_TIME, index_at
 from forcelab.gui.text import escape_ampersands
 from forcelab.labels import Segment
-from forcelab.project.project import ActionRename
+from forcelab.project.actions import ActionRename
 
 
 def rename_action(document: Document, name: str, new: str, parent: QWidget) -> bool:
@@ -34,11 +34,12 @@ def rename_action(document: Document, name: str, new: str, parent: QWidget) -> b
     task = demonstration.task
     try:
         project.refuse_read_only()  # before anything is asked
-        if name not in project.vocabulary(task) and name not in project.painted_actions(task):
+        actions = project.actions
+        if name not in actions.vocabulary(task) and name not in actions.painted(task):
             document.say(f"'{name}' is only predicted; it disappears when you train again.", True)
             return False
-        in_task = project.renaming(document.author, name, new, (task,))
-        everywhere = project.renaming(document.author, name, new)
+        in_task = actions.preview_rename(document.author, name, new, (task,))
+        everywhere = actions.preview_rename(document.author, name, new)
     except ForcelabError as error:
         document.say(str(error), True)
         return False

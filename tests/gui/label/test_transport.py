@@ -13,6 +13,7 @@ from forcelab.gui import settings, theme
 from forcelab.gui.label.playback import SPEEDS, Player
 from forcelab.gui.label.transport import Transport
 from forcelab.project import Project
+from forcelab.project.tracks import TrackStore
 
 
 @pytest.fixture
@@ -140,7 +141,7 @@ def test_an_edit_that_the_disk_refused_is_told_until_one_is_stored(
         raise InputError("The disk is full.") from sqlite3.OperationalError("full")
 
     with monkeypatch.context() as patched:
-        patched.setattr(Project, "edit", full)
+        patched.setattr(TrackStore, "edit", full)
         assert not document.paint(9.0, 9.5, "grab")
     assert (bar.saved.text, bar.saved.trouble) == ("Not stored", "The disk is full.")
     assert bar.saved.toolTip() == "The disk is full."
@@ -154,7 +155,7 @@ def test_trouble_stays_when_others_paint_and_not_the_coder(app, bar, document, u
     until(lambda: bar.saved.text.startswith("Stored "))
     document.store_failed.emit("The disk is full.")
     with Project.open(document.project.path) as other:
-        other.edit(document.id, "Ben", (), document.segments, "painted")
+        other.tracks.edit(document.id, "Ben", (), document.segments, "painted")
     document.refresh()
     bar.saved.refresh()
     assert bar.saved.trouble == "The disk is full."
