@@ -39,6 +39,13 @@ class EditState(Enum):
     ABANDONED = "abandoned"  # undone, and another edit came after it: no redo reaches it
 
 
+STATE_TEXTS = {
+    EditState.DONE: "",
+    EditState.UNDONE: "undone; redo brings it back",
+    EditState.ABANDONED: "undone before a later edit; redo cannot bring it back",
+}
+
+
 def edit_states(newest_first: Sequence[Edit]) -> dict[int, EditState]:
     """What has become of edits, by number, for those that are neither an undo nor a redo.
 
@@ -149,11 +156,9 @@ class HistoryModel(QAbstractListModel):
             return edit.what
         if role == Qt.ItemDataRole.ToolTipRole:
             when = f"{edit.time.astimezone():%Y-%m-%d %H:%M:%S}"
-            return f"{edit.what}\n{when}" + (
-                f"\n{_edit_state(state)}" if _edit_state(state) else ""
-            )
+            return "\n".join(filter(None, (edit.what, when, STATE_TEXTS[state])))
         if role == Qt.ItemDataRole.AccessibleTextRole:
-            return ", ".join(filter(None, (time_of_edit(edit.time), edit.what, _edit_state(state))))
+            return ", ".join(filter(None, (time_of_edit(edit.time), edit.what, STATE_TEXTS[state])))
         return None
 
     # Inside
@@ -190,14 +195,6 @@ def time_of_edit(time: datetime) -> str:
     if local.date() == date.today():
         return f"{local:%H:%M:%S}"
     return f"{local:%Y-%m-%d %H:%M}"
-
-
-def _edit_state(standing: EditState) -> str:
-    return {
-        EditState.DONE: "",
-        EditState.UNDONE: "undone; redo brings it back",
-        EditState.ABANDONED: "undone before a later edit; redo cannot bring it back",
-    }[standing]
 
 
 #: Edits are read when nothing was painted for so many ms.
@@ -291,17 +288,15 @@ class HistoryView(SideList):
     def _update_buttons(self) -> None:
         """Show in buttons and label what undo and redo would do."""
         rows = range(len(self.model.rows))
-        nothing = "No edits yet. Every edit can be undone."
-        self.pages.say("" if rows else nothing)
+        self.pages.say("" if rows else "No edits yet. Every edit can be undone.")
         done = next((row for row in rows if self.model.state_of(row) == EditState.DONE), None)
         undone = [row for row in rows if self.model.state_of(row) == EditState.UNDONE]
         self.undo.setEnabled(done is not None or self.model.canFetchMore(QModelIndex()))
         self.redo.setEnabled(bool(undone))
-        undo, redo = "Undo", "Redo"
-        self.undo.setToolTip(undo if done is None else f"{undo}: {self.model.rows[done].what}")
-        self.redo.setToolTip(f"{redo}: {self.model.rows[undone[-1]].what}" if undone else redo)
-        count = len(undone)
-        self.reach.setText(f"{count} undone" if count else "")
+        edits = self.model.rows
+        self.undo.setToolTip("Undo" if done is None else f"Undo: {edits[done].what}")
+        self.redo.setToolTip(f"Redo: {edits[undone[-1]].what}" if undone else "Redo")
+        self.reach.setText(f"{len(undone)} undone" if undone else "")
 
     def _button(self, name: str, text: str, verb: Callable[[], object]) -> QToolButton:
         button = QToolButton()

@@ -181,7 +181,7 @@ class PictureView(QWidget):
         super().resizeEvent(event)
         self._scaled = None
 
-    # Looking closer
+    # Zoom
 
     def zoom_by(self, factor: float, about: QPointF | None = None) -> None:
         """Enlarge the picture by a factor, keeping the pixel `about` (the middle) in place."""

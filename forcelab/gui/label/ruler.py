@@ -137,7 +137,7 @@ class Ruler(TimePanel):
         decimals = min(max(3, math.ceil(-math.log10(self.seconds_per_pixel))), 6)
         if self._clock:
             return clock_time(self.document.cursor, decimals)
-        return "{} s".format(text.signed(f"{self.document.cursor:.{decimals}f}"))
+        return text.signed(f"{self.document.cursor:.{decimals}f}") + " s"
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
         if event.button() == Qt.MouseButton.LeftButton:

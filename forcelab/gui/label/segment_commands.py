@@ -58,15 +58,14 @@ def _confirm_rename(
     box = QMessageBox(parent)
     box.setIcon(QMessageBox.Icon.Question)
     box.setTextFormat(Qt.TextFormat.PlainText)  # a name is not markup
-    consequences = everywhere.sentences(done=False)
+    old, new = everywhere.old, everywhere.new
     if everywhere.merges:
         box.setWindowTitle("Merge actions")
-        title = "Merge '{0}' into '{1}'?"
+        box.setText(f"Merge '{old}' into '{new}'?")
     else:
         box.setWindowTitle("Rename action")
-        title = "Rename '{0}' to '{1}' in other tasks, too?"
-    box.setText(title.format(everywhere.old, everywhere.new))
-    box.setInformativeText(consequences)
+        box.setText(f"Rename '{old}' to '{new}' in other tasks, too?")
+    box.setInformativeText(everywhere.sentences(done=False))
     choices: dict[QAbstractButton, tuple[str, ...]] = {}
     if everywhere.tasks != in_task.tasks:
         task = in_task.tasks[0] or "no task"
@@ -215,12 +214,12 @@ def copy_candidates(document: Document, author: str, time: float) -> tuple[float
 
 def copy_from(document: Document, author: str) -> bool:
     """Copy what another author has at the cursor (:func:`copy_candidates`)."""
-    stretch = copy_candidates(document, author, document.cursor)
-    if stretch is None:
+    span = copy_candidates(document, author, document.cursor)
+    if span is None:
         return report_refusal(
             document, f"{author} has no segment at the cursor; mark a range to copy."
         )
-    return document.copy_from(author, *stretch)
+    return document.copy_from(author, *span)
 
 
 def start_to_cursor(document: Document) -> bool:

@@ -178,7 +178,7 @@ class VideoPanel(PictureView):
         self.setToolTip("")
         self.set_image(None)
 
-    # What others ask
+    # State
 
     @property
     def has_video(self) -> bool:
@@ -227,7 +227,7 @@ class VideoPanel(PictureView):
             return self._missing[1]
         if self._times is not None and reference is not None and self._requested < 0:
             start = float(reference.clock.to_force(self._times[0]))
-            return "The video begins at {} s".format(f"{start:.3f}")
+            return f"The video begins at {start:.3f} s"
         return ""
 
     @property
