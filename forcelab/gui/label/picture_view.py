@@ -19,8 +19,6 @@ from PySide6.QtWidgets import QMenu, QSizePolicy, QWidget
 
 from forcelab.gui.theme import colours, themes
 
-__all__ = ["PictureView", "scaled"]
-
 #: What one notch of the wheel makes of the picture, and how large it may become.
 ZOOM_STEP, LARGEST_ZOOM = 1.25, 32.0
 #: From this zoom on single pixels are shown, not smoothed.

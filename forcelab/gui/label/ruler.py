@@ -14,8 +14,6 @@ from forcelab.gui.figures.axes import Axis, ticks
 from forcelab.gui.theme import colours
 from forcelab.gui.time_panel import TimePanel
 
-__all__ = ["Ruler", "clock_marks", "clock_time"]
-
 #: A span longer than this many seconds is shown in minutes and seconds.
 LONGEST_IN_SECONDS = 90.0
 #: Seconds between two numbers in minutes and seconds.

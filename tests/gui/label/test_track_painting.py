@@ -117,7 +117,7 @@ def test_room_grows_with_the_authors(document, panel):
     assert panel.minimumSizeHint().height() < low
 
 
-def test_slim_rows_all_lie_in_the_panel_and_are_full_again_where_there_is_room(document, panel):
+def test_compact_rows_all_lie_in_the_panel_and_are_full_again_where_there_is_room(document, panel):
     document.others = {f"coder {i}": TRACK for i in range(5)}
     full = panel.least_height(compact=False)
     panel.set_compact(True)
