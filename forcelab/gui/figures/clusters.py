@@ -24,8 +24,6 @@ from forcelab.gui.figures.figure import LIGHT, MARGIN, Figure, Theme
 from forcelab.gui.figures.tracks import LabelStyle, paint_track
 from forcelab.labels import from_codes
 
-__all__ = ["ClusterFigure", "cluster_figure"]
-
 LEFT = 72.0
 PLOT_WIDTH, PLOT_HEIGHT = 560.0, 76.0
 #: Height of the bar of clusters under each signal, and of the line that names the features.

@@ -36,16 +36,8 @@ LARGEST_SIDE = 32_000
 class Theme:
     """The colours of a figure apart from its data, each as ``"#rrggbb"``.
 
-    Parameters
-    ----------
-    background : str
-        Behind everything.
-    text, muted : str
-        Names and numbers; what is said in passing.
-    grid, frame : str
-        Lines behind the data; lines around it.
-    unlabelled : str
-        Time that no segment covers.
+    `muted` is for remarks, `grid` for lines behind the data, `frame` for lines around it,
+    `unlabelled` for time that no segment covers.
     """
 
     background: str

@@ -24,22 +24,6 @@ from PySide6.QtGui import (
 from forcelab.errors import InputError
 from forcelab.gui.qt_check import require_qt
 
-__all__ = [
-    "NAMES",
-    "contrast",
-    "draw_text",
-    "draw_text_upwards",
-    "elided",
-    "elided_name",
-    "ensure_application",
-    "font",
-    "ink_on",
-    "printable",
-    "signed",
-    "widest",
-    "width",
-]
-
 #: First the face whose widths are the widest: where a viewer of an SVG has to fall back to one of
 #: the others, text gets narrower and still fits.
 FAMILIES = ("DejaVu Sans", "Verdana", "Arial", "sans-serif")

@@ -25,8 +25,6 @@ from forcelab.gui.figures.axes import (
 from forcelab.gui.figures.figure import LIGHT, MARGIN, Figure, Theme
 from forcelab.measure.rows import Row, Table
 
-__all__ = ["Tradeoff"]
-
 #: Room for the numbers of the upward axis, and for half of the last one across.
 LEFT, RIGHT = 84.0, 36.0
 PLOT_WIDTH, PLOT_HEIGHT = 440.0, 290.0

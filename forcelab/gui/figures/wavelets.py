@@ -26,8 +26,6 @@ from forcelab.gui.figures.colormap import colormap_colours
 from forcelab.gui.figures.figure import LIGHT, MARGIN, Figure, Theme
 from forcelab.signals.example import WaveletView, two_tones, view_wavelets
 
-__all__ = ["WaveletFigure", "wavelet_figure"]
-
 LEFT = 76.0
 COLUMN, APART = 230.0, 36.0
 HEADING = 64.0

@@ -107,12 +107,8 @@ class ActionModel(QAbstractListModel):
         if role == Qt.ItemDataRole.AccessibleTextRole:
             number, seconds = self.counts.get(action.name, (0, 0.0))
             brush = ", brush" if action.name == self.document.action else ""
-            return (
-                "{}, key {}, {} segments, {:.1f} seconds".format(
-                    action.name, action.key or "none", number, seconds
-                )
-                + brush
-            )
+            key = action.key or "none"
+            return f"{action.name}, key {key}, {number} segments, {seconds:.1f} seconds{brush}"
         return None
 
 
@@ -130,15 +126,10 @@ def _tooltip(name: str) -> str:
     entry = glossary_by_action().get(name)
     if entry is None:
         return name
-    starts, ends, unlike = (
-        "Starts:",
-        "Ends:",
-        "Beware:",
-    )
     return (
         f"<p><b>{entry.action}</b> {entry.sentence}</p>"
-        f"<p><b>{starts}</b> {entry.starts}<br><b>{ends}</b> {entry.ends}</p>"
-        f"<p><b>{unlike}</b> {entry.unlike}</p>"
+        f"<p><b>Starts:</b> {entry.starts}<br><b>Ends:</b> {entry.ends}</p>"
+        f"<p><b>Beware:</b> {entry.unlike}</p>"
     )
 
 
@@ -435,7 +426,7 @@ class ActionList(SideList):
         super().showEvent(event)
         self._count()
 
-    # What one can do with an action
+    # Verbs
 
     def use(self, name: str) -> None:
         """Fill the marked range with an action, or set or clear it as the brush."""

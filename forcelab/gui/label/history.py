@@ -41,6 +41,13 @@ class EditState(Enum):
     ABANDONED = "abandoned"  # undone, and another edit came after it: no redo reaches it
 
 
+STATE_TEXTS = {
+    EditState.DONE: "",
+    EditState.UNDONE: "undone; redo brings it back",
+    EditState.ABANDONED: "undone before a later edit; redo cannot bring it back",
+}
+
+
 def edit_states(newest_first: Sequence[Edit]) -> dict[int, EditState]:
     """What has become of edits, by number, for those that are neither an undo nor a redo.
 
@@ -151,11 +158,9 @@ class HistoryModel(QAbstractListModel):
             return edit.what
         if role == Qt.ItemDataRole.ToolTipRole:
             when = f"{edit.time.astimezone():%Y-%m-%d %H:%M:%S}"
-            return f"{edit.what}\n{when}" + (
-                f"\n{_edit_state(state)}" if _edit_state(state) else ""
-            )
+            return "\n".join(filter(None, (edit.what, when, STATE_TEXTS[state])))
         if role == Qt.ItemDataRole.AccessibleTextRole:
-            return ", ".join(filter(None, (time_of_edit(edit.time), edit.what, _edit_state(state))))
+            return ", ".join(filter(None, (time_of_edit(edit.time), edit.what, STATE_TEXTS[state])))
         return None
 
     # Inside
@@ -192,14 +197,6 @@ def time_of_edit(time: datetime) -> str:
     if local.date() == date.today():
         return f"{local:%H:%M:%S}"
     return f"{local:%Y-%m-%d %H:%M}"
-
-
-def _edit_state(standing: EditState) -> str:
-    return {
-        EditState.DONE: "",
-        EditState.UNDONE: "undone; redo brings it back",
-        EditState.ABANDONED: "undone before a later edit; redo cannot bring it back",
-    }[standing]
 
 
 #: Edits are read when nothing was painted for so many ms.
@@ -294,8 +291,7 @@ class HistoryView(SideList):
     def _update_buttons(self) -> None:
         """Show in buttons and label what undo and redo would do."""
         rows = range(len(self.model.rows))
-        nothing = "No edits yet. Every edit can be undone."
-        self.pages.say("" if rows else nothing)
+        self.pages.say("" if rows else "No edits yet. Every edit can be undone.")
         done = next((row for row in rows if self.model.state_of(row) == EditState.DONE), None)
         undone = [row for row in rows if self.model.state_of(row) == EditState.UNDONE]
         more = done is not None or self.model.canFetchMore(QModelIndex())

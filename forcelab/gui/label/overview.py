@@ -91,7 +91,7 @@ class Overview(QWidget):
         self._dragging = False
         self.setMouseTracking(True)
 
-    # Where things are
+    # Geometry
 
     @property
     def plot(self) -> QRectF:

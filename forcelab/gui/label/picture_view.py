@@ -20,8 +20,6 @@ from PySide6.QtWidgets import QMenu, QSizePolicy, QWidget
 from forcelab.gui.layout import set_enabled_with_reason
 from forcelab.gui.theme import colours, themes
 
-__all__ = ["PictureView", "scaled"]
-
 #: What one notch of the wheel makes of the picture, and how large it may become.
 ZOOM_STEP, LARGEST_ZOOM = 1.25, 32.0
 #: From this zoom on single pixels are shown, not smoothed.
@@ -182,7 +180,7 @@ class PictureView(QWidget):
         super().resizeEvent(event)
         self._scaled = None
 
-    # Looking closer
+    # Zoom
 
     def zoom_by(self, factor: float, about: QPointF | None = None) -> None:
         """Enlarge the picture by a factor, keeping the pixel `about` (the middle) in place."""

@@ -9,12 +9,12 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 
 from PySide6.QtCore import QObject, Qt, QTimer, Signal
 
 from forcelab.gui.document import Document
+from forcelab.gui.label.segment_commands import current_segment
 
 #: The speeds that the transport offers; normal speed is in the middle.
 SPEEDS = (0.1, 0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 4.0)
@@ -52,16 +52,13 @@ class Player(QObject):
         document.view.cursor_moved.connect(self._follow_cursor)
         document.demonstration_changed.connect(self.stop)
 
-    # What one can ask for
-
     def start(self) -> None:
         """Play from the cursor to the end of the demonstration.
 
         With the cursor at the end it begins at the start. With :attr:`loop` on, a marked range is
         played over and over; without one, the whole demonstration.
         """
-        stretch = self.document.view.range if self.loop else None
-        self._play(stretch, self.document.view.cursor)
+        self._play(self.document.view.range if self.loop else None, self.document.view.cursor)
 
     def stop(self) -> None:
         self.document.view.set_playing(False)
@@ -82,12 +79,7 @@ class Player(QObject):
 
         Without any of them, play on from the cursor.
         """
-        document = self.document
-        index = document.selected
-        if index is None:
-            cursor = document.view.cursor
-            under = (i for i, s in enumerate(document.editor.segments) if s.start <= cursor < s.end)
-            index = next(under, None)
+        document, index = self.document, current_segment(self.document)
         if document.view.range is not None:
             self.play_span(*document.view.range)
         elif index is not None:
@@ -114,7 +106,7 @@ class Player(QObject):
     def normal_speed(self) -> None:
         self.document.view.set_speed(1.0)
 
-    # How it goes
+    # Inside
 
     def tick(self) -> None:
         """Move the cursor to where the clock says."""
@@ -132,10 +124,10 @@ class Player(QObject):
             self._move(end)
             self.stop()
 
-    def _play(self, stretch: tuple[float, float] | None, position: float) -> None:
+    def _play(self, span: tuple[float, float] | None, position: float) -> None:
         if self.document.demonstration is None:
             return
-        self._span = stretch
+        self._span = span
         start, end = self._bounds()
         if not start <= position < end:
             position = start
@@ -153,8 +145,8 @@ class Player(QObject):
 
     def _position(self) -> float:
         """Where the cursor is by the clock."""
-        began, position, speed = self._anchor
-        return position + (self._clock() - began) * speed
+        time, position, speed = self._anchor
+        return position + (self._clock() - time) * speed
 
     def _set_anchor(self, position: float) -> None:
         """Anchor the clock at a position."""
@@ -162,15 +154,9 @@ class Player(QObject):
 
     def _move(self, position: float) -> None:
         """Move the cursor without taking it for a seek of the coder's."""
-        with self._moving():
-            self.document.view.seek(position)
-
-    @contextmanager
-    def _moving(self) -> Iterator[None]:
-        """While this lasts, the cursor is moved by playback."""
         self._moving_cursor = True
         try:
-            yield
+            self.document.view.seek(position)
         finally:
             self._moving_cursor = False
 

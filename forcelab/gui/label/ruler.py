@@ -14,8 +14,6 @@ from forcelab.gui.figures.axes import Axis, ticks
 from forcelab.gui.theme import colours
 from forcelab.gui.time_panel import TimePanel
 
-__all__ = ["Ruler", "clock_marks", "clock_time"]
-
 #: A span longer than this many seconds is shown in minutes and seconds.
 LONGEST_IN_SECONDS = 90.0
 #: Seconds between two numbers in minutes and seconds.
@@ -137,7 +135,7 @@ class Ruler(TimePanel):
         decimals = min(max(3, math.ceil(-math.log10(self.seconds_per_pixel))), 6)
         if self._clock:
             return clock_time(self.document.view.cursor, decimals)
-        return "{} s".format(text.signed(f"{self.document.view.cursor:.{decimals}f}"))
+        return text.signed(f"{self.document.view.cursor:.{decimals}f}") + " s"
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
         if event.button() == Qt.MouseButton.LeftButton:

@@ -290,7 +290,7 @@ def readout_value(picture: Scalogram, rows: Rows, time: float, y: float) -> str:
         return where
     value = float(picture.values[row, column])
     if picture.phase:
-        return "{}: {} rad".format(where, signed(f"{value:.2f}"))
+        return f"{where}: {signed(f'{value:.2f}')} rad"
     return f"{where}: |W| = {10.0**value:.3g}"
 
 
@@ -370,7 +370,7 @@ class ScalogramPanel(TimePanel):
         themes().changed.connect(self._recolour)
         self._demonstration_changed()
 
-    # What is shown
+    # Choices
 
     @property
     def channels(self) -> tuple[str, ...]:

@@ -62,15 +62,14 @@ def _confirm_rename(
     box = QMessageBox(parent)
     box.setIcon(QMessageBox.Icon.Question)
     box.setTextFormat(Qt.TextFormat.PlainText)  # a name is not markup
-    consequences = everywhere.sentences(done=False)
+    old, new = everywhere.old, everywhere.new
     if everywhere.merges:
         box.setWindowTitle("Merge actions")
-        title = "Merge '{0}' into '{1}'?"
+        box.setText(f"Merge '{old}' into '{new}'?")
     else:
         box.setWindowTitle("Rename action")
-        title = "Rename '{0}' to '{1}' in other tasks, too?"
-    box.setText(title.format(everywhere.old, everywhere.new))
-    box.setInformativeText(consequences)
+        box.setText(f"Rename '{old}' to '{new}' in other tasks, too?")
+    box.setInformativeText(everywhere.sentences(done=False))
     choices: dict[QAbstractButton, tuple[str, ...]] = {}
     if everywhere.tasks != in_task.tasks:
         task = in_task.tasks[0] or "no task"

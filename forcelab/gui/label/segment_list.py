@@ -6,7 +6,7 @@ stroke on a track of 10,000 segments costs one comparison of two tuples.
 
 from __future__ import annotations
 
-from bisect import bisect_left, bisect_right
+from bisect import bisect_left
 from collections.abc import Callable, Mapping
 from operator import attrgetter
 from typing import Any, Literal, cast
@@ -52,6 +52,7 @@ from forcelab.gui.icons import icon
 from forcelab.gui.item_views import NOWHERE, Index, SideList
 from forcelab.gui.label.segment_commands import for_current_segment
 from forcelab.gui.label.swatches import paint_swatch, style_of
+from forcelab.gui.label.track_gestures import index_at
 from forcelab.gui.label.track_menus import add_relabel_menu, shown_name
 from forcelab.gui.label.track_painting import MARK, origin_text, paint_proposed
 from forcelab.gui.layout import PageOrPlaceholder, search_field, whole_rows
@@ -89,7 +90,7 @@ class SegmentModel(QAbstractTableModel):
         self._column, self._descending = START, False
         self._current: Segment | None = None
 
-    # What is shown
+    # Rows
 
     def refresh(self) -> None:
         """Show the track as it is now, telling views only about rows that differ."""
@@ -137,8 +138,8 @@ class SegmentModel(QAbstractTableModel):
 
     def follow(self, cursor: float) -> None:
         """Mark the segment under the cursor."""
-        index = bisect_right(self._source, cursor, key=_start) - 1
-        under = self._source[index] if index >= 0 and cursor < self._source[index].end else None
+        index = index_at(self._source, cursor)
+        under = None if index is None else self._source[index]
         if under is not self._current:
             before, self._current = self._current, under
             for segment in (before, under):
@@ -201,13 +202,7 @@ class SegmentModel(QAbstractTableModel):
         if role == Qt.ItemDataRole.ToolTipRole and section >= START:
             return "In seconds"
         if role == Qt.ItemDataRole.DisplayRole:
-            return (
-                "#",
-                "Action",
-                "Start",
-                "End",
-                "Duration",
-            )[section]
+            return ("#", "Action", "Start", "End", "Duration")[section]
         return None
 
     def data(self, index: Index, role: int = Qt.ItemDataRole.DisplayRole) -> Any:

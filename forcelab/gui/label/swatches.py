@@ -9,8 +9,6 @@ from forcelab.gui.figures.tracks import LabelStyle, action_style, paint_texture
 from forcelab.gui.theme import colours
 from forcelab.vocabulary import Vocabulary
 
-__all__ = ["paint_key", "paint_swatch", "style_of", "swatch_icon"]
-
 
 def style_of(vocabulary: Vocabulary, name: str) -> LabelStyle:
     """How an action of the vocabulary is drawn; one that is not in it is grey."""

@@ -228,7 +228,7 @@ class ForceChannels(QObject):
         document.demonstration_changed.connect(self._open)
         self._open()
 
-    # What there is
+    # Data
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -290,7 +290,7 @@ class ForceChannels(QObject):
         values = {name: float(self._envelopes[name].values[last]) for name in self.shown}
         return {name: value if np.isfinite(value) else None for name, value in values.items()}
 
-    # What is wanted
+    # Choices
 
     def set_shown(self, name: str, shown: bool) -> None:
         """Show or hide a channel; the choice is stored by its name."""

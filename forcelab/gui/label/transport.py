@@ -87,11 +87,8 @@ class SavedIndicator(QWidget):
         if self.trouble and newest == self._newest:
             return
         self.trouble, self._newest = "", newest
-        about = "Every edit is stored before it is shown; there is nothing to save."
-        if last:
-            self._show_text(f"Stored {time_of_edit(last[0].time)}", about)
-        else:
-            self._show_text("All stored", about)
+        text = f"Stored {time_of_edit(last[0].time)}" if last else "All stored"
+        self._show_text(text, "Every edit is stored before it is shown; there is nothing to save.")
 
     def sizeHint(self) -> QSize:
         height = self.fontMetrics().height() + 6
@@ -305,7 +302,7 @@ class Transport(QWidget):
         super().showEvent(event)
         self._update()
 
-    # What it is made of
+    # Layout
 
     def _playback_row(self) -> QHBoxLayout:
         """Buttons that move the cursor, the speed and the time."""
@@ -395,7 +392,7 @@ class Transport(QWidget):
     def _to_end(self, which: int) -> None:
         self.document.view.seek(self.document.view.bounds[which])
 
-    # What it shows
+    # Updates
 
     def _update(self) -> None:
         is_open = self.document.demonstration is not None
@@ -419,10 +416,9 @@ class Transport(QWidget):
             return
         # A cursor within float dust of a frame is on that frame.
         number = int(np.searchsorted(frames, self.document.view.cursor + 1e-9, side="right"))
-        text = "frame {0}"
         # As wide as the last one, so that nothing moves during playback.
-        widest = text.format("0" * len(str(len(frames))))
-        self.frame.say(text.format(number if number else "–"), widest)
+        widest = "0" * len(str(len(frames)))
+        self.frame.say(f"frame {number or '–'}", f"frame {widest}")
         self.frame.setToolTip(f"{number} of {len(frames)} video frames")
 
     def _show_range(self) -> None:

@@ -40,7 +40,7 @@ class CameraSelection(QObject):
     def __init__(self, document: Document, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._document = document
-        self._of = ""
+        self._demonstration_id = ""
         self.all: tuple[Camera, ...] = ()
         self.shown = 0
         document.demonstration_changed.connect(self._refresh)
@@ -76,8 +76,8 @@ class CameraSelection(QObject):
                 cameras = document.project.media.cameras(document.demonstration)
             except ForcelabError as error:  # its own video can still be shown
                 document.show_message(str(error), True)
-        stays = document.id == self._of and len(cameras) == len(self.all)
-        self._of, before = document.id, (self.all, self.shown)
+        stays = document.id == self._demonstration_id and len(cameras) == len(self.all)
+        self._demonstration_id, before = document.id, (self.all, self.shown)
         self.all, self.shown = cameras, self.shown if stays else 0
         if (self.all, self.shown) != before:
             self.changed.emit()
@@ -178,7 +178,7 @@ class VideoPanel(PictureView):
         self.setToolTip("")
         self.set_image(None)
 
-    # What others ask
+    # State
 
     @property
     def has_video(self) -> bool:
@@ -227,7 +227,7 @@ class VideoPanel(PictureView):
             return self._missing[1]
         if self._times is not None and reference is not None and self._requested < 0:
             start = float(reference.clock.to_force(self._times[0]))
-            return "The video begins at {} s".format(f"{start:.3f}")
+            return f"The video begins at {start:.3f} s"
         return ""
 
     @property

@@ -711,7 +711,7 @@ class SynchroniseDialog(QDialog):
             return "clocks never differ this much: check the taps, or do not fit the rate"
         if self.residual is None or (count == 2 and self.residual < 1e-6):
             return "two taps always fit exactly; a third shows the error"
-        return "{} ms, root mean square".format(f"{1000 * self.residual:.1f}")
+        return f"{1000 * self.residual:.1f} ms, root mean square"
 
     def _confidence_text(self) -> str:
         """How far what was found can be trusted."""
@@ -728,6 +728,5 @@ def _seconds(time: float | None) -> str:
 
 
 def _offset_sentence(clock: ClockMap) -> str:
-    return "offset {} s, rate {} ppm".format(
-        signed(f"{clock.offset:+.4f}"), signed(f"{1e6 * (clock.rate - 1):+.1f}")
-    )
+    offset, rate = signed(f"{clock.offset:+.4f}"), signed(f"{1e6 * (clock.rate - 1):+.1f}")
+    return f"offset {offset} s, rate {rate} ppm"

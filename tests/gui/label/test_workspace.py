@@ -161,7 +161,7 @@ class Rows(Part):
         return 30 if compact else 50
 
 
-def test_the_first_panel_is_slim_where_the_second_one_would_have_no_room_else(app, parts):
+def test_tracks_are_compact_where_the_first_panel_would_have_no_room_else(app, parts):
     rows = parts["tracks"] = Rows()
     window = QWidget()
     window.resize(500, 500)
