@@ -12,7 +12,7 @@ from forcelab.errors import InputError
 from forcelab.jobs import Progress
 from forcelab.measure.contact_cases import Case, Problem, contact_cases
 from forcelab.measure.rows import Judgement, Row, Table, timed_row, with_front
-from forcelab.measure.timing import Timed, Way, timed_ways
+from forcelab.measure.timing import Method, Timed, timed_methods
 from forcelab.simulation.solvers import (
     Explicit,
     Lsoda,
@@ -119,8 +119,8 @@ def measuring(
         problem = case.make()
         problems.append((case, problem, _reference(problem, references)))
     known = [known for known in problems if not known[2].refusal]
-    ways = [
-        Way(
+    methods = [
+        Method(
             f"{case.name}, {setting.name}, {setting.setting}",
             partial(_solved, problem, setting.solver),
             partial(_judged, problem, reference),
@@ -128,7 +128,7 @@ def measuring(
         for case, problem, reference in known
         for setting in settings
     ]
-    timed = iter((yield from timed_ways(ways, repetitions)))
+    timed = iter((yield from timed_methods(methods, repetitions)))
     rows = []
     for case, problem, reference in problems:
         for setting in settings:

@@ -27,7 +27,7 @@ from forcelab.errors import InputError
 from forcelab.jobs import Progress
 from forcelab.measure.rows import Judgement, Row, Table, timed_row, with_front
 from forcelab.measure.streams import forces
-from forcelab.measure.timing import Timed, Way, timed_ways
+from forcelab.measure.timing import Method, Timed, timed_methods
 from forcelab.measure.wavelet_ways import Features, P, Peer, ours, ours_anew, peers_of_tapered
 from forcelab.signals.cwt import usual_scales
 from forcelab.signals.cwt_blocks import TOLERANCES
@@ -164,7 +164,7 @@ def _measured(
     if 1e-7 in tolerances and peers:
         named.append(("forcelab, plan anew", 1e-7, ours_anew))
     ways = [
-        Way(
+        Method(
             f"{name}, {tolerance:g}",
             partial(run, x, scales, tolerance),
             partial(_our_errors, judged, x, scales, tolerance),
@@ -172,7 +172,7 @@ def _measured(
         for name, tolerance, run in named
     ]
     ways += [
-        Way(
+        Method(
             peer.name,
             partial(_peer, peer, x, scales, spent.get(peer.name, 0.0)),
             partial(_peers_errors, judged),
@@ -182,7 +182,7 @@ def _measured(
     for peer in peers:  # what is loaded and compiled at first is nobody's memory
         with suppress(InputError):
             peer.coefficients(x[:, :1024], scales[:8])
-    timed = yield from timed_ways(ways, repetitions, longest=ENOUGH)
+    timed = yield from timed_methods(ways, repetitions, longest=ENOUGH)
     told_as = [(name, f"tolerance {tolerance:g}") for name, tolerance, _ in named]
     told_as += [(peer.name, peer.setting) for peer in peers]
     for peer, found in zip(peers, timed[len(named) :], strict=True):
@@ -286,8 +286,8 @@ def _peers_errors(judged: _Judged, given: Features) -> _Seen:
 def _row(name: str, setting: str, size: str, reference: str, found: Timed[_Seen]) -> Row:
     """The row of one way; milliseconds, and the memory beside the result."""
     judged: Timed[Judgement] = Timed(None, refusal=found.refusal)
-    if found.seen is not None:
-        figures = {f"scales to n / {NARROW}": found.seen.narrow}
-        memory = found.peak_bytes - found.seen.size
-        judged = Timed((found.seen.error, figures), found.seconds, found.spread, memory)
+    if found.judged is not None:
+        figures = {f"scales to n / {NARROW}": found.judged.narrow}
+        memory = found.peak_bytes - found.judged.size
+        judged = Timed((found.judged.error, figures), found.seconds, found.spread, memory)
     return timed_row(name, setting, size, reference, judged, 1e3)

@@ -103,9 +103,9 @@ def timed_row(
     scale : float
         What turns a second into the table's unit.
     """
-    if timed.seen is None:
+    if timed.judged is None:
         return Row(name, setting, size, reference, refusal=timed.refusal)
-    (error, further), seconds = timed.seen, scale * timed.seconds
+    (error, further), seconds = timed.judged, scale * timed.seconds
     spread = scale * timed.spread
     return Row(name, setting, size, reference, error, seconds, spread, timed.peak_bytes, further)
 

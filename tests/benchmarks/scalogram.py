@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.jobs import Progress, finish
 from forcelab.measure.rows import Judgement, Row, Table, timed_row, with_front
-from forcelab.measure.timing import Timed, Way, timed_ways
+from forcelab.measure.timing import Method, Timed, timed_methods
 from forcelab.signals.cwt import cwt
 from forcelab.signals.scalogram import (
     LONG,
@@ -96,12 +96,12 @@ def measuring(
             for kind in kinds:
                 run = partial(_picture, view, first, span, columns, kind, Path(folder))
                 judged = partial(_judged, x, first, span)
-                ways.append((span, kind, Way(f"{kind}, {span}", run, judged)))
+                ways.append((span, kind, Method(f"{kind}, {span}", run, judged)))
         if spans[-1] > LONG:
             tiles = view.tiles(row_scales(ROWS, LARGEST))
             finish(tiles.building(tiles.missing(0, len(x))))
             keep(Path(folder), view, tiles.scales)
-        timed = yield from timed_ways([way for _, _, way in ways], repetitions)
+        timed = yield from timed_methods([way for _, _, way in ways], repetitions)
     megabytes = view.tiles(row_scales(ROWS, LARGEST)).nbytes / 1e6
     return with_front(
         [

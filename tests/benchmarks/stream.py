@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from forcelab.jobs import Progress
 from forcelab.measure.rows import Judgement, Row, Table, timed_row, with_front
 from forcelab.measure.streams import forces
-from forcelab.measure.timing import Way, timed_ways
+from forcelab.measure.timing import Method, timed_methods
 from forcelab.runtime import one_blas_thread
 from forcelab.signals.cwt import cwt, geometric_scales
 from forcelab.signals.streaming import StreamingCwt
@@ -91,8 +91,8 @@ def measuring(
         *(_Run.of(x, scales, tolerance, None, block, out) for tolerance in tolerances),
         *(_Run.of(x, scales, 3e-7, share, block, out) for share in shares),
     ]
-    ways = [Way(run.name, run.stream, partial(run.look, wanted)) for run in runs]
-    timed = yield from timed_ways(ways, repetitions)
+    ways = [Method(run.name, run.stream, partial(run.look, wanted)) for run in runs]
+    timed = yield from timed_methods(ways, repetitions)
     rows = []
     for run, found in zip(runs, timed, strict=True):
         name = "early" if run.name.startswith("after") else "complete"

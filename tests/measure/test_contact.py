@@ -139,7 +139,7 @@ def test_seconds_are_told_per_simulated_second_of_a_lane(monkeypatch, lanes):
         yield Progress(0, 1, "")
         return tuple(Timed((0.1, {}), 12.0, 0.4, 1) for _ in ways)
 
-    monkeypatch.setattr(contact, "timed_ways", timed)
+    monkeypatch.setattr(contact, "timed_methods", timed)
     (row,) = measured([Rosenbrock(1e-3)], case(springs=(400.0,) * lanes))
     assert row.size == f"springs, {lanes} {'lane' if lanes == 1 else 'lanes'} x 0.1 s"
     assert row.seconds == pytest.approx(12.0 / (0.1 * lanes))
