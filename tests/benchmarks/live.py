@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from forcelab.demonstration import Demonstration
 from forcelab.jobs import Progress
-from forcelab.measure.recognition_spent import remembered
+from forcelab.measure.recognition import measure_peak
 from forcelab.measure.rows import Row, Table, with_front
 from forcelab.measure.streams import performed
 from forcelab.recognition.examples import Labelled
@@ -93,7 +93,7 @@ def measuring(
     settings = [(latency, block) for latency in latencies for block in blocks]
     # The most memory that a stream of some seconds holds at once.
     peaks = {
-        s: remembered(partial(_streamed, recogniser, demonstration, *s, 3.0))[1] for s in settings
+        s: measure_peak(partial(_streamed, recogniser, demonstration, *s, 3.0))[1] for s in settings
     }
     runs: dict[tuple[int, int], list[_Run]] = {setting: [] for setting in settings}
     total = repetitions * len(settings)

@@ -16,7 +16,7 @@ from forcelab.gui.review.trainer import Trainer, default_author, task_text
 from forcelab.jobs import Progress
 
 if TYPE_CHECKING:
-    from forcelab.measure.recognition_runs import Measured
+    from forcelab.measure.recognition import Measured
     from forcelab.measure.rows import Row
     from forcelab.project import Project, RunSummary
     from forcelab.recognition.settings import Settings
@@ -146,18 +146,18 @@ def _measuring(
     path: Path, task: str, author: str | None, settings: Settings
 ) -> Generator[object, None, Measured]:
     """Measure in a process of its own, then read what it has stored."""
-    from forcelab.measure.recognition_runs import keeping, load
+    from forcelab.measure.recognition import load_measured, measure_and_store
     from forcelab.process import elsewhere
     from forcelab.project import Project
 
-    number = yield from elsewhere(keeping, path, task, author, settings)
+    number = yield from elsewhere(measure_and_store, path, task, author, settings)
     with Project.open(path) as project:
-        return load(project, number)
+        return load_measured(project, number)
 
 
 def _latest(path: Path, task: str, viewer: str) -> Generator[object, None, Measured | None]:
     """Read the latest measurement."""
-    from forcelab.measure.recognition_runs import KIND, load
+    from forcelab.measure.recognition import KIND, load_measured
     from forcelab.project import Project
 
     yield None
@@ -165,7 +165,7 @@ def _latest(path: Path, task: str, viewer: str) -> Generator[object, None, Measu
         for run in reversed(project.run_summaries(KIND)):
             tasks = run.settings.get("choice", {}).get("tasks")
             if tasks == [task] and _may_see(project, run, viewer):
-                return load(project, run.id)
+                return load_measured(project, run.id)
             yield None
     return None
 

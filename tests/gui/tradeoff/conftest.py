@@ -43,8 +43,7 @@ def spot_of(plot, row):
 
 def measured_of(project, task="foam", author="Ann", number=1, extra=()):
     """A measurement as it is read from a project."""
-    from forcelab.measure.recognition_runs import Measured
-    from forcelab.measure.recognition_settings import Variant
+    from forcelab.measure.recognition import Measured, Variant
     from forcelab.measure.rows import with_front
 
     infos = project.demonstrations(task)

@@ -7,8 +7,7 @@ from synthetic import synthetic_set
 from forcelab.errors import InputError
 from forcelab.jobs import Progress, finish
 from forcelab.labels import Segment, Track
-from forcelab.measure.recognition_runs import keeping
-from forcelab.measure.recognition_settings import Variant
+from forcelab.measure.recognition import Variant, measure_and_store
 from forcelab.project import Project
 from forcelab.recognition.presets import preset
 
@@ -172,7 +171,9 @@ def study(tmp_path_factory):
         for number, (demonstration, segments) in enumerate(synthetic_set(2, 100.0)):
             own = [Track("Bo", (Segment(0.0, 1.0, "grab"),))] if number else []
             project.add(demonstration, [Track("Ada", segments), *own])
-    finish(keeping(path, "foam", "Ada", FAST, [Variant("classifier", "naive-bayes", FAST)]))
+    finish(
+        measure_and_store(path, "foam", "Ada", FAST, [Variant("classifier", "naive-bayes", FAST)])
+    )
     return path
 
 
