@@ -9,7 +9,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from forcelab.simulation.hand import Command
-from forcelab.simulation.mechanics import Mechanics
+from forcelab.simulation.mechanics import Layout, Mechanics, stacked
 from forcelab.simulation.scene import (
     Arm,
     Body,
@@ -23,7 +23,6 @@ from forcelab.simulation.scene import (
     Thread,
     width_at,
 )
-from forcelab.simulation.state_layout import Layout, stacked
 
 #: Almost no friction, with bristles that are not stiff to solve.
 SLIPPERY = Pads(static=1e-9, kinetic=1e-9, stiffness=1e-6, damping=0.0, viscous=0.0)

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from forcelab.errors import InputError
 from forcelab.jobs import Progress
+from forcelab.measure.cwt import PEERS, Features, Peer, features_of
 from forcelab.measure.timing import machine
-from forcelab.measure.wavelet_ways import PEERS, Features, Peer, features_of
 from forcelab.resources import versions
 from forcelab.signals.conditioning import bridge, condition
 from forcelab.signals.cwt import cwt

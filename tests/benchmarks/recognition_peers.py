@@ -36,6 +36,7 @@ from numpy.typing import NDArray
 from forcelab.errors import InputError
 from forcelab.jobs import Progress
 from forcelab.labels import UNLABELLED
+from forcelab.measure.cwt import Library
 from forcelab.measure.recognition import (
     Prepared,
     Spent,
@@ -47,7 +48,6 @@ from forcelab.measure.recognition import (
     row_of,
 )
 from forcelab.measure.rows import Row
-from forcelab.measure.wavelet_ways import Library
 from forcelab.recognition.examples import Examples, Labelled, actions_of, common_rate, prepare
 from forcelab.recognition.features import window_features
 from forcelab.recognition.forest import softmax

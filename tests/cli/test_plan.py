@@ -24,9 +24,9 @@ from forcelab.recognition.examples import Labelled, prepare
 from forcelab.recognition.presets import preset
 from forcelab.recognition.settings import Settings
 from forcelab.signals.channels import channel_map
+from forcelab.simulation.mechanics import Layout
 from forcelab.simulation.origin import Origin
 from forcelab.simulation.scene import TASKS
-from forcelab.simulation.state_layout import Layout
 from forcelab.simulation.tasks import scene_of
 
 FOAM, _ = synthetic_demonstration(1, rate=200.0)

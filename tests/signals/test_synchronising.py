@@ -8,8 +8,7 @@ import pytest
 from forcelab.demonstration import Channel, Demonstration, VideoReference
 from forcelab.errors import InputError
 from forcelab.jobs import Progress, finish
-from forcelab.signals.sync import proposing, proposing_for
-from forcelab.signals.taps import find_taps
+from forcelab.signals.sync import find_taps, proposing, proposing_for
 from forcelab.video.motion import MotionEnergy
 
 FRAME = 1 / 30

@@ -12,9 +12,8 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 
 from forcelab.simulation.hand import KNOT_STEP, Command
-from forcelab.simulation.mechanics import Mechanics
+from forcelab.simulation.mechanics import Layout, Mechanics
 from forcelab.simulation.scene import Arm, Body, Ground, Jaws, Scene
-from forcelab.simulation.state_layout import Layout
 from forcelab.simulation.tasks.choreography import TAP_LENGTH, Choreography
 
 CALM = {"opening": 0.008, "tempo": 1.0, "tremor": 0.0, "wander": 0.0, "sway": 0.0, "tap": 4.0}

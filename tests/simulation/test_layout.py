@@ -9,8 +9,8 @@ import pytest
 from scenes import SCENES, mechanics
 
 from forcelab.errors import InputError
+from forcelab.simulation.mechanics import Layout, left_out
 from forcelab.simulation.scene import Arm, Body, Ground, Jaws, Pads, Profile, Socket, Thread
-from forcelab.simulation.state_layout import Layout, left_out
 
 
 def has(name, word):

@@ -8,9 +8,14 @@ import numpy as np
 import pytest
 from scenes import SCENES, SLIPPERY, mechanics, state
 
-from forcelab.simulation.mechanics import STRAIGHTEN, sliding_friction, socket_push, table_under
+from forcelab.simulation.mechanics import (
+    STRAIGHTEN,
+    sliding_friction,
+    socket_push,
+    stacked,
+    table_under,
+)
 from forcelab.simulation.scene import Pads, Profile, Socket, width_at
-from forcelab.simulation.state_layout import stacked
 
 SOCKET = Socket(place=0.02, depth=0.006, friction=4.0, snap=5.0, snap_depth=0.004, snap_width=5e-4)
 

@@ -33,8 +33,8 @@ from forcelab.recognition.settings import Settings, obstacle
 from forcelab.signals.channels import channel_map
 from forcelab.signals.cwt import usual_scales
 from forcelab.signals.scalogram import row_scales, scalogram, survey
+from forcelab.simulation.mechanics import Layout, left_out
 from forcelab.simulation.origin import Origin
-from forcelab.simulation.state_layout import Layout, left_out
 
 #: Samples of a long demonstration that are turned into features to tell what that costs.
 MEASURED = 1 << 16

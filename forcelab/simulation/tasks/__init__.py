@@ -9,11 +9,10 @@ import numpy as np
 
 from forcelab.jobs import Progress
 from forcelab.simulation.hand import Command
-from forcelab.simulation.mechanics import Mechanics
+from forcelab.simulation.mechanics import Layout, Mechanics
 from forcelab.simulation.motion import Event, Motion, Performance
 from forcelab.simulation.scene import TASKS, Scene, Task
 from forcelab.simulation.solvers import Rosenbrock, integrating
-from forcelab.simulation.state_layout import Layout
 from forcelab.simulation.system import Array
 from forcelab.simulation.tasks.choreography import AFTERWARDS, HAND, Choreography
 from forcelab.simulation.tasks.ground_truth import Course, true_actions

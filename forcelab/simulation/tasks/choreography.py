@@ -8,8 +8,8 @@ import numpy as np
 
 from forcelab.simulation.contact import Array
 from forcelab.simulation.hand import KNOT_STEP, minimum_jerk, tremor, wander
+from forcelab.simulation.mechanics import Layout
 from forcelab.simulation.scene import Scene
-from forcelab.simulation.state_layout import Layout
 from forcelab.simulation.tasks.ground_truth import Cue, Phase
 
 __all__ = ["AFTERWARDS", "HAND", "Choreography"]
