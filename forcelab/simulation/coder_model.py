@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from forcelab.errors import InputError
 from forcelab.labels import Segment, Segments, Track, is_model
-from forcelab.simulation.motion import Performance
+from forcelab.simulation.scene import Performance
 
 
 def _check_probability(what: str, probability: float) -> None:

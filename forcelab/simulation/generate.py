@@ -20,9 +20,8 @@ from forcelab.parallel import shared
 from forcelab.project import Added, Incoming, Project
 from forcelab.project.records import segments_to_json
 from forcelab.simulation.coder_model import CODERS, Coding, code
-from forcelab.simulation.motion import Performance
 from forcelab.simulation.origin import Origin
-from forcelab.simulation.scene import TASKS
+from forcelab.simulation.scene import TASKS, Performance
 from forcelab.simulation.sensor import CHANNELS, Recorded, Sensor, record
 from forcelab.simulation.tasks import performing, vocabulary
 

@@ -38,8 +38,7 @@ from numpy.typing import NDArray
 
 from forcelab.clock import ClockMap
 from forcelab.errors import InputError
-from forcelab.simulation.motion import Performance
-from forcelab.simulation.scene import Profile, Scene, Shape, Socket, width_at
+from forcelab.simulation.scene import Performance, Profile, Scene, Shape, Socket, width_at
 
 #: Seconds over which a frame's forces are averaged, as a camera's shutter does.
 EXPOSURE = 0.012

@@ -1,4 +1,6 @@
-"""Scenes: what is on the table and how it is held, numbers only, checked as they are written down.
+"""Scenes: what is on the table and how it is held; and what a simulated demonstration did there.
+
+All numbers are checked as they are written down.
 
 A scene holds only the parts it has. A part that is ``None`` has no state, no force and no cost:
 without an arm nothing moves tangentially and there is no friction; without a socket nothing snaps.
@@ -17,7 +19,8 @@ from typing import ClassVar, Literal, NamedTuple, get_args
 import numpy as np
 
 from forcelab.errors import InputError
-from forcelab.simulation.system import Array
+from forcelab.labels import Segments
+from forcelab.simulation.system import Array, Event
 
 
 class Width(NamedTuple):
@@ -462,3 +465,60 @@ class Scene:
         for part, met, sentence in needs:
             if part is not None and not met:
                 raise InputError(f"The scene of '{self.task}' does not fit together: {sentence}.")
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Where jaws, tongs and body are; what a scene does not have stays zero.
+
+    Parameters
+    ----------
+    times : ndarray, shape (n,)
+        Seconds on the force clock, evenly spaced.
+    jaws : ndarray, shape (n, 2)
+        Distance of the left and the right jaw from the tongs' middle, m.
+    tongs : ndarray, shape (n, 3)
+        y (m), z (m) and angle (rad) of the tongs.
+    body : ndarray, shape (n, 4)
+        x, y, z (m) and angle (rad) of the body; z is that of its lower face above the table.
+    normal : ndarray, shape (n, 2)
+        Force that presses on the left and on the right jaw, N, not negative.
+    """
+
+    times: Array
+    jaws: Array
+    tongs: Array
+    body: Array
+    normal: Array
+
+
+@dataclass(frozen=True)
+class Performance:
+    """One simulated demonstration, before sensors, coders and camera had a look at it.
+
+    Parameters
+    ----------
+    scene : Scene
+        With the numbers of this demonstration.
+    motion : Motion
+    forces : ndarray, shape (n, 6)
+        What the two sensors' domes feel, N: fx, fy, fz of the left one, then of the right one;
+        fz is normal and negative in compression, fx along y, fy along z.
+    rate : float
+        Of `forces` and `motion`, Hz; several times that of the recording.
+    actions : tuple of Segment
+        What was done when, without gaps.
+    events : tuple of Event
+        In order of time.
+    taps : tuple of float
+        Times at which a fingertip taps the left dome, so that force and video can be
+        synchronised, s.
+    """
+
+    scene: Scene
+    motion: Motion
+    forces: Array
+    rate: float
+    actions: Segments
+    events: tuple[Event, ...]
+    taps: tuple[float, ...] = ()

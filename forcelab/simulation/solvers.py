@@ -26,8 +26,7 @@ from scipy.integrate import Radau as RadauIIA
 
 from forcelab.errors import InputError
 from forcelab.jobs import Progress, finish
-from forcelab.simulation.motion import Event
-from forcelab.simulation.system import Array, System
+from forcelab.simulation.system import Array, Event, System
 
 #: Width in seconds to which a crossing is bracketed.
 _WIDTH = 1e-10

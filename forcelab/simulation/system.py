@@ -1,15 +1,30 @@
-"""What a solver needs to know of a mechanical system: a batch of initial value problems."""
+"""What solvers and mechanics agree on: a batch of initial value problems, and their events."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Array", "System"]
-
 Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, order=True)
+class Event:
+    """Something that happened at an instant, located to less than a microsecond.
+
+    Parameters
+    ----------
+    time : float
+        Seconds from the start of the force recording.
+    kind : str
+        Such as ``"left jaw: contact made"``, ``"left jaw: slip begins"`` or ``"snap in"``.
+    """
+
+    time: float
+    kind: str
 
 
 class System(Protocol):

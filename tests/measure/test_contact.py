@@ -1,18 +1,27 @@
-
 import re
-import numpy as np
-import pytest
 from collections import Counter
 from dataclasses import replace
+from typing import get_args
+
+import numpy as np
+import pytest
+
 from forcelab.errors import InputError
 from forcelab.jobs import Progress, finish
 from forcelab.measure import contact
-from forcelab.measure.contact import Case, Problem, REFERENCES, SETTINGS, Setting, contact_cases, measure_solvers
+from forcelab.measure.contact import (
+    REFERENCES,
+    SETTINGS,
+    Case,
+    Problem,
+    Setting,
+    contact_cases,
+    measure_solvers,
+)
 from forcelab.measure.rows import Row
 from forcelab.measure.timing import Timed
 from forcelab.simulation.solvers import Explicit, Lsoda, Radau, Rosenbrock, Solver, integrate
 from forcelab.simulation.tasks import SOLVER
-from typing import get_args
 
 TIMES = np.linspace(0.0, 0.1, 51)
 SPRINGS = (400.0, 2500.0)

@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Generator, Sequence
-from importlib import import_module
 
 import numpy as np
 
 from forcelab.jobs import Progress
 from forcelab.simulation.hand import Command
 from forcelab.simulation.mechanics import Layout, Mechanics
-from forcelab.simulation.motion import Event, Motion, Performance
-from forcelab.simulation.scene import TASKS, Scene, Task
+from forcelab.simulation.scene import TASKS, Motion, Performance, Scene, Task
 from forcelab.simulation.solvers import Rosenbrock, integrating
-from forcelab.simulation.system import Array
+from forcelab.simulation.system import Array, Event
 from forcelab.simulation.tasks.choreography import AFTERWARDS, HAND, Choreography
 from forcelab.simulation.tasks.ground_truth import Course, true_actions
+from forcelab.simulation.tasks.plays import PLAYS
 from forcelab.simulation.tasks.recipe import recipe
 from forcelab.vocabulary import Vocabulary
 
@@ -46,10 +45,9 @@ def _staged(task: Task, seed: int, number: int, *, taps: bool) -> Choreography:
     stream = np.random.SeedSequence([seed, number, TASKS.index(task)])
     rng = np.random.default_rng(stream)
     scene = recipe(task).drawn_scene(rng)
-    choreography = import_module(f"forcelab.simulation.tasks.{task.lower()}")
-    hand = recipe(task).drawn_hand(rng, (*HAND, *choreography.HAND))
+    hand = recipe(task).drawn_hand(rng, (*HAND, *PLAYS[task].numbers.split()))
     played = Choreography(scene, hand, rng, taps=taps)
-    choreography.play(played)
+    PLAYS[task].play(played)
     played.end()
     return played
 
