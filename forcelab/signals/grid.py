@@ -19,8 +19,7 @@ from numpy.typing import NDArray
 from forcelab.demonstration import GAP_PERIODS, LARGEST, Demonstration
 from forcelab.errors import InputError
 from forcelab.signals.conditioning import bridge, glitches
-
-__all__ = ["Grid", "measured", "on_grid", "readings"]
+from forcelab.text import counted
 
 #: Stamps count as uniform when none is further than this share of a period from its place.
 UNIFORM = 0.02
@@ -173,3 +172,17 @@ def _count(demonstration: Demonstration, rate: float) -> int:
             f"{count:.3g} samples at {rate:.6g} Hz; remove stray stamps or ask for a lower rate."
         )
     return count
+
+
+def glitch_remarks(demonstration: Demonstration) -> list[str]:
+    """A remark on samples that :func:`~forcelab.signals.conditioning.glitches` finds, if any."""
+    counts = {}
+    for channel, values in zip(demonstration.channels, demonstration.signals.T, strict=True):
+        if number := int(glitches(np.where(measured(values), values, np.nan)).sum()):
+            counts[channel.name] = number
+    if not counts:
+        return []
+    total = sum(counts.values())
+    each = ", ".join(f"{name} {number:,}" for name, number in counts.items())
+    are = "is a glitch, no force, and counts" if total == 1 else "are glitches, no force, and count"
+    return [f"{counted(total, 'sample')} {are} as missing ({each})."]
