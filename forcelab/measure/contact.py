@@ -43,22 +43,12 @@ TREMOR = 5e-5
 
 @dataclass(frozen=True)
 class Problem:
-    """Something to integrate.
-
-    Parameters
-    ----------
-    system : System
-    start : ndarray, shape (s, b)
-        States at the first time.
-    times : ndarray, shape (n,)
-        At which the forces are compared, s, evenly spaced, n >= 2.
-    forces : callable
-        From `times` and states of shape (n, s, b) to forces of shape (n, c, b), N.
-    """
+    """Something to integrate."""
 
     system: System
-    start: Array
-    times: Array
+    start: Array  # (s, b), states at the first time
+    times: Array  # (n,), at which the forces are compared, s, evenly spaced, n >= 2
+    #: From `times` and states of shape (n, s, b) to forces of shape (n, c, b), N.
     forces: Callable[[Array, Array], Array]
 
     @property
@@ -69,18 +59,10 @@ class Problem:
 
 @dataclass(frozen=True)
 class Case:
-    """A problem with a name; it is made when it is measured.
+    """A problem with a name; it is made when it is measured."""
 
-    Parameters
-    ----------
-    name : str
-        Such as ``"foam"``.
-    make : callable
-        Gives the :class:`Problem`.
-    """
-
-    name: str
-    make: Callable[[], Problem]
+    name: str  # such as ``"foam"``
+    make: Callable[[], Problem]  # gives the :class:`Problem`
 
 
 #: Reaches of the hand, each with its start and duration in seconds and how far it goes in m.
@@ -101,15 +83,10 @@ def _problem(
 ) -> Problem:
     """Lanes of a scene, moved by minimum-jerk reaches and tremor.
 
-    Parameters
-    ----------
-    lanes : int
-    scene : Scene
-        Stiffness and mass of the body vary from lane to lane, and so does the timing.
-    reaches : mapping of str to tuple
-        Of what the hand drives: ``"jaw"`` (both, how far they close), ``"tongs z"`` and so on.
-    start : mapping of str to float, optional
-        States other than zero at the start. What the hand drives starts where it is commanded.
+    `scene`: stiffness and mass of the body vary from lane to lane, and so does the timing;
+    `reaches`: of what the hand drives: ``"jaw"`` (both, how far they close), ``"tongs z"`` and so
+    on; `start`: states other than zero at the start. What the hand drives starts where it is
+    commanded.
     """
     rng = np.random.default_rng(1)
     factors = np.geomspace(0.8, 1.25, lanes)
@@ -307,13 +284,7 @@ def _solve(problem: Problem, solver: Solver) -> Solution:
 
 
 def _forces(problem: Problem, solution: Solution) -> Array:
-    """The forces of a solution; one that has run away is refused.
-
-    Raises
-    ------
-    InputError
-        If a force is not finite.
-    """
+    """The forces of a solution; one that has run away is refused."""
     forces = problem.forces(problem.times, solution.states)
     if not np.isfinite(forces).all():
         raise InputError("The forces are not finite; a smaller step or tolerance is needed.")

@@ -46,16 +46,7 @@ ACTIONS = ("still", "grab", "hold", "release")
 
 
 def made_up_demonstration(seconds: float, rate: float, seed: int) -> tuple[Demonstration, Segments]:
-    """Grabs, holds and releases, one after another, with tremor, noise and knocks.
-
-    Parameters
-    ----------
-    seconds : float
-        At least.
-    rate : float
-        Samples a second.
-    seed : int
-    """
+    """Grabs, holds and releases, one after another, with tremor, noise and knocks."""
     random = np.random.default_rng(seed)
     starts: list[float] = []
     codes: list[int] = []
@@ -129,30 +120,15 @@ class Library:
 
 @dataclass(frozen=True)
 class Peer(Library):
-    """A library that transforms with a Morlet wavelet.
+    """A library that transforms with a Morlet wavelet."""
 
-    Parameters
-    ----------
-    name, module : str
-        As of :class:`Library`.
-    transform : callable
-        Takes channels, shape (c, n), and scales in samples (rising, equally spaced in octaves);
-        gives coefficients, shape (c, k, n), but for a factor of each scale.
-    setting : str
-        How it is called.
-    """
-
+    #: Takes channels, shape (c, n), and scales in samples (rising, equally spaced in octaves);
+    #: gives coefficients, shape (c, k, n), but for a factor of each scale.
     transform: Callable[[Real, Real], Complex]
-    setting: str = "as it comes"
+    setting: str = "as it comes"  # how it is called
 
     def coefficients(self, x: Real, scales: Real) -> Complex:
-        """Transform channels.
-
-        Raises
-        ------
-        InputError
-            If the library is not installed or cannot be loaded.
-        """
+        """Transform channels."""
         self.check()
         try:
             return self.transform(x, scales)
@@ -364,19 +340,9 @@ def measure_transforms(
     scales, relative to the largest coefficient of its scale and channel. Peers are first multiplied
     by the one number for each scale that suits them best, for their conventions differ.
 
-    Parameters
-    ----------
-    x : ndarray, shape (c, n)
-        Zero at both ends.
-    spacing : float
-        Of the scales from 2 samples to n, in octaves.
-    repetitions : int
-        Fewer of what takes long.
-    tolerances : sequence of float
-        Of the engine.
-    spent : dict of str to float, optional
-        Seconds a coefficient that peers have taken so far, to which theirs are added; a peer
-        that would take too long by it is refused.
+    `x` (c, n): zero at both ends; `spacing`: of the scales from 2 samples to n, in octaves;
+    `repetitions`: fewer of what takes long; `spent`: seconds a coefficient that peers have taken so
+    far, to which theirs are added; a peer that would take too long by it is refused.
     """
     scales = usual_scales(x.shape[1], spacing=spacing)
     if x.size * len(scales) > MANY:
@@ -453,9 +419,7 @@ def _measure(
 def direct_sums(x: Real, scales: Real, places: NDArray[np.int_]) -> NDArray[np.complex128]:
     """``a^-1/2 sum_n x_n conj(psi((n - b) / a))`` as it stands, of channels that are 0 outside.
 
-    Returns
-    -------
-    ndarray of complex128, shape (c, len(scales), len(places))
+    Gives (c, len(scales), len(places)).
     """
     n = x.shape[1]
     out = np.empty((len(x), len(scales), len(places)), dtype=np.complex128)
@@ -471,13 +435,7 @@ def direct_sums(x: Real, scales: Real, places: NDArray[np.int_]) -> NDArray[np.c
 
 
 def _peer(peer: Peer, x: Real, scales: Real, spent: float) -> Features:
-    """What a peer makes of the channels, BLAS and its like on one thread.
-
-    Raises
-    ------
-    InputError
-        If it would take too long at `spent` seconds a coefficient.
-    """
+    """What a peer makes of the channels, BLAS and its like on one thread."""
     from threadpoolctl import threadpool_limits
 
     likely = spent * x.size * len(scales)

@@ -51,17 +51,10 @@ STREAMED, BLOCK = 3e-5, 37
 
 @dataclass(frozen=True)
 class Case:
-    """An extreme input.
-
-    Parameters
-    ----------
-    name : str
-    x : ndarray, shape (1, n)
-    scales : ndarray
-    """
+    """An extreme input."""
 
     name: str
-    x: NDArray[Any]
+    x: NDArray[Any]  # (1, n)
     scales: Real
 
 
@@ -70,19 +63,11 @@ class Verdicts:
     """Right, wrong, not finite or raised: of each case by each way.
 
     Finite is what cannot be judged: others so near to the ends that conventions differ.
-
-    Parameters
-    ----------
-    ways : tuple of str
-    rows : tuple of (str, tuple of str)
-        A case's name, and a word for each way.
-    left_out : tuple of str
-        Sentences about those that are not installed.
     """
 
     ways: tuple[str, ...]
-    rows: tuple[tuple[str, tuple[str, ...]], ...]
-    left_out: tuple[str, ...]
+    rows: tuple[tuple[str, tuple[str, ...]], ...]  # a case's name, and a word for each way
+    left_out: tuple[str, ...]  # sentences about those that are not installed
 
     def cells(self) -> list[list[str]]:
         """Header and rows."""

@@ -26,48 +26,25 @@ class Row:
     """What one setting of one method costs, and how wrong it is.
 
     A method that refuses its work has its sentence in `refusal` and no numbers.
-
-    Parameters
-    ----------
-    name : str
-        The method, such as a solver's name.
-    setting : str
-        Its step, tolerance or the like, with its unit.
-    size : str
-        What it was run on, such as ``"foam, 6 lanes x 1 s"``. Only rows of one size compare.
-    reference : str
-        What the result was compared with, and how well that is known itself.
-    error : float or None
-        In the table's unit, not negative.
-    seconds, spread : float or None
-        Median of the CPU time in the table's unit, above zero, and its interquartile range.
-    peak_bytes : int or None
-        Peak of the memory taken.
-    further : mapping of str to float
-        Other figures of the same run by their name and unit, such as ``"largest (N)"``.
-    pareto : bool
-        Whether no other row of this size is better in one and as good in the other of `error`
-        and `seconds`.
-    refusal : str
-        Why there is no number; empty where there are numbers.
-
-    Raises
-    ------
-    InputError
-        If a number is missing, not finite or out of its range, or stands beside a refusal.
     """
 
-    name: str
-    setting: str
+    name: str  # the method, such as a solver's name
+    setting: str  # its step, tolerance or the like, with its unit
+    #: What it was run on, such as ``"foam, 6 lanes x 1 s"``. Only rows of one size compare.
     size: str
-    reference: str
-    error: float | None = None
+    reference: str  # what the result was compared with, and how well that is known itself
+    error: float | None = None  # in the table's unit, not negative
+    #: seconds and spread: Median of the CPU time in the table's unit, above zero, and its
+    #: interquartile range.
     seconds: float | None = None
     spread: float | None = None
-    peak_bytes: int | None = None
+    peak_bytes: int | None = None  # peak of the memory taken
+    #: Other figures of the same run by their name and unit, such as ``"largest (N)"``.
     further: Mapping[str, float] = field(default_factory=dict, hash=False)
+    #: Whether no other row of this size is better in one and as good in the other of `error` and
+    #: `seconds`.
     pareto: bool = False
-    refusal: str = ""
+    refusal: str = ""  # why there is no number; empty where there are numbers
 
     def __post_init__(self) -> None:
         numbers = (self.error, self.seconds, self.spread, self.peak_bytes)
@@ -95,13 +72,7 @@ def timed_row(
 ) -> Row:
     """The row of what was timed, or of what it was refused for.
 
-    Parameters
-    ----------
-    name, setting, size, reference
-        As of :class:`Row`.
-    timed : Timed
-    scale : float
-        What turns a second into the table's unit.
+    `scale`: what turns a second into the table's unit.
     """
     if timed.judged is None:
         return Row(name, setting, size, reference, refusal=timed.refusal)
@@ -130,25 +101,14 @@ def with_front(rows: Sequence[Row]) -> tuple[Row, ...]:
 
 @dataclass(frozen=True)
 class Table:
-    """All rows of one measurement, with what its columns mean.
+    """All rows of one measurement, with what its columns mean."""
 
-    Parameters
-    ----------
-    title : str
-        What was measured.
-    error, seconds : str
-        What the two columns hold, with their units.
-    rows : tuple of Row
-        In the order in which they are shown.
-    form : str
-        How errors and further figures are written, as a format specification.
-    """
-
-    title: str
+    title: str  # what was measured
+    #: error and seconds: What the two columns hold, with their units.
     error: str
     seconds: str
-    rows: tuple[Row, ...]
-    form: str = ".2e"
+    rows: tuple[Row, ...]  # in the order in which they are shown
+    form: str = ".2e"  # how errors and further figures are written, as a format specification
 
     def __post_init__(self) -> None:
         if not self.rows:

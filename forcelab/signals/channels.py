@@ -27,21 +27,16 @@ _AXIS = re.compile(
 
 @dataclass(frozen=True, slots=True)
 class ChannelMap:
-    """Which recorded columns make up each recognition channel.
+    """Which recorded columns make up each recognition channel."""
 
-    Parameters
-    ----------
-    names : tuple of str, length q
-        Recognition channels, tangential magnitudes first, then signed normals, then the rest.
-    recorded : tuple of int, length u
-        The recorded columns that any of them needs, rising; the others need not be looked at.
-    columns : tuple of tuple of int, length q
-        What each is made of, as places in `recorded`: two for a tangential magnitude, one for
-        any other.
-    """
-
+    #: Length q, recognition channels, tangential magnitudes first, then signed normals, then the
+    #: rest.
     names: tuple[str, ...]
+    #: Length u, the recorded columns that any of them needs, rising; the others need not be looked
+    #: at.
     recorded: tuple[int, ...]
+    #: Length q, what each is made of, as places in `recorded`: two for a tangential magnitude, one
+    #: for any other.
     columns: tuple[tuple[int, ...], ...]
 
     def apply(self, signals: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -73,18 +68,8 @@ def channel_map(channels: Sequence[Channel], wanted: Sequence[str] | None = None
     A 3-axis force sensor is known by names such as ``fx1 fy1 fz1``, ``Fx_left``, ``left fx`` or
     ``force z 2``.
 
-    Parameters
-    ----------
-    channels : sequence of Channel, length c
-        The recorded channels.
-    wanted : sequence of str, optional
-        Names of recognition channels to keep, in this order; all by default. What is not wanted
-        is not computed.
-
-    Raises
-    ------
-    InputError
-        If a wanted channel is not there, or is wanted twice.
+    `channels` length c: the recorded channels; `wanted`: names of recognition channels to keep, in
+    this order; all by default. What is not wanted is not computed.
     """
     names = [channel.name for channel in channels]
     sensors = _sensors(names, wanted or ())

@@ -55,22 +55,13 @@ _time = attrgetter("time")
 
 @dataclass(frozen=True, slots=True)
 class ContactEvent:
-    """An instant at which something began or ended to press, or slipped.
+    """An instant at which something began or ended to press, or slipped."""
 
-    Parameters
-    ----------
-    time : float
-        When it sets in, s on the force clock.
-    kind : "touch", "leave" or "jerk"
-        The force rose from rest, came back to it, or changed abruptly.
-    clearness : float
-        How far above the threshold; 1 is just there. Comparable between channels and kinds: of a
-        jerk by the peak of |dF/dt|, of a touch by the largest deviation from rest within 20 scales
-        after it, of a leave by that before it.
-    """
-
-    time: float
-    kind: Kind
+    time: float  # when it sets in, s on the force clock
+    kind: Kind  # the force rose from rest, came back to it, or changed abruptly
+    #: How far above the threshold; 1 is just there. Comparable between channels and kinds: of a
+    #: jerk by the peak of |dF/dt|, of a touch by the largest deviation from rest within 20 scales
+    #: after it, of a leave by that before it.
     clearness: float
 
 
@@ -88,31 +79,11 @@ def finding_contacts(
 ) -> Generator[Progress, None, tuple[ContactEvent, ...]]:
     """Find the contact events of a demonstration.
 
-    Parameters
-    ----------
-    times : array_like, shape (n,)
-        Stamps in s, strictly increasing; may be irregular and have gaps.
-    signals : array_like, shape (n, c)
-        NaN or infinity marks a missing sample.
+    `times` (n,): stamps in s, strictly increasing; may be irregular and have gaps; `signals` (n,
+    c): NaN or infinity marks a missing sample. They come in order of time, no two closer than
+    ``MERGED * SCALE`` (or two sample periods, if that is more); of those that were closer, the
+    clearest.
 
-    Yields
-    ------
-    Progress
-        For each stretch of a channel.
-
-    Returns
-    -------
-    tuple of ContactEvent
-        In order of time, no two closer than ``MERGED * SCALE`` (or two sample periods, if that is
-        more); of those that were closer, the clearest.
-
-    Raises
-    ------
-    InputError
-        If the shapes do not fit.
-
-    Notes
-    -----
     The force is smoothed with a Gaussian of standard deviation :data:`SCALE` (at least one sample),
     and so are the stamps: their ratio of differences is the rate of change, whatever the sampling.
     A stretch without samples longer than :data:`~forcelab.demonstration.GAP_PERIODS` periods ends

@@ -33,27 +33,16 @@ Columns = Sequence[NDArray[np.float64]]
 
 @dataclass(frozen=True, slots=True)
 class Grid:
-    """Signals on a uniform grid.
+    """Signals on a uniform grid."""
 
-    Parameters
-    ----------
-    times : ndarray of float64, shape (n,)
-        Seconds on the demonstration's clock.
-    signals : ndarray of float64, shape (n, c)
-        Missing samples bridged by straight lines.
-    valid : ndarray of bool, shape (n,)
-        False in gaps of the stamps and in runs of samples that are missing (NaN, infinite, beyond
-        :data:`~forcelab.demonstration.LARGEST`, or a glitch as of
-        :func:`~forcelab.signals.conditioning.glitches`), longer than
-        :data:`~forcelab.demonstration.GAP_PERIODS` periods.
-    rate : float
-        Samples a second.
-    """
-
-    times: NDArray[np.float64]
-    signals: NDArray[np.float64]
+    times: NDArray[np.float64]  # (n,), seconds on the demonstration's clock
+    signals: NDArray[np.float64]  # (n, c), missing samples bridged by straight lines
+    #: (n,), false in gaps of the stamps and in runs of samples that are missing (NaN, infinite,
+    #: beyond :data:`~forcelab.demonstration.LARGEST`, or a glitch as of
+    #: :func:`~forcelab.signals.conditioning.glitches`), longer than
+    #: :data:`~forcelab.demonstration.GAP_PERIODS` periods.
     valid: NDArray[np.bool_]
-    rate: float
+    rate: float  # samples a second
 
 
 def measured(values: NDArray[np.float64]) -> NDArray[np.bool_]:
@@ -101,26 +90,12 @@ def on_grid(
 ) -> Grid:
     """Bring a demonstration onto a uniform grid.
 
-    Parameters
-    ----------
-    demonstration : Demonstration
-    rate : float, optional
-        Samples a second; the demonstration's own rate by default, and also where the two differ
-        by less than 1 %, as measured rates of one device do.
-    columns : sequence of int, length c, optional
-        Recorded columns to take; all by default. What the others miss makes nothing invalid.
-
-    Returns
-    -------
-    Grid
-        Its rate is the demonstration's own where the one asked for differs from it by less than
-        1 %, since resampling would cost more than so small a stretch of the scales; else the one
-        asked for to within 0.1 %, as a ratio of whole numbers to the demonstration's own.
-
-    Raises
-    ------
-    InputError
-        If the grid would have more than :data:`MAX_SAMPLES` samples.
+    `rate`: samples a second; the demonstration's own rate by default, and also where the two differ
+    by less than 1 %, as measured rates of one device do; `columns` length c: recorded columns to
+    take; all by default. What the others miss makes nothing invalid. The grid's rate is the
+    demonstration's own where the one asked for differs from it by less than 1 %, since resampling
+    would cost more than so small a stretch of the scales; else the one asked for to within 0.1 %,
+    as a ratio of whole numbers to the demonstration's own.
     """
     recorded = demonstration.signals
     wanted = range(recorded.shape[1]) if columns is None else columns

@@ -64,18 +64,10 @@ Whole = NDArray[np.int64]
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Ends:
-    """The samples, or the blocks of one level, at both ends of columns.
+    """The samples, or the blocks of one level, at both ends of columns."""
 
-    Parameters
-    ----------
-    which : ndarray of int64, shape (m,)
-        The columns that hold any.
-    blocks : ndarray of int64, shape (2 * few, m)
-        Those of each, none outside of it, some of them more than once.
-    """
-
-    which: Whole
-    blocks: Whole
+    which: Whole  # (m,), the columns that hold any
+    blocks: Whole  # (2 * few, m), those of each, none outside of it, some of them more than once
 
     @classmethod
     def of(cls, which: Whole, firsts: Whole, lasts: Whole, few: int) -> _Ends:
@@ -90,20 +82,11 @@ class _Ends:
 class Columns:
     """Which samples lie in each column of the screen; shared by all channels of a demonstration.
 
-    Parameters
-    ----------
-    times : ndarray of float64, shape (n,)
-        Stamps in seconds, strictly increasing; they need not be regular.
-    edges : array_like, shape (k + 1,)
-        Edges of the columns in seconds, rising; column ``i`` holds the samples with
-        ``edges[i] <= time < edges[i + 1]``.
-    longest : float
-        Neighbouring stamps further apart than this many seconds have a gap between them.
-
-    Attributes
-    ----------
-    firsts, lasts : ndarray of int64, shape (k,)
-        Column ``i`` holds the samples ``firsts[i]`` up to, not including, ``lasts[i]``.
+    `times` (n,): stamps in seconds, strictly increasing; they need not be regular; `edges` (k +
+    1,): edges of the columns in seconds, rising; column ``i`` holds the samples with ``edges[i] <=
+    time < edges[i + 1]``; `longest`: neighbouring stamps further apart than this many seconds have
+    a gap between them; `firsts`, `lasts` (k,): column ``i`` holds the samples ``firsts[i]`` up to,
+    not including, ``lasts[i]``.
     """
 
     def __init__(self, times: Real, edges: ArrayLike, longest: float = np.inf) -> None:
@@ -259,14 +242,10 @@ Limits = tuple[float, float] | Real  # each one for all values, or one for each 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Extremes:
-    """The least and the greatest sample of each of k columns.
+    """The least and the greatest sample of each of k columns."""
 
-    Parameters
-    ----------
-    low, high : ndarray of float64, shape (k,)
-        In the channel's unit; NaN where a column holds no sample or only missing ones.
-    """
-
+    #: low and high: (k,), in the channel's unit; NaN where a column holds no sample or only missing
+    #: ones.
     low: Real
     high: Real
 
@@ -277,22 +256,11 @@ class Envelope:
     What was read already can be drawn while the rest is read: a reader in another thread raises
     :attr:`filled` after the extremes are there.
 
-    Parameters
-    ----------
-    signals : ndarray of float64, shape (n, c)
-        All channels, perhaps mapped into memory; NaN or infinity marks a missing sample.
-    column : int
-        Which of them.
-
-    Attributes
-    ----------
-    filled : int
-        The pyramid holds the samples before this one.
-    limits : tuple of float or None
-        Samples beyond them count as missing; None where none is, and until all was read.
-    glitches : ndarray of int64
-        Which of these samples are glitches: not those of long runs, as of a number that stands
-        for a sensor that was not there.
+    `signals` (n, c): all channels, perhaps mapped into memory; NaN or infinity marks a missing
+    sample; `filled`: the pyramid holds the samples before this one; `limits`: samples beyond them
+    count as missing; None where none is, and until all was read; `glitches`: which of these samples
+    are glitches: not those of long runs, as of a number that stands for a sensor that was not
+    there.
     """
 
     def __init__(self, signals: Real, column: int) -> None:
@@ -341,11 +309,8 @@ class Envelope:
     def extremes(self, columns: Columns) -> Extremes:
         """The least and the greatest sample of each column.
 
-        Parameters
-        ----------
-        columns : Columns
-            Of the same demonstration. Where they need a pyramid, samples that were not read yet
-            are left out.
+        `columns`: of the same demonstration. Where they need a pyramid, samples that were not read
+        yet are left out.
         """
         low, high = np.full(len(columns), np.inf), np.full(len(columns), -np.inf)
         if columns.pyramid:
@@ -472,10 +437,7 @@ def read_envelopes(envelopes: Sequence[Envelope]) -> Generator[Progress, None, N
 
     A step is one chunk of one channel, some milliseconds in which numpy lets other threads run.
 
-    Parameters
-    ----------
-    envelopes : sequence of Envelope
-        Each goes on where it stopped before.
+    `envelopes`: each goes on where it stopped before.
     """
     envelopes = [envelope for envelope in envelopes if envelope.filled < len(envelope)]
     if not envelopes:

@@ -45,37 +45,18 @@ COARSE = 100.0
 
 @dataclass(frozen=True, slots=True)
 class Tap:
-    """A short strong pulse from rest.
+    """A short strong pulse from rest."""
 
-    Parameters
-    ----------
-    time : float
-        Of its onset, s on the force clock: where it has a quarter of its height.
-    height : float
-        In the unit of the force.
-    clearness : float
-        How many times higher it is than all else around it.
-    """
-
-    time: float
-    height: float
-    clearness: float
+    time: float  # of its onset, s on the force clock: where it has a quarter of its height
+    height: float  # in the unit of the force
+    clearness: float  # how many times higher it is than all else around it
 
 
 def find_taps(times: Array, force: Array) -> tuple[Tap, ...]:
     """Find the taps in a force recording.
 
-    Parameters
-    ----------
-    times : ndarray, shape (n,)
-        s, strictly increasing.
-    force : ndarray, shape (n, c)
-        NaN or infinity marks missing samples.
-
-    Returns
-    -------
-    tuple of Tap
-        In order of time.
+    `times` (n,): s, strictly increasing; `force` (n, c): NaN or infinity marks missing samples.
+    They come in order of time.
     """
     from scipy.ndimage import gaussian_filter1d, maximum_filter1d, median_filter
 
@@ -116,20 +97,10 @@ def find_taps(times: Array, force: Array) -> tuple[Tap, ...]:
 def rate_of_change(times: Array, force: Array, rate: float) -> tuple[Array, Array]:
     """The magnitude of the force's rate of change over all channels, on a uniform grid.
 
-    Parameters
-    ----------
-    times : ndarray, shape (n,)
-        s, strictly increasing.
-    force : ndarray, shape (n, c)
-        NaN or infinity marks missing samples, which straight lines bridge.
-    rate : float
-        Samples a second of the grid.
-
-    Returns
-    -------
-    grid, magnitude : ndarray, shape (m,)
-        s, and the force's unit a second, smoothed by a Gaussian of standard deviation
-        :data:`SCALE`.
+    `times` (n,): s, strictly increasing; `force` (n, c): NaN or infinity marks missing samples,
+    which straight lines bridge; `rate`: samples a second of the grid. Gives `grid`, `magnitude`
+    (m,): s, and the force's unit a second, smoothed by a Gaussian of standard deviation
+    :data:`SCALE`.
     """
     from scipy.ndimage import gaussian_filter1d
 
@@ -347,29 +318,19 @@ AGREEING = 1.0
 
 @dataclass(frozen=True, eq=False)
 class Proposal:
-    """A clock that was found, and how far it may be believed.
+    """A clock that was found, and how far it may be believed."""
 
-    Parameters
-    ----------
-    clock : ClockMap
-        From the video's own time to force time.
-    confidence : float
-        0..1. Of the 30 demonstrations of the sample project 22 were above 0.5, all of them right to
-        within 19 ms, and all 30 to within 50 ms; of 20 made after the bounds were set 15, to within
-        18 ms. Above 0.5 were also 15 of 309 videos put to the force of another demonstration, whose
-        taps happened to fit: of the same task one in nine.
-    residual : float
-        Root mean square distance of the taps from the clock, s; 0 without taps.
-    taps : tuple of (float, float)
-        Pairs of video and force time (s) at which a tap was found in both.
-    motion, force : ndarray, shape (2, m)
-        What was compared, for looking at: rows of own times (s) and values of 0..1.
-    """
-
-    clock: ClockMap
+    clock: ClockMap  # from the video's own time to force time
+    #: 0..1. Of the 30 demonstrations of the sample project 22 were above 0.5, all of them right to
+    #: within 19 ms, and all 30 to within 50 ms; of 20 made after the bounds were set 15, to within
+    #: 18 ms. Above 0.5 were also 15 of 309 videos put to the force of another demonstration, whose
+    #: taps happened to fit: of the same task one in nine.
     confidence: float
-    residual: float
+    residual: float  # root mean square distance of the taps from the clock, s; 0 without taps
+    #: Pairs of video and force time (s) at which a tap was found in both.
     taps: tuple[tuple[float, float], ...]
+    #: motion and force: (2, m), what was compared, for looking at: rows of own times (s) and values
+    #: of 0..1.
     motion: Array
     force: Array
 
@@ -383,11 +344,6 @@ def proposing_for(demonstration: Demonstration) -> Generator[Progress, None, Pro
     """Propose the clock of a demonstration's video; see :func:`proposing`.
 
     Channels in newtons are looked at; where there is none, all channels in equal parts.
-
-    Raises
-    ------
-    InputError
-        If there is no video, it cannot be read, or it or the force is too short.
     """
     if demonstration.video is None:
         raise InputError(f"Demonstration '{demonstration.name}' has no video to synchronise.")
@@ -412,33 +368,12 @@ def proposing(
 ) -> Generator[Progress, None, Proposal]:
     """Propose a video's clock from its motion and the force.
 
-    Parameters
-    ----------
-    frame_times : array_like, shape (n,)
-        Timestamps of the frames on the video's clock, s, strictly increasing.
-    energy : array_like, shape (n,)
-        Motion between the frame before and each frame, such as of
-        :func:`~forcelab.video.motion.measuring_motion`.
-    force_times : array_like, shape (m,)
-        Stamps of the force's samples, s, strictly increasing.
-    force : array_like, shape (m,) or (m, c)
-        Force channels; NaN or infinity marks missing samples.
+    `frame_times` (n,): timestamps of the frames on the video's clock, s, strictly increasing;
+    `energy` (n,): motion between the frame before and each frame, such as of
+    :func:`~forcelab.video.motion.measuring_motion`; `force_times` (m,): stamps of the force's
+    samples, s, strictly increasing; `force` (m,): force channels; NaN or infinity marks missing
+    samples.
 
-    Yields
-    ------
-    Progress
-
-    Returns
-    -------
-    Proposal
-
-    Raises
-    ------
-    InputError
-        If shapes do not fit, or there is less than a second of either.
-
-    Notes
-    -----
     The offset has no bounds but that video and force overlap by half of the shorter one. The rate
     stays 1 unless the recording is long enough to tell: clocks differ by some 50e-6, a tap is seen
     to half a frame's time, so that a rate from taps ten seconds apart would be worse than none.
@@ -476,13 +411,7 @@ def _share(value: float, nothing: float, everything: float) -> float:
 
 
 def _checked(times: ArrayLike, values: ArrayLike, what: str) -> tuple[Array, Array]:
-    """Times (n,) and values (n, c) as floats.
-
-    Raises
-    ------
-    InputError
-        If they do not fit or are shorter than a second.
-    """
+    """Times (n,) and values (n, c) as floats."""
     t = np.asarray(times, dtype=np.float64)
     v = np.asarray(values, dtype=np.float64)
     v = v[:, np.newaxis] if v.ndim == 1 else v

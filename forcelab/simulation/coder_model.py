@@ -28,31 +28,16 @@ def _check_probability(what: str, probability: float) -> None:
 
 @dataclass(frozen=True, slots=True)
 class Confusion:
-    """A habit of taking one action for another.
+    """A habit of taking one action for another."""
 
-    Parameters
-    ----------
-    action, taken_for : str
-        What it is, and what the coder calls it.
-    probability : float
-        Of doing so, where the rest fits.
-    after, before : str, optional
-        Only where this action comes right before, or right after it.
-    shorter : float
-        Only segments shorter than this, s.
-
-    Raises
-    ------
-    InputError
-        If the probability is none.
-    """
-
+    #: action and taken_for: What it is, and what the coder calls it.
     action: str
     taken_for: str
-    probability: float
+    probability: float  # of doing so, where the rest fits
+    #: after and before: Only where this action comes right before, or right after it.
     after: str | None = None
     before: str | None = None
-    shorter: float = float("inf")
+    shorter: float = float("inf")  # only segments shorter than this, s
 
     def __post_init__(self) -> None:
         _check_probability(f"Taking '{self.action}' for '{self.taken_for}'", self.probability)
@@ -60,46 +45,27 @@ class Confusion:
 
 @dataclass(frozen=True, slots=True)
 class Coder:
-    """A simulated coder; the defaults are a careful one who is never wrong.
+    """A simulated coder; the defaults are a careful one who is never wrong."""
 
-    Parameters
-    ----------
-    name : str
-        The author of the coder's tracks.
-    lag : float
-        By which every edge is seen too late, s.
-    starts : dict of str to float
-        By how much more an edge is seen late (early if negative) where this action starts, s.
-    sharp, ramp : float
-        Standard deviation of an edge where the forces jump, and where they change slowly, s.
-    gap, margin : float
-        Mean length of what stays unlabelled between two actions, and at each end of the
-        recording, s.
-    short : float
-        Segments shorter than this, in s, may be overlooked or taken for a neighbour.
-    overlooked, neighbour : float
-        Probability that a short segment stays unlabelled, and that it is taken for the action
-        before or after it.
-    confusions : tuple of Confusion
-        The coder's habits.
-
-    Raises
-    ------
-    InputError
-        If the name is empty or that of a model, or a number is out of its range.
-    """
-
-    name: str
-    lag: float = 0.0
+    name: str  # the author of the coder's tracks
+    lag: float = 0.0  # by which every edge is seen too late, s
+    #: By how much more an edge is seen late (early if negative) where this action starts, s.
     starts: Mapping[str, float] = field(default_factory=dict)
+    #: sharp and ramp: Standard deviation of an edge where the forces jump, and where they change
+    #: slowly, s.
     sharp: float = 0.0
     ramp: float = 0.0
+    #: gap and margin: Mean length of what stays unlabelled between two actions, and at each end of
+    #: the recording, s.
     gap: float = 0.0
     margin: float = 0.0
+    #: Segments shorter than this, in s, may be overlooked or taken for a neighbour.
     short: float = 0.0
+    #: overlooked and neighbour: Probability that a short segment stays unlabelled, and that it is
+    #: taken for the action before or after it.
     overlooked: float = 0.0
     neighbour: float = 0.0
-    confusions: tuple[Confusion, ...] = ()
+    confusions: tuple[Confusion, ...] = ()  # the coder's habits
 
     def __post_init__(self) -> None:
         if not self.name.strip() or is_model(self.name):
@@ -175,53 +141,26 @@ BARE = 0.3
 
 @dataclass(frozen=True, slots=True)
 class Mistake:
-    """A segment that a coder got wrong, other than by its edges.
+    """A segment that a coder got wrong, other than by its edges."""
 
-    Parameters
-    ----------
-    segment : Segment
-        What really happened.
-    taken_for : str or None
-        What the coder called it; None where it was overlooked.
-    """
-
-    segment: Segment
-    taken_for: str | None
+    segment: Segment  # what really happened
+    taken_for: str | None  # what the coder called it; None where it was overlooked
 
 
 @dataclass(frozen=True, slots=True)
 class Coding:
-    """What a coder made of a performance.
+    """What a coder made of a performance."""
 
-    Parameters
-    ----------
-    track : Track
-        By the coder.
-    mistakes : tuple of Mistake
-        In order of time.
-    """
-
-    track: Track
-    mistakes: tuple[Mistake, ...]
+    track: Track  # by the coder
+    mistakes: tuple[Mistake, ...]  # in order of time
 
 
 def code(performance: Performance, coder: Coder, rng: np.random.Generator) -> Coding:
     """Label a performance as a coder would.
 
-    Parameters
-    ----------
-    performance : Performance
-        What is labelled.
-    coder : Coder
-        Who labels.
-    rng : numpy.random.Generator
-        Of mistakes, edges and gaps.
-
-    Returns
-    -------
-    Coding
-        The track lies within the performance's actions and holds every one that is not among the
-        mistakes. Touching actions that the coder calls the same are one segment.
+    `rng`: of mistakes, edges and gaps. The track lies within the performance's actions and
+    holds every one that is not among the mistakes. Touching actions that the coder calls the same
+    are one segment.
     """
     actions = performance.actions
     if not actions:

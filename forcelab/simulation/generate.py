@@ -37,22 +37,13 @@ HELD = 24
 
 @dataclass(frozen=True)
 class Order:
-    """One demonstration to make.
-
-    Parameters
-    ----------
-    origin : Origin
-    coders : tuple of str
-        Names of the simulated coders who label it.
-    video : bool
-        Whether it is filmed; that changes no force.
-    synchronised : bool
-        Whether the video's clock is known, or is as the camera left it: started by hand.
-    """
+    """One demonstration to make."""
 
     origin: Origin
+    #: Names of the simulated coders who label it.
     coders: tuple[str, ...] = tuple(coder.name for coder in CODERS)
-    video: bool = True
+    video: bool = True  # whether it is filmed; that changes no force
+    #: Whether the video's clock is known, or is as the camera left it: started by hand.
     synchronised: bool = True
 
 
@@ -63,27 +54,10 @@ def producing(
 
     A demonstration depends on its own order alone, not on those beside it.
 
-    Parameters
-    ----------
-    orders : sequence of Order
-        No two with the same task, seed and number.
-    scratch : Path
-        An empty folder for the videos, until the demonstrations are in a project.
-    jobs : int
-        Processes that share the work.
+    `orders`: no two with the same task, seed and number; `scratch`: an empty folder for the videos,
+    until the demonstrations are in a project; `jobs`: processes that share the work. They come in
+    the order of `orders`, each with its truth.
 
-    Returns
-    -------
-    tuple of Incoming
-        In the order of `orders`, each with its truth.
-
-    Raises
-    ------
-    InputError
-        If a motion cannot be resolved or a video not be written.
-
-    Notes
-    -----
     The truth is what no recording tells; times are seconds on the force clock::
 
         actions    [start, end, action] of everything that was done

@@ -21,8 +21,6 @@ KNOT_STEP = 5e-3
 def minimum_jerk(times: Array, start: float, duration: float | Array) -> Array:
     """How far a reach is after `times`, from 0 to 1: ``10 u^3 - 15 u^4 + 6 u^5``.
 
-    References
-    ----------
     T. Flash, N. Hogan, "The coordination of arm movements: an experimentally confirmed
     mathematical model", Journal of Neuroscience 5 (1985) 1688-1703.
     """
@@ -56,29 +54,20 @@ def wander(times: Array, rng: np.random.Generator) -> Array:
 
 @dataclass(frozen=True)
 class Command:
-    """Commands of a batch of demonstrations, twice continuously differentiable in time.
+    """Commands of a batch of demonstrations, twice continuously differentiable in time."""
 
-    Parameters
-    ----------
-    coefficients : ndarray, shape (k, m, 4, c)
-        Of the cubics of k splines between their knots, highest power first, one for each of c
-        commands. After the last knot the last cubic goes on.
-    lanes : ndarray of int, shape (b,)
-        Which spline each lane follows: lanes may share one, which is not copied then.
-    """
-
+    #: (k, m, 4, c), of the cubics of k splines between their knots, highest power first, one for
+    #: each of c commands. After the last knot the last cubic goes on.
     coefficients: Array
+    #: (b,), which spline each lane follows: lanes may share one, which is not copied then.
     lanes: NDArray[np.intp]
 
     @classmethod
     def through(cls, values: Sequence[Array]) -> Command:
         """Commands through values at the knots.
 
-        Parameters
-        ----------
-        values : sequence of ndarray, each of shape (m_i + 1, c)
-            One for each lane; the shorter ones hold their last value, from where on they are only
-            once continuously differentiable.
+        `values` (m_i + 1, c): one for each lane; the shorter ones hold their last value, from where
+        on they are only once continuously differentiable.
         """
         longest = max(len(value) for value in values)
         cubics = []
@@ -103,10 +92,7 @@ class Command:
     def driving(self, stiffness: Array, damping: Array) -> Command:
         """The commands as the forces ``k c + b c'`` with which springs and dampers drive.
 
-        Parameters
-        ----------
-        stiffness, damping : ndarray, shape (c, b)
-            k and b of each command and lane.
+        `stiffness`, `damping` (c, b): k and b of each command and lane.
         """
         cubic = self.coefficients[self.lanes]
         slope = np.zeros_like(cubic)
@@ -117,10 +103,8 @@ class Command:
     def at(self, times: Array) -> Array:
         """The commands at some instants, shape (c, b).
 
-        Parameters
-        ----------
-        times : ndarray, shape (b,)
-            One for each lane, from 0 on; any number of times where there is one lane only.
+        `times` (b,): one for each lane, from 0 on; any number of times where there is one lane
+        only.
         """
         splines, pieces, powers, commands = self.coefficients.shape
         interval = (times * (1.0 / KNOT_STEP)).astype(np.intp)

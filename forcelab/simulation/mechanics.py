@@ -40,15 +40,8 @@ from forcelab.simulation.system import Array
 def stacked(parts: Sequence[Any]) -> SimpleNamespace:
     """The numbers of equal parts as arrays.
 
-    Parameters
-    ----------
-    parts : sequence of dataclasses, length b
-        Of one class, such as scenes, in which the same parts are ``None``.
-
-    Returns
-    -------
-    SimpleNamespace
-        Each number as an array of shape (b,), each part as such a namespace; texts are left out.
+    `parts` length b: of one class, such as scenes, in which the same parts are ``None``. Gives each
+    number as an array of shape (b,), each part as such a namespace; texts are left out.
     """
     result = SimpleNamespace()
     for field in fields(parts[0]):
@@ -65,10 +58,7 @@ def stacked(parts: Sequence[Any]) -> SimpleNamespace:
 def beside(parts: Sequence[SimpleNamespace]) -> SimpleNamespace:
     """The numbers of equal parts of one scene, such as its surfaces, from `stacked`.
 
-    Returns
-    -------
-    SimpleNamespace
-        Each number as an array of shape (parts, b).
+    Gives each number as an array of shape (parts, b).
     """
     names = vars(parts[0])
     return SimpleNamespace(**{name: np.stack([vars(one)[name] for one in parts]) for name in names})
@@ -76,17 +66,10 @@ def beside(parts: Sequence[SimpleNamespace]) -> SimpleNamespace:
 
 @dataclass(frozen=True)
 class Layout:
-    """The rows of a scene's state: coordinates, their velocities, bristles, and the mode.
+    """The rows of a scene's state: coordinates, their velocities, bristles, and the mode."""
 
-    Parameters
-    ----------
-    axes : tuple of str
-        Axes along which the arm moves.
-    ground, socket, thread : bool
-        Whether the scene has them.
-    """
-
-    axes: tuple[Axis, ...]
+    axes: tuple[Axis, ...]  # axes along which the arm moves
+    #: ground, socket and thread: Whether the scene has them.
     ground: bool
     socket: bool
     thread: bool
@@ -146,13 +129,7 @@ class Layout:
 
 
 def left_out(scene: Scene) -> tuple[str, ...]:
-    """What a scene does without, each with the states or forces that this saves.
-
-    Parameters
-    ----------
-    scene : Scene
-        Of any task.
-    """
+    """What a scene does without, each with the states or forces that this saves."""
     layout = Layout.of(scene)
     missing = []
     if not layout.axes:
@@ -181,18 +158,9 @@ TYPICAL_GRIP = 10.0
 def hand_numbers(layout: Layout, numbers: SimpleNamespace) -> tuple[Array, Array, Array]:
     """Stiffness and damping of the driven coordinates, and the mass of all.
 
-    Parameters
-    ----------
-    layout : Layout
-    numbers : namespace
-        The numbers of the scenes, from `stacked`.
-
-    Returns
-    -------
-    stiffness, damping : ndarray, shape (driven, b)
-        N/m and N s/m; of the wrist N m/rad and N m s/rad.
-    mass : ndarray, shape (coordinates, b)
-        kg; of wrist and cap kg m^2.
+    `numbers`: the numbers of the scenes, from `stacked`. Gives `stiffness`, `damping` (driven, b):
+    N/m and N s/m; of the wrist N m/rad and N m s/rad; `mass` (coordinates, b): kg; of wrist and cap
+    kg m^2.
     """
     p, a = numbers, len(layout.axes)
     stiffness = [p.jaws.stiffness, p.jaws.asymmetry * p.jaws.stiffness]
@@ -213,18 +181,9 @@ def hand_numbers(layout: Layout, numbers: SimpleNamespace) -> tuple[Array, Array
 def state_scales(layout: Layout, numbers: SimpleNamespace) -> Array:
     """The change of each state that moves a force by about one newton.
 
-    Parameters
-    ----------
-    layout : Layout
-    numbers : namespace
-        The numbers of the scenes, from `stacked`.
-
-    Returns
-    -------
-    ndarray, shape (s, b)
-        ``1 / k`` for a coordinate that is held by the stiffness k, ``1 / sqrt(k m)`` for its
-        velocity, as of an oscillator, ``1 / (N s0)`` for bristles. The mode has one: it never
-        drifts.
+    `numbers`: the numbers of the scenes, from `stacked`. Gives (s, b): ``1 / k`` for a coordinate
+    that is held by the stiffness k, ``1 / sqrt(k m)`` for its velocity, as of an oscillator, ``1 /
+    (N s0)`` for bristles. The mode has one: it never drifts.
     """
     p = numbers
     n = p.body.exponent
@@ -294,15 +253,9 @@ def entered(event: str, rising: bool) -> bool | None:
 def slipping(bristles: Array, limit: Array, pads: SimpleNamespace, normal: Array) -> Array:
     """Above zero where a jaw slips on the body, shape (2, n).
 
-    Parameters
-    ----------
-    bristles : ndarray, shape (directions, 2, n)
-    limit : ndarray, shape (n,)
-        The coefficient of friction that they can bear.
-    pads : namespace of ndarray, shape (b,)
-        The numbers of `Pads`.
-    normal : ndarray, shape (2, n)
-        N. The function fades with it, so that losing contact ends the slip without a jump.
+    `bristles` (directions, 2, n); `limit` (n,): the coefficient of friction that they can bear;
+    `pads` (b,): the numbers of `Pads`; `normal` (2, n): N. The function fades with it, so that
+    losing contact ends the slip without a jump.
     """
     felt = np.minimum(normal / FELT, 1.0)
     slips: Array = contact.length(bristles) * (pads.stiffness / limit) * felt - SLIP
@@ -314,15 +267,8 @@ def passing_socket(
 ) -> tuple[Array, Array, Array]:
     """Above zero where the body goes into its socket, where it leaves, and where it has snapped in.
 
-    Parameters
-    ----------
-    place : ndarray, shape (2, n)
-        y and z of the body, m.
-    depth : ndarray, shape (n,)
-        By how much it is pressed into the table, m.
-    inside : ndarray of bool, shape (n,)
-    socket : namespace of ndarray, shape (b,)
-        The numbers of `Socket`.
+    `place` (2, n): y and z of the body, m; `depth` (n,): by how much it is pressed into the table,
+    m; `inside` (n,); `socket` (b,): the numbers of `Socket`.
     """
     y, z = place
     off, clear = np.abs(y - socket.place), -depth
@@ -342,17 +288,8 @@ class Surfaces:
     They are the left jaw, the right jaw, and the table and the walls of the socket where the scene
     has them, each with axes of its own: see `Layout`.
 
-    Parameters
-    ----------
-    layout : Layout
-        One whose jaws rub.
-    numbers : namespace of ndarray, shape (b,)
-        The numbers of the scenes, from `stacked`.
-
-    Attributes
-    ----------
-    pads : namespace of ndarray, shape (surfaces, b)
-        The numbers of `Pads`.
+    `numbers` (b,): the numbers of the scenes, from `stacked`; `pads` (surfaces, b): the numbers of
+    `Pads`.
     """
 
     def __init__(self, layout: Layout, numbers: SimpleNamespace) -> None:
@@ -382,12 +319,7 @@ class Surfaces:
     def beside(self, jaws: Array, table: Array, walls: Array | None) -> Array:
         """Velocities or bristles of all surfaces, shape (axes, surfaces, n).
 
-        Parameters
-        ----------
-        jaws : ndarray, shape (axes, 2, n) or (axes, 1, n)
-        table : ndarray, shape (axes, n)
-            Of no axes where there is none.
-        walls : ndarray, shape (n,), optional
+        `jaws` (axes, 2, n); `table` (axes, n): of no axes where there is none; `walls` (n,).
         """
         if self._alone:
             return jaws
@@ -429,12 +361,8 @@ def table_under(place: Array, speed: Array, socket: SimpleNamespace | None) -> T
     The surface is flat at z = 0 but for the bumps around a socket, between which it lies:
     ``h/2 (1 - cos(2 pi e / pitch)) exp(-(e / (3 pitch))^4)`` at e from its place.
 
-    Parameters
-    ----------
-    place, speed : ndarray, shape (axes, n)
-        Of the body along y, where it moves so, and z: m and m/s.
-    socket : namespace of ndarray, shape (b,), optional
-        The numbers of `Socket`.
+    `place`, `speed` (axes, n): of the body along y, where it moves so, and z: m and m/s; `socket`
+    (b,): the numbers of `Socket`.
     """
     if socket is None:
         return Table(-place[-1], -speed[-1], None)
@@ -455,21 +383,10 @@ def sliding_friction(
 ) -> tuple[Array, Array, Array]:
     """Friction against a motion along one or more axes that share their bristles' limit.
 
-    Parameters
-    ----------
-    normal : ndarray, shape (..., n)
-        N.
-    velocity, bristles : ndarray, shape (axes, ..., n)
-        m/s and m.
-    pads : namespace of ndarray, shape (b,)
-        The numbers of `Pads`.
-
-    Returns
-    -------
-    force, bristle_rate : ndarray, shape (axes, ..., n)
-        The force along `velocity` that drives the other side, N; and m/s.
-    limit : ndarray, shape (..., n)
-        The coefficient of friction that the bristles can bear at this speed.
+    `normal` (..., n): N; `velocity`, `bristles` (axes, ..., n): m/s and m; `pads` (b,): the numbers
+    of `Pads`. Gives `force`, `bristle_rate` (axes, ..., n): the force along `velocity` that drives
+    the other side, N; and m/s; `limit` (..., n): the coefficient of friction that the bristles can
+    bear at this speed.
     """
     limit = contact.bristle_limit(
         contact.length(velocity), pads.static, pads.kinetic, pads.stribeck
@@ -487,26 +404,12 @@ def socket_push(
 ) -> tuple[Array, Array]:
     """Forces of the socket on a body that is in it, but for the friction of its walls.
 
-    Parameters
-    ----------
-    place, speed : ndarray, shape (3, n)
-        x, y and z of the body, m, and their rates, m/s.
-    inside : ndarray, shape (n,)
-        1 where the body is in the socket, else 0: there it feels nothing of it.
-    socket : namespace of ndarray, shape (b,)
-        The numbers of `Socket`.
-    damping : ndarray, shape (b,)
-        Hunt and Crossley's, of the body on the bottom, s/m.
+    `place`, `speed` (3, n): x, y and z of the body, m, and their rates, m/s; `inside` (n,): 1 where
+    the body is in the socket, else 0: there it feels nothing of it; `socket` (b,): the numbers of
+    `Socket`; `damping` (b,): Hunt and Crossley's, of the body on the bottom, s/m. Gives `force` (3,
+    n): along x, y and z, N; `hold` (n,): how hard the walls press on the body, which rubs along z,
+    N.
 
-    Returns
-    -------
-    force : ndarray, shape (3, n)
-        Along x, y and z, N.
-    hold : ndarray, shape (n,)
-        How hard the walls press on the body, which rubs along z, N.
-
-    Notes
-    -----
     Walls, ends, snap and friction set in over the first quarter of the depth as
     ``e = 3 u^2 - 2 u^3``, so that a body enters without a jump. The force is minus the slope of the
     energy ``e (walls askew^2 / 2 + ends x^2 / 2 + snap)``: a body that is askew at the rim is
@@ -539,22 +442,9 @@ def dome_forces(
 ) -> Array:
     """Forces on the domes of one lane.
 
-    Parameters
-    ----------
-    seen : namespace
-        From :meth:`Mechanics.look`.
-    acceleration : ndarray, shape (coordinates, n)
-        m/s^2; of the wrist rad/s^2.
-    layout : Layout
-    numbers : namespace
-        The numbers of the scene, from `stacked`.
-    jaws : Jaws
-        How the sensors are tilted.
-
-    Returns
-    -------
-    ndarray, shape (6, n)
-        As of :meth:`Mechanics.felt`.
+    `seen`: from :meth:`Mechanics.look`; `acceleration` (coordinates, n): m/s^2; of the wrist
+    rad/s^2; `numbers`: the numbers of the scene, from `stacked`; `jaws`: how the sensors are
+    tilted. Gives (6, n): as of :meth:`Mechanics.felt`.
     """
     dome = numbers.jaws.dome
     forces = np.zeros((2, 3, seen.tap.size))
@@ -591,19 +481,9 @@ def _tilts(jaws: Jaws) -> Array:
 class Mechanics:
     """A batch of demonstrations of scenes with the same parts: a `System` for the solvers.
 
-    Parameters
-    ----------
-    scenes : sequence of Scene
-        One for each lane; they have the same parts but their own numbers.
-    command : Command
-        One lane for each scene, with the commands of :attr:`Layout.commands`.
-    drive : Command, optional
-        The same commands as forces, where they are known already.
-
-    Raises
-    ------
-    InputError
-        If scenes differ in their parts, or the commands do not fit.
+    `scenes`: one for each lane; they have the same parts but their own numbers; `command`: one lane
+    for each scene, with the commands of :attr:`Layout.commands`; `drive`: the same commands as
+    forces, where they are known already.
     """
 
     def __init__(
@@ -691,19 +571,11 @@ class Mechanics:
     def look(self, times: Array, states: Array) -> SimpleNamespace:
         """Everything at some instants: the rates of the states, and the forces behind them.
 
-        Parameters
-        ----------
-        times : ndarray, shape (n,)
-            One for each lane, or any number for a system of one lane.
-        states : ndarray, shape (s, n)
-
-        Returns
-        -------
-        SimpleNamespace
-            ``rates`` (s, n); of the jaws ``depth`` and ``normal`` (2, n), m and N, ``touch`` (n,),
-            by how much they overlap, ``pressed`` (2, n), all that presses on them, and ``tap``.
-            Where jaws rub, ``friction`` (directions, 2, n) on the body and its ``limit`` (n,).
-            Where there is a table, ``ground`` (n,), how deep the body stands in it.
+        `times` (n,): one for each lane, or any number for a system of one lane; `states` (s, n).
+        Gives ``rates`` (s, n); of the jaws ``depth`` and ``normal`` (2, n), m and N, ``touch``
+        (n,), by how much they overlap, ``pressed`` (2, n), all that presses on them, and ``tap``.
+        Where jaws rub, ``friction`` (directions, 2, n) on the body and its ``limit`` (n,). Where
+        there is a table, ``ground`` (n,), how deep the body stands in it.
         """
         p, count, d = self._p, len(self.positions), self._x
         q, v = states[:count], states[count : 2 * count]
@@ -745,17 +617,9 @@ class Mechanics:
     def felt(self, times: Array, states: Array) -> Array:
         """What the sensors' domes feel in a system of one lane.
 
-        Parameters
-        ----------
-        times : ndarray, shape (n,)
-        states : ndarray, shape (s, n)
-
-        Returns
-        -------
-        ndarray, shape (6, n)
-            fx, fy, fz of the left sensor, then of the right one: x along the scene's y, y along
-            its z, z normal and negative in compression, as the tilted sensors see them. The
-            domes' own inertia is felt too.
+        `times` (n,); `states` (s, n). Gives (6, n): fx, fy, fz of the left sensor, then of the
+        right one: x along the scene's y, y along its z, z normal and negative in compression, as
+        the tilted sensors see them. The domes' own inertia is felt too.
         """
         seen = self.look(times, states)
         acceleration = seen.rates[len(self.positions) :]

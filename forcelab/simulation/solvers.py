@@ -37,20 +37,11 @@ _PARTS = 64
 
 @dataclass(frozen=True)
 class Passage:
-    """How event functions passed through a step, as far as the first event.
+    """How event functions passed through a step, as far as the first event."""
 
-    Parameters
-    ----------
-    share : float
-        Of the step, from 0 to 1: just after the first event, or 1 where there is none.
-    sides : ndarray, shape (e,)
-        The sides on which the event functions are there.
-    happened : tuple of (int, bool)
-        Event functions that crossed at that instant, and whether they rose.
-    """
-
-    share: float
-    sides: Array
+    share: float  # of the step, from 0 to 1: just after the first event, or 1 where there is none
+    sides: Array  # (e,), the sides on which the event functions are there
+    #: Event functions that crossed at that instant, and whether they rose.
     happened: tuple[tuple[int, bool], ...]
 
 
@@ -87,21 +78,9 @@ class Watch:
         where the first crossing is, and so on: crossings there and back within a step are found
         if they are further apart than a 64th of it.
 
-        Parameters
-        ----------
-        lane : System
-            The lane.
-        path : callable
-            From shares of the step, shape (n,), to times (n,) and states (s, n).
-        length : float
-            Of the step, s.
-        sides : ndarray, shape (e,)
-            Where the event functions come from.
-
-        Raises
-        ------
-        FloatingPointError
-            If an event function is not finite.
+        `path`: from shares of the step, shape (n,), to times (n,) and states (s, n); `length`: of
+        the step, s; `sides` (e,): where the event functions come from. `FloatingPointError` if an
+        event function is not finite.
         """
         low, high = 0.0, 1.0
         decided = sides != 0
@@ -157,11 +136,9 @@ def _sides(before: Array, values: Array) -> Array:
 def calm_lanes(traces: Array) -> NDArray[np.bool_]:
     """In which lanes no event function can have changed sides within the step, shape (b,).
 
-    Parameters
-    ----------
-    traces : ndarray, shape (e, looks, b)
-        Event functions times their sides, evenly spaced over the step: all but the first are above
-        zero where nothing happened. No parabola through three of them may dip below zero either.
+    `traces` (e, looks, b): event functions times their sides, evenly spaced over the step: all but
+    the first are above zero where nothing happened. No parabola through three of them may dip below
+    zero either.
     """
     before, halfway, after = traces[:, :-2], traces[:, 1:-1], traces[:, 2:]
     bend = before + after - 2 * halfway
@@ -178,21 +155,13 @@ RELATIVE = 1e-12
 
 @dataclass(frozen=True)
 class _Settings:
-    """Settings of a solver that chooses its steps.
+    """Settings of a solver that chooses its steps."""
 
-    Parameters
-    ----------
-    tolerance : float
-        Error allowed in one step, newtons: for each state, `tolerance` times the system's scale.
-    longest : float
-        Longest step, s. What the hand does for a shorter time cannot be overlooked.
-    max_steps : int
-        Steps one lane may take, rejected ones included.
-    """
-
+    #: Error allowed in one step, newtons: for each state, `tolerance` times the system's scale.
     tolerance: float = 1e-4
+    #: Longest step, s. What the hand does for a shorter time cannot be overlooked.
     longest: float = 0.01
-    max_steps: int = 1_000_000
+    max_steps: int = 1_000_000  # steps one lane may take, rejected ones included
 
     def __post_init__(self) -> None:
         for field in fields(self):
@@ -229,30 +198,18 @@ Solver = Rosenbrock | Explicit | Lsoda | Radau
 
 @dataclass(frozen=True)
 class Solution:
-    """What a solver found.
+    """What a solver found."""
 
-    Parameters
-    ----------
-    states : ndarray, shape (n, s, b)
-        At the sample times; where a sample time is that of a jump, the state before it.
-    events : tuple of tuple of Event, length b
-        What happened in each lane, in order of time.
-    steps : ndarray of int, shape (b,)
-        Steps tried in each lane, rejected ones included.
-    """
-
+    #: (n, s, b), at the sample times; where a sample time is that of a jump, the state before it.
     states: Array
-    events: tuple[tuple[Event, ...], ...]
-    steps: NDArray[np.intp]
+    events: tuple[tuple[Event, ...], ...]  # length b, what happened in each lane, in order of time
+    steps: NDArray[np.intp]  # (b,), steps tried in each lane, rejected ones included
 
 
 class Course:
     """The solution while it comes into being.
 
-    Parameters
-    ----------
-    start : ndarray, shape (s, b)
-    times : ndarray, shape (n,)
+    `start` (s, b); `times` (n,).
     """
 
     def __init__(self, start: Array, times: Array) -> None:
@@ -274,13 +231,7 @@ class Course:
         return Solution(self.states, events, self.steps)
 
     def happen(self, lane: int, time: float, kinds: tuple[str, ...]) -> None:
-        """Note events of one instant.
-
-        Raises
-        ------
-        InputError
-            If events follow each other without end.
-        """
+        """Note events of one instant."""
         happened = self.events[lane]
         happened.extend(Event(time, kind) for kind in kinds)
         if len(happened) > 100 and time - happened[-100].time < 1e-6:
@@ -290,13 +241,7 @@ class Course:
             )
 
     def spend(self, lane: int, time: float, steps: int, budget: int) -> None:
-        """Count the steps tried in a lane.
-
-        Raises
-        ------
-        InputError
-            If there are more than the budget allows.
-        """
+        """Count the steps tried in a lane."""
         self.steps[lane] += steps
         if self.steps[lane] > budget:
             raise unresolved(
@@ -356,13 +301,7 @@ class _Walk:
         self._start(float(course.times[0]), state)
 
     def advance(self) -> None:
-        """Some steps.
-
-        Raises
-        ------
-        InputError
-            If they cannot be resolved.
-        """
+        """Some steps."""
         with np.errstate(all="ignore"), warnings.catch_warnings():
             # What scipy warns of ends in a failed step, which is refused.
             warnings.simplefilter("ignore")
@@ -544,15 +483,10 @@ class Batch(ABC):
     A method with one step behind it (Runge-Kutta, Rosenbrock) says how it tries a step, and
     inherits everything else.
 
-    Attributes
-    ----------
-    DENSE : ndarray, shape (p, stages)
-        Within the step, the state grows by the sum over k = 1..p of ``share**k`` times (row k - 1
-        of this) @ stages, times whatever the method multiplies its stages with.
-    EXPONENT, MEMORY : float
-        A step's error, and that of the step before, to these powers choose the next step.
-    LANEWISE : tuple of str
-        Names of the arrays that go with the lanes, their last axis.
+    `DENSE` (p, stages): within the step, the state grows by the sum over k = 1..p of ``share**k``
+    times (row k - 1 of this) @ stages, times whatever the method multiplies its stages with;
+    `EXPONENT`, `MEMORY`: A step's error, and that of the step before, to these powers choose the
+    next step; `LANEWISE`: names of the arrays that go with the lanes, their last axis.
     """
 
     DENSE: ClassVar[Array]
@@ -934,21 +868,7 @@ def _inverse(matrices: Array) -> Array:
 def integrate(system: System, start: Array, times: Array, solver: Solver) -> Solution:
     """Follow the motion of every lane and locate its events.
 
-    Parameters
-    ----------
-    system : System
-    start : ndarray, shape (s, b)
-        States at the first sample time.
-    times : ndarray, shape (n,)
-        Sample times, evenly spaced, s.
-    solver : Rosenbrock, Explicit, Lsoda or Radau
-        What to integrate with.
-
-    Raises
-    ------
-    InputError
-        If the motion cannot be resolved: it would need steps below the resolution of time or more
-        steps than allowed, or it is not finite.
+    `start` (s, b): states at the first sample time; `times` (n,): sample times, evenly spaced, s.
     """
     return finish(integrating(system, start, times, solver))
 

@@ -49,23 +49,14 @@ SAME = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class Index:
-    """The frames of a video in the order in which they are shown; n of them.
+    """The frames of a video in the order in which they are shown; n of them."""
 
-    Parameters
-    ----------
-    times : ndarray of float64, shape (n,)
-        Timestamp of each frame in seconds, strictly increasing, from 0 for the first frame.
-    keys : ndarray of int64, shape (m,)
-        Numbers of the frames from which decoding can begin, rising; the first is 0.
-    origin : float
-        What the file itself calls the first frame's time, s.
-    remark : str
-        What is to be said about the file, such as where it ends too early; empty where nothing is.
-    """
-
+    #: (n,), timestamp of each frame in seconds, strictly increasing, from 0 for the first frame.
     times: NDArray[np.float64]
+    #: (m,), numbers of the frames from which decoding can begin, rising; the first is 0.
     keys: NDArray[np.int64]
-    origin: float = 0.0
+    origin: float = 0.0  # what the file itself calls the first frame's time, s
+    #: What is to be said about the file, such as where it ends too early; empty where nothing is.
     remark: str = ""
 
     def number_at(self, stamp: float) -> int:
@@ -78,13 +69,9 @@ class Index:
 def last_at(times: NDArray[np.float64], time: float) -> int:
     """The last frame at or before a time; -1 before the first.
 
-    Parameters
-    ----------
-    times : ndarray of float64, shape (n,)
-        Timestamps of the frames, s, strictly increasing.
-    time : float
-        On the same clock. A frame's own time gives that frame, also when it is off by up to a
-        microsecond from being carried to another clock and back.
+    `times` (n,): timestamps of the frames, s, strictly increasing; `time`: on the same clock. A
+    frame's own time gives that frame, also when it is off by up to a microsecond from being carried
+    to another clock and back.
     """
     return int(np.searchsorted(times, time + SAME, side="right")) - 1
 
@@ -115,21 +102,7 @@ def told_length(path: Path) -> float:
 def open_video(path: Path, *, packets: bool = False) -> Any:
     """Open a video.
 
-    Parameters
-    ----------
-    path : Path
-        The file.
-    packets : bool
-        Whether to read compressed packets rather than frames.
-
-    Returns
-    -------
-    cv2.VideoCapture
-
-    Raises
-    ------
-    InputError
-        If there is no such file, or it is no video.
+    `packets`: whether to read compressed packets rather than frames.
     """
     if not path.is_file():
         raise InputError(
@@ -175,24 +148,6 @@ def indexing(path: Path) -> Generator[Progress, None, Index]:
 
     Packets are listed, which takes microseconds each; where they do not tell the frames'
     timestamps, all frames are decoded.
-
-    Parameters
-    ----------
-    path : Path
-        The video.
-
-    Yields
-    ------
-    Progress
-
-    Returns
-    -------
-    Index
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read, has no frame, or its codec cannot be decoded.
     """
     listed = yield from _listing(path, packets=True)
     shown, codec = _beginning(path)
@@ -269,13 +224,7 @@ def _beginning(path: Path) -> tuple[list[float], str]:
 
 
 def _refuse(path: Path, codec: str, packets: bool) -> None:
-    """Say why there is no frame.
-
-    Raises
-    ------
-    InputError
-        Always.
-    """
+    """Say why there is no frame."""
     if not packets:
         raise InputError(f"The video '{path}' has no frame; record or copy it again.")
     kind = "AV1" if codec.casefold() == "av01" else codec or "unknown"
@@ -292,13 +241,7 @@ def _is_cut(listed: _Listed) -> bool:
 
 
 def _index(path: Path, listed: _Listed) -> Index:
-    """The index of what was read, with what is to be said of it.
-
-    Raises
-    ------
-    InputError
-        If nothing was read.
-    """
+    """The index of what was read, with what is to be said of it."""
     times = np.unique(np.array(listed.stamps))
     if not len(times):
         _refuse(path, "", packets=False)

@@ -44,24 +44,8 @@ SHORT = 60
 class Decoder:
     """One place in a video, from which frames are decoded one after the other.
 
-    Parameters
-    ----------
-    path : Path
-        The video.
-    index : Index
-        Its index.
-
-    Attributes
-    ----------
-    at : int
-        The frame that was decoded last; -1 before the first one.
-    lost : bool
-        Whether it is where no frame is known.
-
-    Raises
-    ------
-    InputError
-        If there is no such file, or it is no video.
+    `at`: the frame that was decoded last; -1 before the first one; `lost`: whether it is where no
+    frame is known.
     """
 
     def __init__(self, path: Path, index: Index) -> None:
@@ -101,13 +85,7 @@ class Decoder:
         return picture if read else None
 
     def restart(self) -> None:
-        """Go to the beginning, whatever went wrong.
-
-        Raises
-        ------
-        InputError
-            If the file is not there any more.
-        """
+        """Go to the beginning, whatever went wrong."""
         self.close()
         self._capture = open_video(self._path)
         self.at, self.lost = -1, False
@@ -120,19 +98,7 @@ class Decoder:
 class Decoders:
     """The decoders of one video; never empty.
 
-    Parameters
-    ----------
-    path : Path
-        The video.
-    index : Index
-        Its index.
-    room : int
-        Bytes that all but the first may take, about.
-
-    Raises
-    ------
-    InputError
-        If there is no such file, or it is no video.
+    `room`: bytes that all but the first may take, about.
     """
 
     def __init__(self, path: Path, index: Index, room: int = ROOM) -> None:
@@ -159,14 +125,8 @@ class Decoders:
     def near(self, number: int, last: Decoder, behind: int) -> Decoder | None:
         """The one that is nearest before a frame; None where its key frame is nearer.
 
-        Parameters
-        ----------
-        number : int
-            The frame.
-        last : Decoder
-            That went on last.
-        behind : int
-            How many of the frames before are wanted, too: another decoder has to come by them.
+        `behind`: how many of the frames before are wanted, too: another decoder has to come by
+        them.
         """
         first = self._keys[self.start(number)] - LEAD
         fit = [
@@ -235,29 +195,11 @@ class VideoReader:
     A frame is known by its timestamp, never by counting: each one that the decoder gives is looked
     up in the index of timestamps.
 
-    Parameters
-    ----------
-    path : Path
-        The video.
-    index : Index, optional
-        Its index, if it was read before with :func:`~forcelab.video.index.indexing`.
-    cache : int
-        Bytes that kept frames may take; at least two frames are kept.
+    `index`: its index, if it was read before with :func:`~forcelab.video.index.indexing`; `cache`:
+    bytes that kept frames may take; at least two frames are kept; `times` (n,): timestamp of each
+    frame in seconds, strictly increasing, from 0 for the first frame; `remark`: what is to be said
+    about the file; empty where nothing is.
 
-    Attributes
-    ----------
-    times : ndarray of float64, shape (n,)
-        Timestamp of each frame in seconds, strictly increasing, from 0 for the first frame.
-    remark : str
-        What is to be said about the file; empty where nothing is.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read, has no frame, or its codec cannot be decoded.
-
-    Notes
-    -----
     Not for several threads at once.
     """
 
@@ -327,22 +269,8 @@ class VideoReader:
     def frame(self, number: int) -> Frame:
         """One frame.
 
-        Parameters
-        ----------
-        number : int
-            From 0, in the order of their times.
-
-        Returns
-        -------
-        ndarray of uint8, shape (height, width, 3)
-            Red, green, blue; contiguous and read-only.
-
-        Raises
-        ------
-        IndexError
-            If there is no such frame.
-        InputError
-            If it cannot be decoded.
+        `number`: from 0, in the order of their times. Gives (height, width, 3): red, green, blue;
+        contiguous and read-only. `IndexError` if there is no such frame.
         """
         result: list[Frame] = []
 
@@ -358,23 +286,9 @@ class VideoReader:
 
         Whoever stops iterating loses nothing: the next request goes on from there.
 
-        Parameters
-        ----------
-        number : int
-            From 0, in the order of their times.
-        passed : int, optional
-            How many of the frames before it are kept when they are passed; by default a few, and
-            many once somebody goes backwards.
-
-        Returns
-        -------
-        ndarray of uint8, shape (height, width, 3)
-            As of :meth:`frame`.
-
-        Raises
-        ------
-        IndexError, InputError
-            As :meth:`frame`.
+        `number`: from 0, in the order of their times; `passed`: how many of the frames before it
+        are kept when they are passed; by default a few, and many once somebody goes backwards.
+        Gives (height, width, 3): as of :meth:`frame`. `IndexError, InputError` as :meth:`frame`.
         """
         if not 0 <= number < len(self):
             raise IndexError(f"no frame {number} in a video of {len(self)}")
@@ -452,14 +366,7 @@ SHORT_VIDEO = 30
 class Sketches:
     """Small pictures of the frames of a video.
 
-    Parameters
-    ----------
-    path : Path
-        The video.
-    index : Index
-        Its index.
-    room : int
-        Bytes that they may take.
+    `room`: bytes that they may take.
     """
 
     def __init__(self, path: Path, index: Index, room: int = THUMBNAIL_ROOM) -> None:

@@ -29,22 +29,8 @@ def check_video(path: Path, seconds: float) -> str:
 
     The packets are listed and a few frames decoded, never a long film.
 
-    Parameters
-    ----------
-    path : Path
-        The file.
-    seconds : float
-        How long the recording is that it shows.
-
-    Returns
-    -------
-    str
-        A sentence on what cannot be shown of it; empty where nothing was found.
-
-    Raises
-    ------
-    InputError
-        If there is no such file, or it is no video.
+    `seconds`: how long the recording is that it shows. Gives a sentence on what cannot be shown of
+    it; empty where nothing was found.
     """
     if not path.is_file():
         raise InputError(f"There is no file '{path}'; look at its name.")

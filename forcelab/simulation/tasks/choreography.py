@@ -33,28 +33,10 @@ FADE = 0.08
 class Choreography:
     """Collects what one hand does in one demonstration.
 
-    Parameters
-    ----------
-    scene : Scene
-    hand : mapping of str to float
-        How the hand does it, from the recipe; `opening`, `tempo`, `tremor` and `tap` are used
-        here, `wander` for the jaws and `sway` for arm and wrist.
-    rng : Generator
-    taps : bool
-        Whether a finger taps the left sensor before and after the task.
-
-    Attributes
-    ----------
-    t : float
-        Where the next phase starts, s.
-    hold : float
-        The grip that the hand wants at present, N.
-    phases : list of Phase
-        One after the other without gaps.
-    start : dict of str to float
-        Where each coordinate is at first, m or rad.
-    taps : tuple of float
-        When the left sensor is tapped, s.
+    `hand`: how the hand does it, from the recipe; `opening`, `tempo`, `tremor` and `tap` are used
+    here, `wander` for the jaws and `sway` for arm and wrist. `t`: where the next phase starts, s;
+    `hold`: the grip wanted at present, N; `phases`: one after the other without gaps; `start`:
+    where each coordinate is at first, m or rad; `taps`: when the left sensor is tapped, s.
     """
 
     def __init__(

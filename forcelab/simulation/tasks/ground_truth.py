@@ -54,20 +54,13 @@ Cue = Callable[[Course, float], "float | None"]
 
 @dataclass(frozen=True)
 class Phase:
-    """A phase of the plan.
-
-    Parameters
-    ----------
-    action : str
-    start, end : float
-        As planned, s.
-    begins : callable, optional
-        The cue with which it really begins; it begins as planned without one.
-    """
+    """A phase of the plan."""
 
     action: str
+    #: start and end: As planned, s.
     start: float
     end: float
+    #: The cue with which it really begins; it begins as planned without one.
     begins: Cue | None = None
 
 
@@ -104,16 +97,7 @@ def grip_settled(course: Course, planned: float) -> float | None:
 def true_actions(phases: Sequence[Phase], course: Course) -> Segments:
     """When the actions of a plan really were.
 
-    Parameters
-    ----------
-    phases : sequence of Phase
-        One after the other without gaps.
-    course : Course
-
-    Returns
-    -------
-    tuple of Segment
-        Without gaps; neighbours of one action are one, what did not happen is left out.
+    There are no gaps; neighbours of one action are one, what did not happen is left out.
     """
     starts = [phases[0].start]
     for phase in phases[1:]:
