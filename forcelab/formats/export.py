@@ -16,7 +16,7 @@ from forcelab.io import write_atomically
 from forcelab.jobs import Progress
 from forcelab.labels import Track
 from forcelab.project import DemonstrationInfo, Project
-from forcelab.video.index import told_length, told_rate
+from forcelab.video.index import nominal_fps, stated_length
 from forcelab.vocabulary import joined
 
 Format = Literal["csv", "table", "elan", "boris", "audacity", "archive"]
@@ -183,7 +183,9 @@ def _observations(
     video = project.load(info.id).video if info.has_video else None
     film = None
     if video is not None:
-        film = VideoFile(video.path, video.clock, told_rate(video.path), told_length(video.path))
+        film = VideoFile(
+            video.path, video.clock, nominal_fps(video.path), stated_length(video.path)
+        )
     return [
         Observation(
             title,

@@ -18,7 +18,7 @@ from forcelab.errors import InputError
 from forcelab.jobs import Progress
 from forcelab.measure.rows import Judgement, Row, Table, timed_row, with_front
 from forcelab.measure.timing import Method, Timed, timed_methods
-from forcelab.simulation.hand import KNOT_STEP, Command, minimum_jerk, tremor
+from forcelab.simulation.hand import KNOT_STEP, Trajectory, minimum_jerk, tremor
 from forcelab.simulation.mechanics import Layout, Mechanics
 from forcelab.simulation.scene import Arm, Body, Ground, Holder, Jaws, Scene, Socket
 from forcelab.simulation.solvers import (
@@ -97,7 +97,7 @@ def _problem(
         stiffness, mass = scene.body.stiffness * factor, scene.body.mass / factor
         scenes.append(replace(scene, body=replace(scene.body, stiffness=stiffness, mass=mass)))
         values.append(_hand(layout, scene.body.half_width, reaches, late, rng))
-    system = Mechanics(scenes, Command.through(values))
+    system = Mechanics(scenes, Trajectory.through(values))
     initial = np.zeros((len(system.names), lanes))
     for row in range(len(layout.driven)):
         initial[row] = [value[0, row] for value in values]
@@ -107,7 +107,7 @@ def _problem(
 
     def forces(times: Array, states: Array) -> Array:
         return np.stack(
-            [lane.felt(times, states[:, :, i].T).T for i, lane in enumerate(alone)], axis=2
+            [lane.sensor_forces(times, states[:, :, i].T).T for i, lane in enumerate(alone)], axis=2
         )
 
     times = np.arange(round(DURATION * RATE) + 1) / RATE

@@ -11,8 +11,6 @@ from forcelab.errors import InputError
 from forcelab.measure.timing import Timed, machine
 from forcelab.resources import versions
 
-__all__ = ["FRONT", "Judgement", "Row", "Table", "timed_row", "with_front"]
-
 #: Marks a row of the Pareto front in the text table.
 FRONT = "*"
 MEGABYTE = 1e6

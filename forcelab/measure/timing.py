@@ -30,8 +30,6 @@ from psutil import Process
 from forcelab.errors import ForcelabError, InputError
 from forcelab.jobs import Progress
 
-__all__ = ["VIDEO", "Cost", "Method", "Timed", "Work", "machine", "measure_works", "timed_methods"]
-
 ResultT = TypeVar("ResultT")
 JudgedT = TypeVar("JudgedT")
 

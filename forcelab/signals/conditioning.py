@@ -12,15 +12,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = [
-    "Conditioned",
-    "condition",
-    "glitches",
-    "in_short_runs",
-    "noise_level",
-    "robust_peak",
-]
-
 #: Differences below this share of a channel's size come from the rounding of float64. Its size is
 #: the largest value but for one in :data:`RARE`: a glitch must not pass all else for rounding.
 ROUNDING, RARE = 64 * float(np.finfo(np.float64).eps), 64
@@ -68,14 +59,14 @@ def glitches(channel: NDArray[np.float64]) -> NDArray[np.bool_]:
     `channel` (n,): what is not finite is missing already, and no glitch.
     """
     found = np.zeros(len(channel), dtype=bool)
-    there = np.isfinite(channel)
-    good = channel[there]
+    finite = np.isfinite(channel)
+    good = channel[finite]
     # Nothing is further from the median than twice the largest: as good as always the answer.
     if not good.size or np.max(np.abs(good)) <= GLITCH / 2:
         return found
     with np.errstate(over="ignore"):
         away = np.abs(good - np.median(good))
-        found[there] = away > GLITCH * max(1.0, float(robust_peak(away)))
+        found[finite] = away > GLITCH * max(1.0, float(robust_peak(away)))
     return in_short_runs(found)
 
 

@@ -22,8 +22,6 @@ from forcelab.jobs import Progress
 from forcelab.signals.conditioning import noise_level
 from forcelab.signals.grid import readings
 
-__all__ = ["ContactEvent", "finding_contacts"]
-
 Array = NDArray[np.float64]
 Kind = Literal["touch", "leave", "jerk"]
 
@@ -74,7 +72,7 @@ class _Levels:
     rate: float
 
 
-def finding_contacts(
+def find_contacts(
     times: ArrayLike, signals: ArrayLike
 ) -> Generator[Progress, None, tuple[ContactEvent, ...]]:
     """Find the contact events of a demonstration.
@@ -102,9 +100,9 @@ def finding_contacts(
         progress = Progress(column, values.shape[1], "looking for contact events")
         yield progress
         good = np.isfinite(readings(values[:, column]))  # a glitch would hide all forces beside it
-        whole = bool(good.all())
-        t = stamps if whole else stamps[good]
-        x = values[:, column] if whole else values[good, column]
+        complete = bool(good.all())
+        t = stamps if complete else stamps[good]
+        x = values[:, column] if complete else values[good, column]
         if t.size < 3:
             continue
         levels = yield from _levels(x, period, progress)
@@ -114,7 +112,7 @@ def finding_contacts(
             for events in _in_run(t[first:last], x[first:last], levels, period):
                 found += events
                 yield progress
-    return _merged(found, max(MERGED * SCALE, 2.0 * period))
+    return _merge(found, max(MERGED * SCALE, 2.0 * period))
 
 
 def _sigma(period: float) -> float:
@@ -130,11 +128,11 @@ def _levels(x: Array, period: float, progress: Progress) -> Generator[Progress, 
     """
     sigma = _sigma(period)
     blocks = [x] if x.size <= SAMPLED else np.array_split(x, 16)
-    looked = [np.asarray(block[: SAMPLED // len(blocks)], dtype=np.float64) for block in blocks]
-    noise = float(np.median([float(noise_level(block)) for block in looked]))
+    samples = [np.asarray(block[: SAMPLED // len(blocks)], dtype=np.float64) for block in blocks]
+    noise = float(np.median([float(noise_level(block)) for block in samples]))
     # The densest half of a half of few samples lies anywhere in the noise: what is within the noise
     # of it tells where the middle is.
-    spread = np.concatenate(looked)[:: max(1, len(looked) * looked[0].size // 8192)]
+    spread = np.concatenate(samples)[:: max(1, len(samples) * samples[0].size // 8192)]
     rest = _densest(spread)
     near = spread[np.abs(spread - rest) <= AT_REST * noise]
     rest = float(np.median(near)) if near.size else rest
@@ -192,7 +190,7 @@ def _in_run(t: Array, x: Array, levels: _Levels, period: float) -> Iterator[list
 
 
 def _crossings(
-    t: Array, y: Array, core: slice, levels: _Levels, seen: int, pressed: bool | None
+    t: Array, y: Array, core: slice, levels: _Levels, reach: int, pressed: bool | None
 ) -> tuple[list[ContactEvent], bool]:
     """Touches and leaves in the core of a chunk, and the state after it."""
     part = y[core]
@@ -206,7 +204,7 @@ def _crossings(
         place = core.start + change
         moment = _crossing(t, y, place, HYSTERESIS * levels.force)
         touched = bool(filled[change])
-        around = y[place : place + seen] if touched else y[max(place - seen, 0) : place]
+        around = y[place : place + reach] if touched else y[max(place - reach, 0) : place]
         clear = float(np.max(around, initial=0.0)) / levels.force
         events.append(ContactEvent(moment, "touch" if touched else "leave", clear))
     return events, bool(filled[-1])
@@ -247,13 +245,13 @@ def _jerks(
     return events
 
 
-def _merged(events: list[ContactEvent], apart: float) -> tuple[ContactEvent, ...]:
+def _merge(events: list[ContactEvent], apart: float) -> tuple[ContactEvent, ...]:
     """In order of time, the clearest of those that are closer than `apart`."""
-    kept: list[ContactEvent] = []
+    clearest: list[ContactEvent] = []
     for event in sorted(events, key=_time):
-        if kept and event.time - kept[-1].time < apart:
-            if event.clearness > kept[-1].clearness:
-                kept[-1] = event
+        if clearest and event.time - clearest[-1].time < apart:
+            if event.clearness > clearest[-1].clearness:
+                clearest[-1] = event
         else:
-            kept.append(event)
-    return tuple(kept)
+            clearest.append(event)
+    return tuple(clearest)

@@ -18,14 +18,6 @@ from forcelab.signals.conditioning import condition
 from forcelab.signals.cwt_engine import laid_into_ring, ring_length, ring_response
 from forcelab.signals.wavelets import Morlet, Wavelet
 
-__all__ = [
-    "cwt",
-    "frequencies",
-    "geometric_scales",
-    "transform_channels",
-    "usual_scales",
-]
-
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 

@@ -98,27 +98,29 @@ def on_grid(
     as a ratio of whole numbers to the demonstration's own.
     """
     recorded = demonstration.signals
-    wanted = range(recorded.shape[1]) if columns is None else columns
-    chosen = [readings(recorded[:, column]) for column in wanted]
-    own = 1.0 / demonstration.period
-    asked = rate or demonstration.rate
-    if abs(asked / own - 1) < SAME_RATE:
-        asked = own
+    columns_read = range(recorded.shape[1]) if columns is None else columns
+    chosen = [readings(recorded[:, column]) for column in columns_read]
+    recorded_rate = 1.0 / demonstration.period
+    target = rate or demonstration.rate
+    if abs(target / recorded_rate - 1) < SAME_RATE:
+        target = recorded_rate
     # Places from both ends: the median period's rounding would add up over a long recording.
     places = np.linspace(demonstration.times[0], demonstration.times[-1], len(demonstration.times))
-    uniform = bool(np.max(np.abs(demonstration.times - places)) <= UNIFORM / own)
-    if uniform and asked == own:
+    uniform = bool(np.max(np.abs(demonstration.times - places)) <= UNIFORM / recorded_rate)
+    if uniform and target == recorded_rate:
         times = demonstration.times
         signals = np.stack([bridge(column) for column in chosen], axis=1)
-    elif asked >= own:
-        times = demonstration.start + np.arange(_count(demonstration, asked)) / asked
+    elif target >= recorded_rate:
+        times = demonstration.start + np.arange(_count(demonstration, target)) / target
         signals = _lines(times, demonstration.times, chosen)
     else:
-        fine = demonstration.start + np.arange(_count(demonstration, own)) / own
+        fine = demonstration.start + np.arange(_count(demonstration, recorded_rate)) / recorded_rate
         # Fine samples a grid sample, as a fraction whose filter stays short for any rate.
-        ratio = Fraction(own / asked).limit_denominator(max(1, int(1000 * asked / own)))
+        ratio = Fraction(recorded_rate / target).limit_denominator(
+            max(1, int(1000 * target / recorded_rate))
+        )
         up, down = ratio.denominator, ratio.numerator
-        asked = own * up / down
+        target = recorded_rate * up / down
         # With the usual beta of 5 a constant force would come out with a ripple of 1e-3.
         from scipy.signal import resample_poly  # takes a second to load
 
@@ -129,13 +131,13 @@ def on_grid(
             padtype="edge",
             window=("kaiser", 8.0),
         )
-        times = demonstration.start + np.arange(len(signals)) / asked
+        times = demonstration.start + np.arange(len(signals)) / target
     valid = np.ones(len(times), dtype=bool)
     for start, end in (*demonstration.gaps, *_missing_runs(demonstration, chosen)):
         # A stamp that lies on the edge but for rounding is on its far side.
-        first, last = np.searchsorted(times, (start - 1e-6 / asked, end - 1e-6 / asked))
+        first, last = np.searchsorted(times, (start - 1e-6 / target, end - 1e-6 / target))
         valid[first:last] = False
-    return Grid(times, signals, valid, asked)
+    return Grid(times, signals, valid, target)
 
 
 def _count(demonstration: Demonstration, rate: float) -> int:

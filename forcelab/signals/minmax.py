@@ -72,11 +72,11 @@ class _Ends:
     @classmethod
     def of(cls, which: Whole, firsts: Whole, lasts: Whole, few: int) -> _Ends:
         """The `few` at either end of the runs from `firsts` up to `lasts`."""
-        there = firsts < lasts
-        first, final = firsts[there], lasts[there] - 1
+        occupied = firsts < lasts
+        first, final = firsts[occupied], lasts[occupied] - 1
         steps = np.arange(few)[:, np.newaxis]
         ends = (np.minimum(first + steps, final), np.maximum(final - steps, first))
-        return cls(which[there], np.concatenate(ends))
+        return cls(which[occupied], np.concatenate(ends))
 
 
 class Columns:
@@ -93,7 +93,7 @@ class Columns:
         self._times: Real = np.asarray(times)
         self._edges: Real = np.asarray(edges, dtype=np.float64)
         self._longest = longest
-        self._adopt(_found(self._times, self._edges))
+        self._adopt(_columns_of(self._times, self._edges))
 
     def _adopt(self, bounds: Whole) -> None:
         """Take the first sample of each column, and the one after the last column."""
@@ -218,7 +218,7 @@ class Columns:
         return which, np.stack([begin[which], end[which]], axis=1).ravel()
 
 
-def _found(times: Real, edges: Real) -> Whole:
+def _columns_of(times: Real, edges: Real) -> Whole:
     """The first sample at or after each edge, as :func:`numpy.searchsorted` has it.
 
     Of many stamps that are equally far apart it is computed and looked at, in a quarter of the time
@@ -356,8 +356,8 @@ class Envelope:
 
     def _leave_out_glitches(self) -> None:
         """Count as missing what no sensor can have read, now that all was read."""
-        whole = self._outermost()
-        if whole is None or max(-whole[0], whole[1]) <= GLITCH / 2:
+        outermost = self._outermost()
+        if outermost is None or max(-outermost[0], outermost[1]) <= GLITCH / 2:
             return  # no glitch is as small: as good as always the answer
         values = np.array(self.values)
         known = readings(values)
@@ -384,8 +384,8 @@ def drawn_together(envelopes: Sequence[Envelope], columns: Columns) -> list[Extr
     met = _met(envelopes, columns)
     lowest, highest = np.fmin(met[:, :-1], met[:, 1:]), np.fmax(met[:, :-1], met[:, 1:])
     return [
-        Extremes(np.fmin(one.low, low), np.fmax(one.high, high))
-        for one, low, high in zip(found, lowest, highest, strict=True)
+        Extremes(np.fmin(envelope.low, low), np.fmax(envelope.high, high))
+        for envelope, low, high in zip(found, lowest, highest, strict=True)
     ]
 
 
@@ -407,7 +407,7 @@ def _few(envelopes: Sequence[Envelope], columns: Columns) -> list[Extremes] | No
     least, greatest = lows.min(axis=0), highs.max(axis=0)
     least[np.isposinf(least)] = greatest[np.isneginf(greatest)] = np.nan
     low[columns.full], high[columns.full] = least, greatest
-    return [Extremes(low[:, one._column], high[:, one._column]) for one in envelopes]
+    return [Extremes(low[:, envelope._column], high[:, envelope._column]) for envelope in envelopes]
 
 
 def _met(envelopes: Sequence[Envelope], columns: Columns) -> Real:

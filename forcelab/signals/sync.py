@@ -73,7 +73,7 @@ def find_taps(times: Array, force: Array) -> tuple[Tap, ...]:
         rest = median_filter(smooth[::step], width, mode="nearest")
         power += (smooth - np.interp(grid, grid[::step], rest)) ** 2
     pulse = np.sqrt(power)
-    reach, own = round(AROUND * rate), round(0.75 * LONGEST * rate)
+    reach, own_reach = round(AROUND * rate), round(0.75 * LONGEST * rate)
     floor = 6.0 * float(np.median(pulse)) + 1e-9 * float(
         np.max(np.abs(force), initial=0.0, where=np.isfinite(force))
     )
@@ -85,7 +85,9 @@ def find_taps(times: Array, force: Array) -> tuple[Tap, ...]:
         before, after = below[below < peak], below[below > peak]
         if before.size == 0 or after.size == 0 or after[0] - before[-1] > LONGEST * rate:
             continue
-        around = np.concatenate([pulse[first : max(peak - own, first)], pulse[peak + own : last]])
+        around = np.concatenate(
+            [pulse[first : max(peak - own_reach, first)], pulse[peak + own_reach : last]]
+        )
         usual = float(np.quantile(around, 0.95)) if around.size else 0.0
         clearness = float(pulse[peak]) / max(usual, floor / 6.0)
         if clearness >= CLEAR:
@@ -141,7 +143,7 @@ APART = 0.3
 
 
 @dataclass(frozen=True, eq=False)
-class Track:
+class MotionSignal:
     """A signal on a grid of `rate` samples a second: its abrupt part, and the whole's logarithm."""
 
     times: Array
@@ -156,7 +158,7 @@ class Track:
 
 
 @dataclass(frozen=True, slots=True)
-class Match:
+class Lag:
     """A shift: its score, the share of it that the next peak has, and its correlation alone."""
 
     clock: ClockMap
@@ -165,7 +167,7 @@ class Match:
     alike: float
 
 
-def motion_track(times: Array, energy: Array, rate: float) -> Track:
+def video_signal(times: Array, energy: Array, rate: float) -> MotionSignal:
     """The video's motion on a grid of `rate` samples a second."""
     from scipy.ndimage import gaussian_filter1d
 
@@ -174,7 +176,7 @@ def motion_track(times: Array, energy: Array, rate: float) -> Track:
     abrupt = np.interp(grid, middle, _abrupt(times, energy))
     usual = float(np.median(energy[1:]))
     level = np.log(energy[1:] + 0.1 * usual + 1e-3)
-    return Track(
+    return MotionSignal(
         grid, gaussian_filter1d(abrupt, 0.015 * rate), np.interp(grid, middle, level), rate
     )
 
@@ -188,7 +190,7 @@ def _abrupt(times: Array, energy: Array) -> Array:
     return np.maximum(root - median_filter(root, width, mode="nearest"), 0.0)
 
 
-def force_track(times: Array, force: Array, rate: float) -> Track:
+def force_signal(times: Array, force: Array, rate: float) -> MotionSignal:
     """The force's rate of change on a grid of `rate` samples a second."""
     from scipy.ndimage import gaussian_filter1d, median_filter
 
@@ -199,7 +201,9 @@ def force_track(times: Array, force: Array, rate: float) -> Track:
     width = round(FORCE_REST * rate) | 1
     abrupt = np.maximum(level - median_filter(level, width, mode="nearest"), 0.0)
     smooth = 0.015 * rate
-    return Track(grid, gaussian_filter1d(abrupt, smooth), gaussian_filter1d(level, smooth), rate)
+    return MotionSignal(
+        grid, gaussian_filter1d(abrupt, smooth), gaussian_filter1d(level, smooth), rate
+    )
 
 
 def rates_to_try(length: float) -> tuple[float, ...]:
@@ -211,7 +215,9 @@ def rates_to_try(length: float) -> tuple[float, ...]:
     return tuple(1.0 + drifts[np.argsort(np.abs(drifts))])
 
 
-def best_shift(motion: Track, force: Track, taps: tuple[Tap, ...], drift: float) -> Match:
+def best_shift(
+    motion: MotionSignal, force: MotionSignal, taps: tuple[Tap, ...], drift: float
+) -> Lag:
     """The best shift for one rate."""
     times = np.arange(motion.times[0] * drift, motion.times[-1] * drift, 1.0 / force.rate)
     abrupt = np.interp(times / drift, motion.times, motion.abrupt)
@@ -219,12 +225,12 @@ def best_shift(motion: Track, force: Track, taps: tuple[Tap, ...], drift: float)
     pairs = ((abrupt, force.abrupt), (abrupt, force.level), (level, force.level))
     alike, lags = _correlation(pairs)
     shift = force.times[0] - times[0] + lags / force.rate
-    score = alike + TAPS * _tapped(times, abrupt, taps, shift) if taps else alike
+    score = alike + TAPS * _tap_votes(times, abrupt, taps, shift) if taps else alike
     top = int(np.argmax(score))
     far = np.abs(shift - shift[top]) > APART
     second, peak = float(np.max(score[far], initial=0.0)), float(score[top])
     clock = ClockMap(_vertex(shift, score, top), drift)
-    return Match(clock, peak, second / peak if peak > 0 else 1.0, float(alike[top]))
+    return Lag(clock, peak, second / peak if peak > 0 else 1.0, float(alike[top]))
 
 
 def _vertex(x: Array, y: Array, top: int) -> float:
@@ -246,10 +252,10 @@ def _correlation(pairs: Iterable[tuple[Array, Array]]) -> tuple[Array, NDArray[n
     from scipy.fft import irfft, next_fast_len, rfft
 
     total: Array | None = None
-    for one, other in pairs:
-        n, m = one.size, other.size
+    for first, second in pairs:
+        n, m = first.size, second.size
         size = next_fast_len(n + m, real=True)
-        a, b = (one - one.mean()) / _spread(one), (other - other.mean()) / _spread(other)
+        a, b = (first - first.mean()) / _spread(first), (second - second.mean()) / _spread(second)
         fa, fb = rfft([np.ones(n), a, a * a], size), rfft([np.ones(m), b, b * b], size)
 
         def sums(i: int, j: int, fa: Any = fa, fb: Any = fb, size: int = size) -> Array:
@@ -275,7 +281,7 @@ def _spread(values: Array) -> float:
     return float(np.std(values)) or 1.0
 
 
-def _tapped(times: Array, abrupt: Array, taps: tuple[Tap, ...], shift: Array) -> Array:
+def _tap_votes(times: Array, abrupt: Array, taps: tuple[Tap, ...], shift: Array) -> Array:
     """How well the taps meet abrupt motion for each shift: -1..1, 0 where they are not filmed."""
     from scipy.ndimage import maximum_filter1d
 
@@ -340,8 +346,8 @@ class Proposal:
         return self.confidence < TRUSTED
 
 
-def proposing_for(demonstration: Demonstration) -> Generator[Progress, None, Proposal]:
-    """Propose the clock of a demonstration's video; see :func:`proposing`.
+def propose_clock_for(demonstration: Demonstration) -> Generator[Progress, None, Proposal]:
+    """Propose the clock of a demonstration's video; see :func:`propose_clock`.
 
     Channels in newtons are looked at; where there is none, all channels in equal parts.
     """
@@ -360,10 +366,10 @@ def proposing_for(demonstration: Demonstration) -> Generator[Progress, None, Pro
         force = _known(force)  # as recorded: divided, a glitch would be none
         spread = np.nanstd(force, axis=0)
         force = force / np.where(spread > 0, spread, 1.0)
-    return (yield from proposing(motion.times, motion.energy, demonstration.times, force))
+    return (yield from propose_clock(motion.times, motion.energy, demonstration.times, force))
 
 
-def proposing(
+def propose_clock(
     frame_times: ArrayLike, energy: ArrayLike, force_times: ArrayLike, force: ArrayLike
 ) -> Generator[Progress, None, Proposal]:
     """Propose a video's clock from its motion and the force.
@@ -378,23 +384,23 @@ def proposing(
     stays 1 unless the recording is long enough to tell: clocks differ by some 50e-6, a tap is seen
     to half a frame's time, so that a rate from taps ten seconds apart would be worse than none.
     """
-    t, e = _checked(frame_times, energy, "video")
-    ft, f = _checked(force_times, force, "force")
+    t, e = _check_series(frame_times, energy, "video")
+    ft, f = _check_series(force_times, force, "force")
     f = _known(f)  # beside a glitch no tap would be clear
     yield Progress(0, 1, "looking for taps in the force")
     taps = find_taps(ft, f)
     grid = RATE if max(t[-1] - t[0], ft[-1] - ft[0]) <= LONG else COARSE_RATE
-    motion = motion_track(t, e[:, 0], grid)
-    rate = force_track(ft, f, grid)
+    motion = video_signal(t, e[:, 0], grid)
+    rate = force_signal(ft, f, grid)
     rates = rates_to_try(min(float(t[-1] - t[0]), float(ft[-1] - ft[0])))
-    best: Match | None = None
+    best: Lag | None = None
     for done, drift in enumerate(rates):
         yield Progress(done, len(rates), "comparing motion and force")
         found = best_shift(motion, rate, taps, drift)
         if best is None or found.score > best.score:
             best = found
     assert best is not None
-    clock, residual, pairs, clear = _refined(best.clock, t, e[:, 0], taps)
+    clock, residual, pairs, clear = _refine_by_taps(best.clock, t, e[:, 0], taps)
     confidence = _share(best.ratio, DOUBTFUL, SURE) * _share(best.alike, UNLIKE, ALIKE)
     confidence = min(UNTAPPED, confidence) if clear is None else confidence * clear
     return Proposal(clock, confidence, residual, pairs, motion.shown(), rate.shown())
@@ -410,7 +416,7 @@ def _share(value: float, nothing: float, everything: float) -> float:
     return float(np.clip((value - nothing) / (everything - nothing), 0.0, 1.0))
 
 
-def _checked(times: ArrayLike, values: ArrayLike, what: str) -> tuple[Array, Array]:
+def _check_series(times: ArrayLike, values: ArrayLike, what: str) -> tuple[Array, Array]:
     """Times (n,) and values (n, c) as floats."""
     t = np.asarray(times, dtype=np.float64)
     v = np.asarray(values, dtype=np.float64)
@@ -427,7 +433,7 @@ def _checked(times: ArrayLike, values: ArrayLike, what: str) -> tuple[Array, Arr
     return t, v
 
 
-def _refined(
+def _refine_by_taps(
     coarse: ClockMap, times: Array, energy: Array, taps: tuple[Tap, ...]
 ) -> tuple[ClockMap, float, tuple[tuple[float, float], ...], float | None]:
     """The clock through the taps, its residual (s), the taps, and how clearly they are seen, 0..1.
@@ -444,9 +450,9 @@ def _refined(
     growth = _growth(energy)
     places = coarse.to_device([tap.time for tap in taps])
     filmed = (places > middle[0]) & (places < middle[-1])
-    felt = np.array([tap.time for tap in taps])[filmed]
+    tap_times = np.array([tap.time for tap in taps])[filmed]
     places = places[filmed]
-    if felt.size == 0:
+    if tap_times.size == 0:
         return coarse, 0.0, (), None
     shifts = np.arange(-SOUGHT, SOUGHT + 5e-4, 1e-3)
     between = np.searchsorted(times, places[:, np.newaxis] + shifts) - 1
@@ -457,24 +463,24 @@ def _refined(
     same = np.flatnonzero((between == between[:, top : top + 1]).all(axis=0))
     shift = float(0.5 * (shifts[same[0]] + shifts[same[-1]]))
     pairs = []
-    for place, time in zip((places + shift).tolist(), felt.tolist(), strict=True):
+    for place, time in zip((places + shift).tolist(), tap_times.tolist(), strict=True):
         near = np.flatnonzero(np.abs(middle - place) <= NEXT * frame)
         if near.size and growth[near].max() > GROWN:
             pairs.append((float(middle[near[np.argmax(growth[near])]]), time))
     if not pairs:
         return coarse, 0.0, (), None
     clock = ClockMap(coarse.offset - coarse.rate * shift, coarse.rate)
-    seen, felt = np.array(pairs).T
-    spread = float(np.sqrt(np.sum((seen - seen.mean()) ** 2)))
+    frame_times, tap_times = np.array(pairs).T
+    spread = float(np.sqrt(np.sum((frame_times - frame_times.mean()) ** 2)))
     if len(pairs) > 1 and spread > 0:
-        fitted = fit_clock(seen.tolist(), felt.tolist()).clock
+        fitted = fit_clock(frame_times.tolist(), tap_times.tolist()).clock
         # A tap is uncertain by a frame's time, evenly.
         unsure = frame / np.sqrt(12.0) / spread
         if 3.0 * unsure < abs(fitted.rate - coarse.rate) and abs(fitted.rate - 1.0) < DRIFT:
             clock = fitted
-    away = np.abs(clock.to_force(seen) - felt)
+    away = np.abs(clock.to_force(frame_times) - tap_times)
     agree = len(pairs) > 1 and bool(np.all(away <= AGREEING * frame))
-    clear = _share(float(votes[top]) / felt.size, FAINT, PLAIN) if agree else None
+    clear = _share(float(votes[top]) / tap_times.size, FAINT, PLAIN) if agree else None
     return clock, float(np.sqrt(np.mean(away**2))), tuple(pairs), clear
 
 

@@ -167,13 +167,15 @@ def code(performance: Performance, coder: Coder, rng: np.random.Generator) -> Co
         return Coding(Track(coder.name), ())
     names = _names(actions, coder, rng.random((len(actions), 2)))
     edges = np.unique([[action.start, action.end] for action in actions])
-    seen = _perceived_edges(performance, edges, coder, rng)
+    perceived = _perceived_edges(performance, edges, coder, rng)
     bare = rng.gamma(2.0, coder.gap / 4, len(edges))
     bare[[0, -1]] = rng.gamma(2.0, coder.margin / 2, 2)
-    sight = dict(zip(edges.tolist(), zip(seen.tolist(), bare.tolist(), strict=True), strict=True))
+    sight = dict(
+        zip(edges.tolist(), zip(perceived.tolist(), bare.tolist(), strict=True), strict=True)
+    )
     pairs = zip(actions, names, strict=True)
     return Coding(
-        Track(coder.name, tuple(_painted(stroke, sight) for stroke in _strokes(actions, names))),
+        Track(coder.name, tuple(_paint(stroke, sight) for stroke in _strokes(actions, names))),
         tuple(Mistake(action, name) for action, name in pairs if name != action.action),
     )
 
@@ -222,9 +224,9 @@ def _perceived_edges(
     spread = coder.ramp + (coder.sharp - coder.ramp) * _sharpness(performance, edges)
     off = (late + spread * rng.standard_normal(len(edges)))[1:-1]
     room = OFF * np.diff(edges)
-    seen = edges.copy()
-    seen[1:-1] += np.clip(off, -room[:-1], room[1:])
-    return seen
+    perceived = edges.copy()
+    perceived[1:-1] += np.clip(off, -room[:-1], room[1:])
+    return perceived
 
 
 def _sharpness(performance: Performance, edges: Array) -> Array:
@@ -236,13 +238,13 @@ def _sharpness(performance: Performance, edges: Array) -> Array:
     step = FLASH / 6
     around = step * np.arange(-round(LOOK / step), round(LOOK / step) + 1)
     times = performance.motion.times
-    felt = np.stack(
+    windows = np.stack(
         [np.interp(edges[:, np.newaxis] + around, times, force) for force in performance.forces.T],
         axis=-1,
     )
-    quickest = np.linalg.norm(felt[:, 6:] - felt[:, :-6], axis=-1).max(axis=1)
-    whole = np.linalg.norm(np.ptp(felt, axis=1), axis=-1)
-    return quickest / np.maximum(whole, FAINT)
+    quickest = np.linalg.norm(windows[:, 6:] - windows[:, :-6], axis=-1).max(axis=1)
+    extent = np.linalg.norm(np.ptp(windows, axis=1), axis=-1)
+    return quickest / np.maximum(extent, FAINT)
 
 
 def _strokes(actions: Segments, names: list[str | None]) -> list[Segment]:
@@ -258,7 +260,7 @@ def _strokes(actions: Segments, names: list[str | None]) -> list[Segment]:
     return strokes
 
 
-def _painted(stroke: Segment, sight: Mapping[float, tuple[float, float]]) -> Segment:
+def _paint(stroke: Segment, sight: Mapping[float, tuple[float, float]]) -> Segment:
     """A stroke as the coder paints it; `sight` is where an edge is seen and how much stays bare."""
     (start, before), (end, after) = sight[stroke.start], sight[stroke.end]
     most = BARE * (end - start)

@@ -8,20 +8,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = [
-    "Array",
-    "bristle_limit",
-    "bristle_rate",
-    "dot",
-    "hunt_crossley",
-    "hunt_crossley_energy",
-    "kelvin_voigt",
-    "length",
-    "lugre",
-    "snap",
-    "snap_energy",
-]
-
 Array = NDArray[np.float64]
 
 #: Bristles bent to this share of what they bear begin to yield.
@@ -92,9 +78,9 @@ def bristle_rate(velocity: Array, bristle: Array, stiffness: Array, limit: Array
     return velocity - yields * bristle
 
 
-def dot(one: Array, other: Array) -> Array:
+def dot(first: Array, second: Array) -> Array:
     """Products of vectors along one or two axes, the first of the arrays."""
-    both = one * other
+    both = first * second
     # For so few axes, numpy's own sums cost more than all the rest.
     product: Array = both[0] + both[1] if len(both) == 2 else both[0]
     return product

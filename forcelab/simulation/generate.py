@@ -22,7 +22,7 @@ from forcelab.project.records import segments_to_json
 from forcelab.simulation.coder_model import CODERS, Coding, code
 from forcelab.simulation.origin import Origin
 from forcelab.simulation.scene import TASKS, Performance
-from forcelab.simulation.sensor import CHANNELS, Recorded, Sensor, record
+from forcelab.simulation.sensor import CHANNELS, Sensor, SensorRecord, record
 from forcelab.simulation.tasks import performing, vocabulary
 
 #: Random streams of a demonstration, beside those of its choreography.
@@ -36,7 +36,7 @@ HELD = 24
 
 
 @dataclass(frozen=True)
-class Order:
+class Job:
     """One demonstration to make."""
 
     origin: Origin
@@ -47,8 +47,8 @@ class Order:
     synchronised: bool = True
 
 
-def producing(
-    orders: Sequence[Order], scratch: Path, jobs: int = 1
+def produce_demonstrations(
+    orders: Sequence[Job], scratch: Path, jobs: int = 1
 ) -> Generator[Progress, None, tuple[Incoming, ...]]:
     """Make demonstrations; the same orders give the same bytes, whatever the number of jobs.
 
@@ -71,27 +71,27 @@ def producing(
     portions = [orders[first : first + HELD] for first in range(0, len(orders), HELD)]
     total = len(orders) + sum(len(list(_batches(portion))) for portion in portions)
     done = 0
-    made: list[Incoming] = []
+    incoming_demonstrations: list[Incoming] = []
     for portion in portions:
         batches = list(_batches(portion))
-        yield Progress(done, total, _simulating(batches))
+        yield Progress(done, total, _progress_text(batches))
         performances: dict[Origin, Performance] = {}
         # Closed at once where somebody stops: the processes end then.
-        with closing(shared(_performed, batches, jobs)) as coming:
+        with closing(shared(_perform, batches, jobs)) as coming:
             for number, moved in enumerate(coming, start=1):
                 performances.update(zip(batches[number - 1], moved, strict=True))
                 done += 1
-                yield Progress(done, total, _simulating(batches[number:]))
-        given = ((order, performances[order.origin], scratch) for order in portion)
-        with closing(shared(_finished, given, jobs)) as finished:
+                yield Progress(done, total, _progress_text(batches[number:]))
+        parts = ((order, performances[order.origin], scratch) for order in portion)
+        with closing(shared(_record, parts, jobs)) as finished:
             for incoming in finished:
-                made.append(incoming)
+                incoming_demonstrations.append(incoming)
                 done += 1
                 yield Progress(done, total, f"recording {incoming.demonstration.name}")
-    return tuple(made)
+    return tuple(incoming_demonstrations)
 
 
-def _batches(orders: Sequence[Order]) -> Iterator[tuple[Origin, ...]]:
+def _batches(orders: Sequence[Job]) -> Iterator[tuple[Origin, ...]]:
     """The origins of orders, in groups that are integrated at once.
 
     The tasks that take longest come last, so that progress is seen soon.
@@ -104,23 +104,23 @@ def _batches(orders: Sequence[Order]) -> Iterator[tuple[Origin, ...]]:
         yield tuple(batch)
 
 
-def _simulating(batches: Sequence[tuple[Origin, ...]]) -> str:
+def _progress_text(batches: Sequence[tuple[Origin, ...]]) -> str:
     """What is still being simulated; it may take seconds until the next batch is done."""
     tasks = dict.fromkeys(batch[0].task for batch in batches)
     return f"simulating {', '.join(tasks)}" if tasks else "recording"
 
 
-def _performed(batch: Sequence[Origin]) -> tuple[Performance, ...]:
+def _perform(batch: Sequence[Origin]) -> tuple[Performance, ...]:
     """What the tongs did in those demonstrations of a batch that are asked for."""
     first = 1 + (batch[0].number - 1) // BATCH * BATCH
-    whole = range(first, first + BATCH)
-    moved = finish(performing(batch[0].task, batch[0].seed, whole, taps=True))
-    return tuple(moved[whole.index(origin.number)] for origin in batch)
+    numbers = range(first, first + BATCH)
+    moved = finish(performing(batch[0].task, batch[0].seed, numbers, taps=True))
+    return tuple(moved[numbers.index(origin.number)] for origin in batch)
 
 
-def _finished(given: tuple[Order, Performance, Path]) -> Incoming:
+def _record(part: tuple[Job, Performance, Path]) -> Incoming:
     """A performance as it comes out of sensors, coders and camera."""
-    order, performance, scratch = given
+    order, performance, scratch = part
     origin = order.origin
     # A seed is a day in the laboratory: all of its demonstrations are made with one pair of tongs.
     sensor = Sensor.drawn(np.random.default_rng(origin.seed))
@@ -135,7 +135,7 @@ def _finished(given: tuple[Order, Performance, Path]) -> Incoming:
     truth = _truth(performance, recorded, codings)
     video = None
     if order.video:
-        path, frames, clock = _filmed(performance, origin, scratch)
+        path, frames, clock = _film(performance, origin, scratch)
         truth["video"] = frames
         video = VideoReference(path, clock if order.synchronised else ClockMap())
     demonstration = Demonstration(
@@ -156,7 +156,7 @@ def _finished(given: tuple[Order, Performance, Path]) -> Incoming:
 
 
 def _truth(
-    performance: Performance, recorded: Recorded, codings: Sequence[Coding]
+    performance: Performance, recorded: SensorRecord, codings: Sequence[Coding]
 ) -> dict[str, Any]:
     """What happened, and what sensors and coders got wrong."""
     beyond = recorded.saturated.sum(axis=0).tolist()
@@ -175,7 +175,7 @@ def _truth(
     }
 
 
-def _filmed(
+def _film(
     performance: Performance, origin: Origin, scratch: Path
 ) -> tuple[Path, dict[str, Any], ClockMap]:
     """Film a performance; gives the file, the truth about its frames, and its clock."""
@@ -228,9 +228,9 @@ def simulating(
     if not new:
         with Project.open(path) as project:
             project.refuse_read_only()  # before the work and not after it
-    orders = [Order(origin, video=video) for origin in origins]
+    orders = [Job(origin, video=video) for origin in origins]
     with tempfile.TemporaryDirectory(prefix="forcelab-") as scratch:
-        given = yield from producing(orders, Path(scratch), jobs)
+        demonstrations = yield from produce_demonstrations(orders, Path(scratch), jobs)
         yield Progress(len(orders), len(orders), f"writing {path.name}")
         with Project.creating(path) if new else Project.open(path) as project:
-            return project.add_all(given)
+            return project.add_all(demonstrations)

@@ -9,8 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-__all__ = ["KNOT_STEP", "Command", "minimum_jerk", "reach", "tremor", "wander"]
-
 Array = NDArray[np.float64]
 
 #: Distance of the splines' knots, s: a sixteenth of the period of the fastest tremor and less than
@@ -53,7 +51,7 @@ def wander(times: Array, rng: np.random.Generator) -> Array:
 
 
 @dataclass(frozen=True)
-class Command:
+class Trajectory:
     """Commands of a batch of demonstrations, twice continuously differentiable in time."""
 
     #: (k, m, 4, c), of the cubics of k splines between their knots, highest power first, one for
@@ -63,7 +61,7 @@ class Command:
     lanes: NDArray[np.intp]
 
     @classmethod
-    def through(cls, values: Sequence[Array]) -> Command:
+    def through(cls, values: Sequence[Array]) -> Trajectory:
         """Commands through values at the knots.
 
         `values` (m_i + 1, c): one for each lane; the shorter ones hold their last value, from where
@@ -85,11 +83,11 @@ class Command:
         """Numbers of lanes and of commands."""
         return len(self.lanes), self.coefficients.shape[-1]
 
-    def subset(self, lanes: NDArray[np.intp]) -> Command:
+    def subset(self, lanes: NDArray[np.intp]) -> Trajectory:
         """The commands of some lanes; one may be taken more than once."""
-        return Command(self.coefficients, self.lanes[lanes])
+        return Trajectory(self.coefficients, self.lanes[lanes])
 
-    def driving(self, stiffness: Array, damping: Array) -> Command:
+    def driving(self, stiffness: Array, damping: Array) -> Trajectory:
         """The commands as the forces ``k c + b c'`` with which springs and dampers drive.
 
         `stiffness`, `damping` (c, b): k and b of each command and lane.
@@ -98,7 +96,7 @@ class Command:
         slope = np.zeros_like(cubic)
         slope[:, :, 1:] = cubic[:, :, :3] * np.array([3.0, 2.0, 1.0])[:, None]
         k, b = stiffness.T[:, None, None], damping.T[:, None, None]
-        return Command(k * cubic + b * slope, np.arange(len(self.lanes)))
+        return Trajectory(k * cubic + b * slope, np.arange(len(self.lanes)))
 
     def at(self, times: Array) -> Array:
         """The commands at some instants, shape (c, b).

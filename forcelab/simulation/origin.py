@@ -11,8 +11,6 @@ import numpy as np
 from forcelab.errors import InputError
 from forcelab.simulation.scene import TASKS, Task
 
-__all__ = ["MOST", "RATES", "Origin", "origins", "task_named"]
-
 #: Slowest and fastest recording, Hz; the fastest is as fast as the motion itself is sampled.
 RATES = (50.0, 4000.0)
 #: Demonstrations that are made at one go.

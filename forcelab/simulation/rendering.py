@@ -67,10 +67,10 @@ class States:
         self.tracks = np.column_stack([motion.jaws, motion.tongs, motion.body])
         drag = np.column_stack([forces[:, 0] + forces[:, 3], forces[:, 1] + forces[:, 4]])
         torsion = forces[:, 0] - forces[:, 3]
-        felt = np.column_stack([motion.normal, drag, torsion])
+        forces = np.column_stack([motion.normal, drag, torsion])
         self.risen = motion.tongs[:, 1] - motion.body[:, 2]
         # The mean over a shutter's time is a difference of the running sum.
-        self.sums = np.concatenate([np.zeros((1, 5)), np.cumsum(felt, axis=0)])
+        self.sums = np.concatenate([np.zeros((1, 5)), np.cumsum(forces, axis=0)])
         self.step = float(self.times[1] - self.times[0])
 
     def at(self, time: float) -> State:
@@ -82,15 +82,15 @@ class States:
         track = ((1.0 - part) * self.tracks[row] + part * self.tracks[row + 1]).tolist()
         half = max(1, round(0.5 * EXPOSURE / self.step))
         first, end = max(row - half, 0), min(row + half + 1, last + 1)
-        felt = ((self.sums[end] - self.sums[first]) / (end - first)).tolist()
+        forces = ((self.sums[end] - self.sums[first]) / (end - first)).tolist()
         climbed = float(self.risen[end - 1] - self.risen[first])
         return State(
             jaws=tuple(track[:2]),
             tongs=tuple(track[2:5]),
             body=tuple(track[5:]),
-            normal=tuple(felt[:2]),
-            drag=tuple(felt[2:4]),
-            torsion=felt[4],
+            normal=tuple(forces[:2]),
+            drag=tuple(forces[2:4]),
+            torsion=forces[4],
             sliding=climbed / max((end - 1 - first) * self.step, self.step),
         )
 
@@ -113,9 +113,9 @@ def colour(code: str) -> Colour:
     return blue, green, red
 
 
-def mixed(one: Colour, other: Colour, share: float) -> Colour:
+def mix_colours(first: Colour, second: Colour, share: float) -> Colour:
     """The colour that holds `share` of the other one."""
-    blue, green, red = (round(a + share * (b - a)) for a, b in zip(one, other, strict=True))
+    blue, green, red = (round(a + share * (b - a)) for a, b in zip(first, second, strict=True))
     return blue, green, red
 
 
@@ -407,7 +407,7 @@ class Pose:
     inside: bool = False
 
 
-def posed(scene: Scene, sizes: Proportions, view: View, state: State) -> Pose:
+def pose_of(scene: Scene, sizes: Proportions, view: View, state: State) -> Pose:
     """The pose in which a state is drawn."""
     y, z, angle = state.tongs
     x, body_y, body_z, turn = state.body
@@ -663,12 +663,12 @@ PORES = np.column_stack(
 
 def dark(paint: Colour, share: float = 0.45) -> Colour:
     """The shade of a colour in which edges are drawn."""
-    return mixed(paint, colour("1a1d24"), share)
+    return mix_colours(paint, colour("1a1d24"), share)
 
 
 def light(paint: Colour, share: float = 0.35) -> Colour:
     """The tint of a colour on faces that the light falls on."""
-    return mixed(paint, WHITE, share)
+    return mix_colours(paint, WHITE, share)
 
 
 def box(
@@ -1087,7 +1087,7 @@ class Stage:
     def frame(self, time: float) -> Image:
         """The picture at a time on the force clock, s; shape (height, width, 3), BGR."""
         state = self.states.at(time)
-        pose = posed(self.scene, self.sizes, self.view, state)
+        pose = pose_of(self.scene, self.sizes, self.view, state)
         canvas = Canvas(self.background.copy())
         if self.scene.holder is None:
             self._lay_shadow(pose, canvas.image)

@@ -18,8 +18,6 @@ from scipy.signal import butter, lfilter, sosfilt, sosfilt_zi
 
 from forcelab.errors import InputError
 
-__all__ = ["CHANNELS", "Recorded", "Sensor", "record"]
-
 Array = NDArray[np.float64]
 
 #: Names of the six channels, left sensor first; all in newtons.
@@ -70,17 +68,17 @@ class Sensor:
     loss_length: float = 2.0
 
     def __post_init__(self) -> None:
-        for one in fields(self):
-            shape = _SHAPES.get(one.name, ())
-            values = np.array(getattr(self, one.name), dtype=np.float64)
+        for item in fields(self):
+            shape = _SHAPES.get(item.name, ())
+            values = np.array(getattr(self, item.name), dtype=np.float64)
             if values.shape != shape or not np.isfinite(values).all():
                 what = "a finite number" if shape == () else f"finite, of shape {shape}"
-                raise InputError(f"Sensor.{one.name} must be {what}.")
-            if (values < _LEAST.get(one.name, 0.0)).any():
-                raise InputError(f"Sensor.{one.name} must not be {values.min():g}.")
+                raise InputError(f"Sensor.{item.name} must be {what}.")
+            if (values < _LEAST.get(item.name, 0.0)).any():
+                raise InputError(f"Sensor.{item.name} must not be {values.min():g}.")
             if shape:
                 values.flags.writeable = False
-                object.__setattr__(self, one.name, values)
+                object.__setattr__(self, item.name, values)
 
     @classmethod
     def drawn(cls, rng: np.random.Generator) -> Sensor:
@@ -125,7 +123,7 @@ _LEAST = {"response": -np.inf, "offset": -np.inf, "loss_length": 1.0} | dict.fro
 
 
 @dataclass(frozen=True)
-class Recorded:
+class SensorRecord:
     """What is stored of one demonstration."""
 
     times: Array  # (n,), stamps in seconds from the first sample; a lost sample has none
@@ -135,7 +133,7 @@ class Recorded:
 
 def record(
     forces: Array, rate: float, recording_rate: float, sensor: Sensor, rng: np.random.Generator
-) -> Recorded:
+) -> SensorRecord:
     """Record forces: filter, mix, sample, disturb, round to counts, clip, lose a few.
 
     The low-pass is causal and comes before the sampling: a force at the recording's rate less the
@@ -160,20 +158,20 @@ def record(
     if count < 2:
         raise InputError(f"{len(forces)} forces at {rate:g} Hz are too short to be recorded.")
     times = np.arange(count) / recording_rate
-    felt = _low_passed(_crept(forces, rate, sensor), rate, recording_rate, sensor.bandwidth)
-    sampled = CubicSpline(true, felt @ sensor.response.T)(np.minimum(times, true[-1]))
+    filtered = _low_pass(_creep(forces, rate, sensor), rate, recording_rate, sensor.bandwidth)
+    sampled = CubicSpline(true, filtered @ sensor.response.T)(np.minimum(times, true[-1]))
     disturbed = sampled + _disturbances(times, sensor, rng)
     counts = np.rint(disturbed * sensor.counts)
     most = np.floor(sensor.limits * sensor.counts)
-    kept = ~_lost(count, recording_rate, sensor, rng)
-    return Recorded(
-        times=times[kept],
-        signals=(np.clip(counts, -most, most) / sensor.counts)[kept],
-        saturated=(np.abs(counts) > most)[kept],
+    delivered = ~_draw_losses(count, recording_rate, sensor, rng)
+    return SensorRecord(
+        times=times[delivered],
+        signals=(np.clip(counts, -most, most) / sensor.counts)[delivered],
+        saturated=(np.abs(counts) > most)[delivered],
     )
 
 
-def _crept(forces: Array, rate: float, sensor: Sensor) -> Array:
+def _creep(forces: Array, rate: float, sensor: Sensor) -> Array:
     """Forces of which a share comes late, by an exact first-order lag at the forces' rate."""
     if sensor.creep == 0:
         return forces
@@ -182,7 +180,7 @@ def _crept(forces: Array, rate: float, sensor: Sensor) -> Array:
     return (1.0 - sensor.creep) * forces + sensor.creep * late
 
 
-def _low_passed(forces: Array, rate: float, recording_rate: float, bandwidth: float) -> Array:
+def _low_pass(forces: Array, rate: float, recording_rate: float, bandwidth: float) -> Array:
     """Forces below the corner; before the first sample they were what it is."""
     corner = min(bandwidth, CORNER * recording_rate)
     sections = butter(ORDER, corner, fs=rate, output="sos")
@@ -203,7 +201,9 @@ def _disturbances(times: Array, sensor: Sensor, rng: np.random.Generator) -> Arr
     )
 
 
-def _lost(count: int, rate: float, sensor: Sensor, rng: np.random.Generator) -> NDArray[np.bool_]:
+def _draw_losses(
+    count: int, rate: float, sensor: Sensor, rng: np.random.Generator
+) -> NDArray[np.bool_]:
     """Which samples are lost; never the first and the last: a recording begins with a sample."""
     lost = np.zeros(count, dtype=np.bool_)
     happened = rng.poisson(sensor.losses * count / rate)

@@ -36,7 +36,7 @@ _PARTS = 64
 
 
 @dataclass(frozen=True)
-class Passage:
+class StepEvents:
     """How event functions passed through a step, as far as the first event."""
 
     share: float  # of the step, from 0 to 1: just after the first event, or 1 where there is none
@@ -45,7 +45,7 @@ class Passage:
     happened: tuple[tuple[int, bool], ...]
 
 
-class Watch:
+class EventLocator:
     """Watches the event functions of a system.
 
     The *side* of an event function is its last sign that was not zero, and 0 only while it has
@@ -61,7 +61,7 @@ class Watch:
             [[bool(falling), bool(rising)] for falling, rising in self._meanings]
         ).reshape(-1, 2)
 
-    def kinds(self, passage: Passage) -> tuple[str, ...]:
+    def kinds(self, passage: StepEvents) -> tuple[str, ...]:
         """What the events of a passage are called."""
         return tuple(self._meanings[event][rising] for event, rising in passage.happened)
 
@@ -71,7 +71,7 @@ class Watch:
         path: Callable[[Array], tuple[Array, Array]],
         length: float,
         sides: Array,
-    ) -> Passage:
+    ) -> StepEvents:
         """The first event in a step of one lane, bracketed to a tenth of a nanosecond.
 
         All event functions are looked at on a grid of the step, then on a grid of that part of it
@@ -99,7 +99,7 @@ class Watch:
             columns = np.flatnonzero(crossed.any(axis=0))
             if not len(columns):
                 # Rounding may hide on the finer grid what the coarser one showed at its edge.
-                return Passage(high, trace[:, -1], happened)
+                return StepEvents(high, trace[:, -1], happened)
             part = columns[0]
             happened = tuple(
                 (int(event), bool(trace[event, part + 1] > 0))
@@ -107,12 +107,12 @@ class Watch:
             )
             low, high = float(shares[part]), float(shares[part + 1])
             if (high - low) * length <= _WIDTH or high - low < 1e-14:
-                return Passage(high, np.where(decided, trace[:, part + 1], 0), happened)
+                return StepEvents(high, np.where(decided, trace[:, part + 1], 0), happened)
             sides = np.where(decided, trace[:, part], 0)
 
     @staticmethod
     def after(
-        lane: System, passage: Passage, time: float, state: Array
+        lane: System, passage: StepEvents, time: float, state: Array
     ) -> tuple[Array, Array, Array]:
         """The state (s,) right after the events of a passage, its event functions, and their sides.
 
@@ -290,7 +290,7 @@ class _Walk:
         self.lane = lane
         self.course = course
         self.solver = solver
-        self.watch = Watch(system)
+        self.watch = EventLocator(system)
         self.end = float(course.times[-1])
         self.tolerances = solver.tolerance * system.scales[:, 0]
         self.finished = False
@@ -341,40 +341,40 @@ class _Walk:
     def _step(self) -> None:
         """One step, ended at the first event in it."""
         method = self.method
-        begun = float(method.t)
-        self.course.spend(self.lane, begun, 1, self.solver.max_steps)
+        began = float(method.t)
+        self.course.spend(self.lane, began, 1, self.solver.max_steps)
         try:
             method.step()
         except ValueError:
             # scipy's linear algebra refuses what follows from rates that are not finite.
             if self.sound:
                 raise
-            raise self._lost(begun) from None
+            raise self._lost(began) from None
         if method.status == "failed" or not np.isfinite(method.y).all():
-            raise self._lost(begun)
+            raise self._lost(began)
         after, within = float(method.t), method.dense_output()
-        passage = self._passage(begun, after, within)
+        passage = self._passage(began, after, within)
         self.sides = passage.sides
         if passage.happened:
-            after = begun + passage.share * (after - begun)
+            after = began + passage.share * (after - began)
         self.finished = bool(self.end - after <= 8 * np.finfo(float).eps * abs(self.end))
         self._sample(after, within)
         if passage.happened:
             self._start(after, self._happened(after, within(after), passage))
 
-    def _passage(self, begun: float, after: float, within: DenseOutput) -> Passage:
+    def _passage(self, began: float, after: float, within: DenseOutput) -> StepEvents:
         """How the event functions pass through a step."""
         if not len(self.sides):
-            return Passage(1.0, self.sides, ())
+            return StepEvents(1.0, self.sides, ())
 
         def path(shares: Array) -> tuple[Array, Array]:
-            times = begun + shares * (after - begun)
+            times = began + shares * (after - began)
             return times, within(times)
 
         try:
-            return self.watch.first(self.system, path, after - begun, self.sides)
+            return self.watch.first(self.system, path, after - began, self.sides)
         except FloatingPointError:
-            raise self._lost(begun) from None
+            raise self._lost(began) from None
 
     def _sample(self, after: float, within: DenseOutput) -> None:
         """The states at the sample times that were passed in a step."""
@@ -387,7 +387,7 @@ class _Walk:
             course.states[first:last, :, lane] = within(course.times[first:last]).T
             course.filled[lane] = last
 
-    def _happened(self, time: float, state: Array, passage: Passage) -> Array:
+    def _happened(self, time: float, state: Array, passage: StepEvents) -> Array:
         """The state right after an event."""
         self.course.happen(self.lane, time, self.watch.kinds(passage))
         state, _, self.sides = self.watch.after(self.system, passage, time, state)
@@ -506,12 +506,12 @@ class Batch(ABC):
     def __init__(self, system: System, solver: Rosenbrock, course: Course) -> None:
         self.solver = solver
         self.course = course
-        self.watch = Watch(system)
+        self.watch = EventLocator(system)
         self.end = float(course.times[-1])
         #: Below this a step cannot be told from rounding.
         self.floor = max(1e-13, 8 * np.finfo(float).eps * abs(self.end))
         self.powers = np.arange(1, len(self.DENSE) + 1)
-        self.looks = _LOOKS[:, None] ** self.powers
+        self.powers_at_looks = _LOOKS[:, None] ** self.powers
         lanes = system.lanes
         self.lanes: NDArray[np.intp] = np.arange(lanes)
         self.time = np.full(lanes, course.times[0])
@@ -555,7 +555,7 @@ class Batch(ABC):
         self.undecided = bool((self.sides == 0).any())
         self.growth = np.empty((_ROUNDS, len(self.DENSE), *shape))
         self.before = np.empty((_ROUNDS, *shape))
-        self.begun = np.empty((_ROUNDS, shape[1]))
+        self.starts = np.empty((_ROUNDS, shape[1]))
         self.lengths = np.empty((_ROUNDS, shape[1]))
         self.ended = np.empty((_ROUNDS, shape[1]))
         self._weigh()
@@ -595,7 +595,7 @@ class Batch(ABC):
         passages = self._passages(slot, length, after, good) if len(self.sides) else {}
 
         self.before[slot] = self.state
-        self.begun[slot] = self.time
+        self.starts[slot] = self.time
         self.lengths[slot] = length
         self.ended[slot] = np.where(good, after, -np.inf)
         self._accept(good)
@@ -620,19 +620,19 @@ class Batch(ABC):
 
     def _passages(
         self, slot: int, length: Array, after: Array, good: NDArray[np.bool_]
-    ) -> dict[int, Passage]:
+    ) -> dict[int, StepEvents]:
         """The lanes whose step ends at an event; longer steps into an event are to be retried."""
         count, lanes = self.state.shape
-        grown = self.looks @ self.growth[slot].reshape(len(self.powers), -1)
+        grown = self.powers_at_looks @ self.growth[slot].reshape(len(self.powers), -1)
         states = self.state[:, None] + grown.reshape(-1, count, lanes).transpose(1, 0, 2)
         states[:, -1] = self.trial
         times = self.time + np.multiply.outer(_LOOKS, length)
         times[-1] = after
-        seen = self.looking.watched(times.ravel(), states.reshape(count, -1))
-        values = seen.reshape(-1, len(_LOOKS), lanes)
+        watched = self.looking.watched(times.ravel(), states.reshape(count, -1))
+        values = watched.reshape(-1, len(_LOOKS), lanes)
         traces = np.concatenate([self.values[:, None], values], axis=1) * self.sides[:, None]
         busy = ~calm_lanes(traces) & (length > 0)
-        passages: dict[int, Passage] = {}
+        passages: dict[int, StepEvents] = {}
         for lane in np.flatnonzero(busy & ~good).tolist():
             self._approach(lane, traces[:, :, lane], length[lane])
         for lane in np.flatnonzero(busy & good).tolist():
@@ -663,27 +663,27 @@ class Batch(ABC):
             if crossed * length > CLOSE:
                 self.step[lane] = (1 - _NEAR) * crossed * length
 
-    def _first(self, lane: int, slot: int, length: float) -> Passage:
+    def _first(self, lane: int, slot: int, length: float) -> StepEvents:
         """How a lane's event functions pass through its trial step."""
-        begun, state = self.time[lane], self.state[:, lane, None]
+        began, state = self.time[lane], self.state[:, lane, None]
         growth = self.growth[slot, :, :, lane]
 
         def path(shares: Array) -> tuple[Array, Array]:
             powers = shares ** self.powers[:, None]
-            return begun + shares * length, state + growth.T @ powers
+            return began + shares * length, state + growth.T @ powers
 
         try:
             return self.watch.first(self._alone(lane), path, length, self.sides[:, lane].copy())
         except FloatingPointError as error:
             raise unresolved(
-                int(self.lanes[lane]), begun, str(error), "look at the scene's numbers"
+                int(self.lanes[lane]), began, str(error), "look at the scene's numbers"
             ) from None
 
-    def _happen(self, lane: int, passage: Passage, slot: int) -> None:
+    def _happen(self, lane: int, passage: StepEvents, slot: int) -> None:
         """End a lane's step at an event and start afresh from there."""
         number = int(self.lanes[lane])
-        begun, length = self.begun[slot, lane], self.lengths[slot, lane]
-        time = float(begun + passage.share * length)
+        began, length = self.starts[slot, lane], self.lengths[slot, lane]
+        time = float(began + passage.share * length)
         growth = self.growth[slot, :, :, lane]
         state = self.before[slot, :, lane] + passage.share**self.powers @ growth
         self.course.happen(number, time, self.watch.kinds(passage))
@@ -712,9 +712,9 @@ class Batch(ABC):
             first, last = course.filled[number], len(course.times)
             if self.end - ended[-1] >= self.floor:
                 last = int(np.searchsorted(course.times, ended[-1], "right"))
-            wanted = course.times[first:last]
-            slot = done[np.minimum(np.searchsorted(ended, wanted), len(done) - 1)]
-            shares = (wanted - self.begun[slot, lane]) / self.lengths[slot, lane]
+            sample_times = course.times[first:last]
+            slot = done[np.minimum(np.searchsorted(ended, sample_times), len(done) - 1)]
+            shares = (sample_times - self.starts[slot, lane]) / self.lengths[slot, lane]
             growth = self.growth[slot, :, :, lane]
             course.states[first:last, :, number] = self.before[slot, :, lane] + np.einsum(
                 "nps,np->ns", growth, shares[:, None] ** self.powers

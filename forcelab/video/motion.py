@@ -14,8 +14,6 @@ from forcelab.jobs import Progress
 from forcelab.video.codecs import opencv
 from forcelab.video.index import SAME, open_video
 
-__all__ = ["MotionEnergy", "measuring_motion"]
-
 #: Blocks across and down that a frame is looked at in, and pixels along the side of each.
 BLOCKS, SIDE = (16, 9), 10
 #: Differences of grey levels up to this one are the noise of sensor and compression.

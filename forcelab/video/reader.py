@@ -95,7 +95,7 @@ class Decoder:
         self._capture.release()
 
 
-class Decoders:
+class DecoderPool:
     """The decoders of one video; never empty.
 
     `room`: bytes that all but the first may take, about.
@@ -209,14 +209,14 @@ class VideoReader:
         self.index = finish(indexing(self.path)) if index is None else index
         self.times = self.index.times
         self.remark = self.index.remark
-        self._decoders = Decoders(self.path, self.index)
+        self._decoders = DecoderPool(self.path, self.index)
         self._decoder = self._decoders[0]  # the one that goes on
         rate = self._decoder.get(cv2.CAP_PROP_FPS)
         self._period = 1 / rate if rate > 0 else 1 / 30
         self._room = cache
         self._bytes = 0
-        self._kept: OrderedDict[int, Frame] = OrderedDict()
-        self._asked = -1
+        self._cache: OrderedDict[int, Frame] = OrderedDict()
+        self._requested = -1
 
     def __len__(self) -> int:
         return len(self.times)
@@ -230,7 +230,7 @@ class VideoReader:
     def close(self) -> None:
         """Let go of the file and of what is kept."""
         self._decoders.close()
-        self._kept.clear()
+        self._cache.clear()
         self._bytes = 0
 
     @property
@@ -252,18 +252,18 @@ class VideoReader:
     @property
     def capacity(self) -> int:
         """How many frames are kept at most."""
-        frame = next(iter(self._kept.values()), None)
+        frame = next(iter(self._cache.values()), None)
         return max(2, self._room // frame.nbytes) if frame is not None else 2
 
     def index_at(self, time: float) -> int:
         """The last frame at or before a time (s); -1 before the first."""
         return last_at(self.times, time)
 
-    def kept(self, number: int) -> Frame | None:
+    def cached_frame(self, number: int) -> Frame | None:
         """A frame if it is decoded already."""
-        frame = self._kept.get(number)
+        frame = self._cache.get(number)
         if frame is not None:
-            self._kept.move_to_end(number)
+            self._cache.move_to_end(number)
         return frame
 
     def frame(self, number: int) -> Frame:
@@ -292,11 +292,11 @@ class VideoReader:
         """
         if not 0 <= number < len(self):
             raise IndexError(f"no frame {number} in a video of {len(self)}")
-        back = 0 < self._asked - number <= BACKWARDS
-        self._asked = number
-        kept = self.kept(number)
-        if kept is not None:
-            return kept
+        back = 0 < self._requested - number <= BACKWARDS
+        self._requested = number
+        cached_frame = self.cached_frame(number)
+        if cached_frame is not None:
+            return cached_frame
         behind = 0 if passed is None else passed
         if passed is None:
             behind = self.capacity // 2 if back else 0
@@ -305,12 +305,12 @@ class VideoReader:
         decoder = self._decoder = near or self._decoders.spare()
         if near is None:
             yield from self._go_before(decoder, number, passed)
-        while number not in self._kept:
+        while number not in self._cache:
             if not self._step(decoder, number - passed, number) or decoder.at > number:
                 decoder.lost = True
                 raise self._undecodable(number)
             yield
-        return self._kept[number]
+        return self._cache[number]
 
     def _go_before(self, decoder: Decoder, number: int, passed: int) -> Generator[None, None, None]:
         """Bring a decoder to a frame at or before the wanted one, as near as may be."""
@@ -330,7 +330,7 @@ class VideoReader:
         """Decode the next frame, and keep it if it is in low .. high."""
         if not decoder.step():
             return False
-        if low <= decoder.at <= high and decoder.at not in self._kept:
+        if low <= decoder.at <= high and decoder.at not in self._cache:
             self._keep(decoder.at, decoder.picture())
         return True
 
@@ -340,10 +340,10 @@ class VideoReader:
             return
         frame = as_rgb(picture)
         frame.flags.writeable = False
-        self._kept[number] = frame
+        self._cache[number] = frame
         self._bytes += frame.nbytes
-        while self._bytes > self._room and len(self._kept) > 2:
-            self._bytes -= self._kept.popitem(last=False)[1].nbytes
+        while self._bytes > self._room and len(self._cache) > 2:
+            self._bytes -= self._cache.popitem(last=False)[1].nbytes
 
     def _undecodable(self, number: int) -> InputError:
         """What is said of a frame that cannot be decoded."""
@@ -363,7 +363,7 @@ DENSITY, NARROW = 0.25, 240
 SHORT_VIDEO = 30
 
 
-class Sketches:
+class Thumbnails:
     """Small pictures of the frames of a video.
 
     `room`: bytes that they may take.
@@ -385,7 +385,7 @@ class Sketches:
         starts = np.append(self.index.keys, len(self.index.times))
         return bool(np.diff(starts).max() > SHORT_VIDEO)
 
-    def sketching(self) -> Generator[None, None, None]:
+    def making(self) -> Generator[None, None, None]:
         """Go through the video once as a job that yields after each frame; ends where room does."""
         cv2 = opencv()
         capture = open_video(self.path)

@@ -162,7 +162,7 @@ def test_ours_is_right_in_every_extreme_and_what_is_wrong_is_told(monkeypatch):
     told = {name: words[4] for name, words in verdicts.rows}
     assert told["zeros"] == "not finite"  # its logarithm is -inf
     assert told["a step"] == "wrong"
-    assert verdicts.cells()[0][1:] == list(verdicts.ways)
+    assert verdicts.cells()[0][1:] == list(verdicts.methods)
     assert verdicts.to_json()["rows"][0]["forcelab 1e-7"] == "right"
 
 

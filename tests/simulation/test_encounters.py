@@ -10,7 +10,7 @@ from scenes import FREE, SCENES, mechanics, named, state, without_losses
 from scipy.integrate import quad
 
 from forcelab.errors import InputError
-from forcelab.simulation.hand import Command
+from forcelab.simulation.hand import Trajectory
 from forcelab.simulation.mechanics import Mechanics
 from forcelab.simulation.scene import Jaws
 from forcelab.simulation.solvers import Explicit, Lsoda, Rosenbrock, integrate
@@ -61,13 +61,13 @@ def test_a_pulled_grip_slips_when_friction_at_rest_is_used_up(solver):
     knots = np.zeros((301, 5))
     knots[:, :2] = grip - force / 1200.0
     knots[:, 3] = growth / scene.arm.stiffness * 0.005 * np.arange(301)
-    system = Mechanics([scene], Command.through([knots]))
+    system = Mechanics([scene], Trajectory.through([knots]))
     start = state(system, {"left jaw": grip, "right jaw": grip})
     times = np.linspace(0.0, 1.5, 1501)
     solution = integrate(system, start[:, None], times, solver)
     begins = when(solution, "left jaw: slip begins")
     assert begins == when(solution, "right jaw: slip begins")
-    fy = system.felt(times, solution.states[:, :, 0].T).reshape(2, 3, -1)[:, 1]
+    fy = system.sensor_forces(times, solution.states[:, :, 0].T).reshape(2, 3, -1)[:, 1]
     limit = scene.arm.pads.static * force
     assert np.abs(fy).max() == pytest.approx(0.96 * limit, rel=0.015)
     at = np.interp(begins[0], times, -fy.mean(axis=0))
@@ -148,8 +148,8 @@ def test_a_grip_presses_as_its_springs_do_whether_soft_or_stiff_light_or_heavy(s
     times = np.linspace(0.0, 0.1, 11)
     solution = integrate(system, start, times, Rosenbrock(tolerance=1e-3))
     force = 0.01 / (1.0 / 1200.0 + 1.0 / stiffness)
-    felt = system.felt(times[-1:], solution.states[-1])[:, 0]
-    assert felt[[2, 5]] == pytest.approx([-force, -force], abs=1e-3)
+    sensor_forces = system.sensor_forces(times[-1:], solution.states[-1])[:, 0]
+    assert sensor_forces[[2, 5]] == pytest.approx([-force, -force], abs=1e-3)
 
 
 def test_a_grip_too_stiff_for_the_steps_allowed_is_refused_with_a_sentence():
@@ -170,7 +170,7 @@ def test_a_batch_is_followed_as_each_of_its_lanes_alone():
     values = np.zeros((101, 4))
     values[:, :2] = 0.016
     values[:, 2] = 0.01 * np.linspace(0.0, 1.0, 101)
-    system = Mechanics(scenes, Command.through([values] * 3))
+    system = Mechanics(scenes, Trajectory.through([values] * 3))
     alone = system.lane(0)
     start = state(alone, {"left jaw": 0.021, "right jaw": 0.021})
     times = np.linspace(0.0, 0.2, 101)

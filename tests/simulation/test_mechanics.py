@@ -24,7 +24,7 @@ from scenes import (
 from scipy.optimize import brentq
 
 from forcelab.errors import InputError
-from forcelab.simulation.hand import Command
+from forcelab.simulation.hand import Trajectory
 from forcelab.simulation.mechanics import Mechanics
 from forcelab.simulation.scene import Holder, Jaws, Pads, Thread
 
@@ -39,7 +39,7 @@ def stacked_lanes(name: str, lanes: int) -> Mechanics:
     scenes = [replace(scene, body=replace(scene.body, mass=0.02 * (i + 1))) for i in range(lanes)]
     width = len(mechanics(scene).layout.commands)
     rng = np.random.default_rng(3)
-    return Mechanics(scenes, Command.through([0.02 * rng.random((9, width)) for _ in scenes]))
+    return Mechanics(scenes, Trajectory.through([0.02 * rng.random((9, width)) for _ in scenes]))
 
 
 @settings(max_examples=5, deadline=None)
@@ -167,8 +167,8 @@ def test_a_static_grip_presses_as_springs_in_series_do(name):
 
     apart = state(system, {"left jaw": 0.03, "right jaw": 0.025})
     rest = follow(system, apart, 3.0).y[:, -1]
-    felt = system.felt(np.zeros(1), rest[:, None])[:, 0]
-    assert felt[[2, 5]] == pytest.approx([-force, -force], abs=1e-6)
+    sensor_forces = system.sensor_forces(np.zeros(1), rest[:, None])[:, 0]
+    assert sensor_forces[[2, 5]] == pytest.approx([-force, -force], abs=1e-6)
     assert rest[:3] == pytest.approx(balance[:3], abs=1e-8)
 
 
@@ -230,10 +230,10 @@ def test_lifting_is_felt_as_the_grip_and_the_weight():
     lifted = {"left jaw": grip, "right jaw": grip, "tongs z": 0.1, "body z": 0.1}
     balance = state(system, {**lifted, **bristles})[:, None]
     assert np.abs(system.rates(np.zeros(1), balance)).max() < 1e-9
-    felt = system.felt(np.zeros(1), balance)[:, 0].reshape(2, 3)
-    assert felt[:, 2] == pytest.approx([-force, -force])
-    assert felt[:, 1].sum() == pytest.approx(-weight)
-    assert felt[:, 0].tolist() == [0.0, 0.0]
+    sensor_forces = system.sensor_forces(np.zeros(1), balance)[:, 0].reshape(2, 3)
+    assert sensor_forces[:, 2] == pytest.approx([-force, -force])
+    assert sensor_forces[:, 1].sum() == pytest.approx(-weight)
+    assert sensor_forces[:, 0].tolist() == [0.0, 0.0]
 
 
 def test_a_twist_is_felt_the_other_way_round_by_the_other_jaw():
@@ -241,7 +241,7 @@ def test_a_twist_is_felt_the_other_way_round_by_the_other_jaw():
     system = mechanics(scene, {"left jaw": 0.015, "right jaw": 0.015})
     turning = {"left jaw": 0.019, "right jaw": 0.019, "wrist angle rate": 1.0}
     column = state(system, turning)[:, None]
-    left, right = system.felt(np.zeros(1), column)[:, 0].reshape(2, 3)
+    left, right = system.sensor_forces(np.zeros(1), column)[:, 0].reshape(2, 3)
     # Turned anticlockwise, the left jaw moves towards -y, and the cap holds it back.
     assert left[0] > 0.01
     assert right[0] == -left[0]
@@ -253,19 +253,19 @@ def test_domes_in_the_air_feel_their_own_inertia():
     scene = replace(SCENES["held"], jaws=Jaws(dome=0.01, asymmetry=2.0))
     system = mechanics(scene, {"left jaw": 0.06, "right jaw": 0.06, "tongs y": 0.02})
     column = state(system, {"left jaw": 0.05, "right jaw": 0.05})[:, None]
-    felt = system.felt(np.zeros(1), column)[:, 0]
+    sensor_forces = system.sensor_forces(np.zeros(1), column)[:, 0]
     sideways = -0.01 * 700.0 * 0.02 / 0.35
     outwards = 0.01 * 1200.0 * 0.01 / 0.05
     expected = [sideways, 0.0, outwards, sideways, 0.0, 2.0 * outwards]
-    assert felt == pytest.approx(expected, abs=1e-12)
+    assert sensor_forces == pytest.approx(expected, abs=1e-12)
 
     twist = replace(SCENES["twist"], jaws=Jaws(dome=0.01))
     system = mechanics(twist, {"left jaw": 0.05, "right jaw": 0.05, "wrist angle": 0.1})
     column = state(system, {"left jaw": 0.05, "right jaw": 0.05})[:, None]
     around = 0.01 * twist.thread.radius * 0.9 * 0.1 / 6e-4
-    felt = system.felt(np.zeros(1), column)[:, 0]
+    sensor_forces = system.sensor_forces(np.zeros(1), column)[:, 0]
     # Speeding up anticlockwise, the left dome is driven towards -y and lags towards +y.
-    assert felt == pytest.approx([around, 0, 0, -around, 0, 0], abs=1e-12)
+    assert sensor_forces == pytest.approx([around, 0, 0, -around, 0, 0], abs=1e-12)
 
 
 def test_what_moves_alone_is_held_back_by_its_own_damper():
@@ -288,7 +288,7 @@ def test_a_tap_presses_the_left_dome_alone_and_pushes_its_jaw_outwards():
     system = mechanics(SCENES["grip"], {"left jaw": 0.05, "right jaw": 0.05, "tap": 4.0})
     pushed = state(system, {"left jaw": 0.05 + 4.0 / 1200.0, "right jaw": 0.05})[:, None]
     assert np.abs(system.rates(np.zeros(1), pushed)).max() < 1e-9
-    assert system.felt(np.zeros(1), pushed)[:, 0] == pytest.approx([0, 0, -4.0, 0, 0, 0])
+    assert system.sensor_forces(np.zeros(1), pushed)[:, 0] == pytest.approx([0, 0, -4.0, 0, 0, 0])
 
 
 def test_a_tilted_sensor_feels_part_of_the_grip_as_tangential_but_no_more_force():
@@ -296,8 +296,8 @@ def test_a_tilted_sensor_feels_part_of_the_grip_as_tangential_but_no_more_force(
     jaws = Jaws(tilt_left=0.2, azimuth_left=np.pi / 2.0, tilt_right=0.1)
     tilted = mechanics(replace(SCENES["lift"], jaws=jaws), COMMANDS)
     column = state(straight, {"left jaw": 0.018, "right jaw": 0.018, "tongs z rate": 0.01})
-    here = straight.felt(np.zeros(1), column[:, None]).reshape(2, 3)
-    there = tilted.felt(np.zeros(1), column[:, None]).reshape(2, 3)
+    here = straight.sensor_forces(np.zeros(1), column[:, None]).reshape(2, 3)
+    there = tilted.sensor_forces(np.zeros(1), column[:, None]).reshape(2, 3)
     assert np.linalg.norm(there, axis=1) == pytest.approx(np.linalg.norm(here, axis=1))
     inward = -here[0, 2]
     assert there[0, 1] == pytest.approx(here[0, 1] * np.cos(0.2) + inward * np.sin(0.2))
@@ -346,7 +346,7 @@ def test_rates_are_finite_numbers_over_huge_ranges(name, stiffness, mass):
         states[-1] = rng.integers(0, 2, 500)
     assert np.isfinite(system.rates(np.zeros(500), states)).all()
     assert np.isfinite(system.watched(np.zeros(500), states)).all()
-    assert np.isfinite(system.felt(np.zeros(500), states)).all()
+    assert np.isfinite(system.sensor_forces(np.zeros(500), states)).all()
     assert (system.scales > 0).all()
     assert np.isfinite(system.scales).all()
 
@@ -409,7 +409,7 @@ def test_a_body_leaves_the_socket_upwards_or_above_the_rim_sideways(places, leav
 
 def test_scenes_of_different_parts_are_not_computed_together():
     one = SCENES["grip"]
-    command = Command.through([np.zeros((3, 3))] * 2)
+    command = Trajectory.through([np.zeros((3, 3))] * 2)
     with pytest.raises(InputError, match="same parts"):
         Mechanics([one, replace(one, holder=Holder())], command)
     with pytest.raises(InputError, match="one command for each"):
@@ -430,7 +430,7 @@ def turned(scene, angle, seconds, end):
     knots = np.zeros((count + 1, 4))
     knots[:, :2] = 0.01
     knots[:, 2] = angle * np.minimum(np.linspace(0.0, end / seconds, count + 1), 1.0)
-    command = Command.through([knots])
+    command = Trajectory.through([knots])
     system = Mechanics([scene], command)
     grip = state(system, {"left jaw": 0.0171, "right jaw": 0.0171})
     motion = follow(system, grip, end, rtol=1e-7, atol=1e-9)

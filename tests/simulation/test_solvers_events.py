@@ -11,11 +11,11 @@ from simulation.mechanisms import Ball, Bouncer, Mechanism, Thrown
 
 from forcelab.errors import InputError
 from forcelab.simulation.solvers import (
+    EventLocator,
     Explicit,
     Lsoda,
     Radau,
     Rosenbrock,
-    Watch,
     integrate,
 )
 
@@ -96,7 +96,7 @@ def test_states_within_a_step_that_err_to_the_wrong_side_of_zero_are_no_event():
         return shares, np.stack([1e-15 * shares * (0.3 - shares), shares])
 
     system = Thrown()
-    passage = Watch(system).first(system, path, 1.0, np.array([0.0]))
+    passage = EventLocator(system).first(system, path, 1.0, np.array([0.0]))
     assert passage.happened == ()
     assert (passage.share, *passage.sides) == (1.0, -1.0)
 

@@ -12,7 +12,7 @@ from forcelab.simulation.mechanics import (
     STRAIGHTEN,
     sliding_friction,
     socket_push,
-    stacked,
+    stack_numbers,
     table_under,
 )
 from forcelab.simulation.scene import Pads, Profile, Socket, width_at
@@ -21,7 +21,7 @@ SOCKET = Socket(place=0.02, depth=0.006, friction=4.0, snap=5.0, snap_depth=0.00
 
 
 def namespace(part):
-    return stacked([part])
+    return stack_numbers([part])
 
 
 def pushed(depths, socket=SOCKET, y=0.02, x=0.0, speed=0.0, inside=1.0):

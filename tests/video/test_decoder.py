@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 
 from forcelab.video.index import Index
-from forcelab.video.reader import LEAD, Decoder, Decoders, VideoReader
+from forcelab.video.reader import LEAD, Decoder, DecoderPool, VideoReader
 
 COUNT = 300
 
@@ -64,7 +64,7 @@ def test_going_back_decodes_a_whole_stretch_although_another_decoder_is_near(pat
 @pytest.mark.parametrize(("keys", "room"), [((0, 250), 0), (range(0, COUNT, 50), 2**30)])
 def test_without_room_or_use_for_others_there_is_one(path, keys, room):
     index = Index(np.arange(COUNT) / 30, np.array(keys))
-    decoders = Decoders(path, index, room)
+    decoders = DecoderPool(path, index, room)
     assert decoders.most == 1
     assert decoders.spare() is decoders[0]
     decoders.close()
@@ -74,7 +74,7 @@ def test_memory_bounds_their_number(path):
     index = Index(np.arange(COUNT) / 30, np.array([0, 250]))
     numbers = []
     for room in (2**20, 2**24, 2**27):
-        decoders = Decoders(path, index, room)
+        decoders = DecoderPool(path, index, room)
         numbers.append(decoders.most)
         decoders.close()
     assert 1 <= numbers[0] < numbers[1] <= numbers[2] <= 16
@@ -82,7 +82,7 @@ def test_memory_bounds_their_number(path):
 
 def test_the_one_that_saves_least_is_sent_elsewhere(path):
     index = Index(np.arange(COUNT) / 30, np.array([0, 250]))
-    decoders = Decoders(path, index)
+    decoders = DecoderPool(path, index)
     decoders.most = 4
     places = (5, 120, 200, 204)
     for place in places:
@@ -99,7 +99,7 @@ def test_the_one_that_saves_least_is_sent_elsewhere(path):
 
 def test_a_key_frame_that_is_nearer_is_preferred(path):
     index = Index(np.arange(COUNT) / 30, np.array([0, 250]))
-    decoders = Decoders(path, index)
+    decoders = DecoderPool(path, index)
     only = decoders[0]
     only.at = 200
     assert decoders.near(255, only, 0) is only  # too near behind the key frame to be sent there

@@ -125,7 +125,7 @@ def test_what_is_kept_is_bounded_and_going_back_decodes_a_stretch_once(film, mon
         decoded = count_decoding(monkeypatch)
         for number in range(199, 139, -1):
             reader.frame(number)
-            assert len(reader._kept) <= 24
+            assert len(reader._cache) <= 24
         # 60 steps, a stretch of 12 kept each time: never once per step.
         assert len(decoded) < 7 * 200
 

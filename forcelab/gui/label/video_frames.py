@@ -16,7 +16,7 @@ from forcelab.errors import InputError
 from forcelab.gui.label.picture_view import scaled
 
 if TYPE_CHECKING:
-    from forcelab.video.reader import Frame, Sketches, VideoReader
+    from forcelab.video.reader import Frame, Thumbnails, VideoReader
 
 
 #: Frames decoded ahead in the direction of travel while nothing is asked for, and around a frame
@@ -55,7 +55,7 @@ class FrameThread:
         self._fitted: dict[int, QImage] = {}
         self._served = (0, 0)
         self._served_at = time.monotonic()
-        self._sketches: Sketches | None = None
+        self._sketches: Thumbnails | None = None
         self._sketching: Generator[None, None, None] | None = None
 
     def want(self, number: int, direction: int) -> QImage | None:
@@ -103,11 +103,11 @@ class FrameThread:
 
     def _read(self, reader: VideoReader) -> None:
         """Serve requests, in between look at the neighbours of the last one and make sketches."""
-        from forcelab.video.reader import Sketches
+        from forcelab.video.reader import Thumbnails
 
-        self._sketches = Sketches(self.path, reader.index)
+        self._sketches = Thumbnails(self.path, reader.index)
         if self._sketches.worthwhile:
-            self._sketching = self._sketches.sketching()
+            self._sketching = self._sketches.making()
         width, height = reader.size  # asked for once, as it takes a look at the first frame
         self._pixels = width * height
         self._send("opened", reader.times)
@@ -152,7 +152,10 @@ class FrameThread:
         self._served, self._served_at = (number, direction), time.monotonic()
         if given:
             return
-        if reader.kept(number) is None and not number - NEAR_FRAMES <= reader.position < number:
+        if (
+            reader.cached_frame(number) is None
+            and not number - NEAR_FRAMES <= reader.position < number
+        ):
             sketch = self._sketches.get(number) if self._sketches is not None else None
             if sketch is not None:
                 self._send("sketch_ready", number, _image(sketch))

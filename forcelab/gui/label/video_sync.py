@@ -53,7 +53,7 @@ from forcelab.gui.layout import whole_rows
 from forcelab.gui.theme import colours, themes
 from forcelab.jobs import Progress
 from forcelab.project.loading import said_of_film
-from forcelab.signals.sync import Proposal, proposing_for
+from forcelab.signals.sync import Proposal, propose_clock_for
 from forcelab.video.index import SAME
 
 #: Height of the times below the curves, in pixels.
@@ -603,7 +603,7 @@ class SynchroniseDialog(QDialog):
             return
         self.propose_button.setEnabled(False)
         self.trouble.clear()
-        search = proposing_for(demonstration)
+        search = propose_clock_for(demonstration)
         self.jobs.run(search, self._proposed, self._failed, self._progress, KEY)
 
     def reset(self) -> None:

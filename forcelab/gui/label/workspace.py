@@ -26,7 +26,7 @@ from forcelab.gui.label.traces import ForcePanel
 from forcelab.gui.label.tracks import TrackPanel
 from forcelab.gui.label.video import CameraSelection, VideoPanel
 from forcelab.gui.layout import Dock, DockedWindow, placeholder
-from forcelab.signals.contacts import ContactEvent, finding_contacts
+from forcelab.signals.contacts import ContactEvent, find_contacts
 
 
 @runtime_checkable
@@ -362,7 +362,7 @@ class LabelWorkspace(DockedWindow):
         self._sought = self.document.id
         self.jobs.cancel("contacts")
         if demonstration is not None:
-            finding = finding_contacts(demonstration.times, demonstration.signals)
+            finding = find_contacts(demonstration.times, demonstration.signals)
             self.jobs.run(finding, self._found, key="contacts")
 
     def _found(self, events: tuple[ContactEvent, ...]) -> None:

@@ -12,8 +12,6 @@ from forcelab.simulation.mechanics import Layout
 from forcelab.simulation.scene import Scene
 from forcelab.simulation.tasks.ground_truth import Cue, Phase
 
-__all__ = ["AFTERWARDS", "HAND", "Choreography"]
-
 #: Numbers of the recipe that every choreography asks for.
 HAND = ("tempo", "opening", "tremor", "wander", "sway", "tap")
 

@@ -13,8 +13,6 @@ from forcelab.errors import InputError
 from forcelab.resources import read_toml
 from forcelab.simulation.scene import Scene, Task
 
-__all__ = ["Recipe", "recipe"]
-
 #: Standard deviations from the median to the ends of a range that eight in ten lie in.
 EIGHT_IN_TEN = 1.2816
 #: Nobody is further out than this many times half the range's width, in the logarithm.
