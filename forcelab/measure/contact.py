@@ -43,8 +43,6 @@ TREMOR = 5e-5
 
 @dataclass(frozen=True)
 class Problem:
-    """Something to integrate."""
-
     system: System
     start: Array  # (s, b), states at the first time
     times: Array  # (n,), at which the forces are compared, s, evenly spaced, n >= 2

@@ -106,7 +106,6 @@ class Library:
 
     @property
     def installed(self) -> bool:
-        """Whether it can be imported."""
         return find_spec(self.module) is not None
 
     def check(self) -> None:
@@ -128,7 +127,6 @@ class Peer(Library):
     setting: str = "as it comes"  # how it is called
 
     def coefficients(self, x: Real, scales: Real) -> Complex:
-        """Transform channels."""
         self.check()
         try:
             return self.transform(x, scales)

@@ -1,4 +1,4 @@
-"""Extreme inputs with known answers: who gives them, ours and other libraries."""
+"""Extreme inputs with known answers: which transforms give them, ours and other libraries'."""
 
 from __future__ import annotations
 
@@ -49,8 +49,6 @@ STREAMED, BLOCK = 3e-5, 37
 
 @dataclass(frozen=True)
 class Case:
-    """An extreme input."""
-
     name: str
     x: NDArray[Any]  # (1, n)
     scales: Real
@@ -68,7 +66,6 @@ class Verdicts:
     left_out: tuple[str, ...]  # sentences about those that are not installed
 
     def cells(self) -> list[list[str]]:
-        """Header and rows."""
         return [["", *self.methods], *([name, *words] for name, words in self.rows)]
 
     def to_json(self) -> dict[str, Any]:
@@ -239,7 +236,6 @@ def _expected(case: Case) -> Complex:
 
 
 def _verdict(transform: Transformer, case: Case, expected: Complex, edges: bool) -> str:
-    """One word."""
     try:
         with np.errstate(all="ignore"):
             found, features = transform(case.x, case.scales)
@@ -265,5 +261,4 @@ def _verdict(transform: Transformer, case: Case, expected: Complex, edges: bool)
 
 
 def _scaled(values: Complex, power: int) -> Complex:
-    """Times a power of two."""
     return np.asarray(np.ldexp(values.real, power) + 1j * np.ldexp(values.imag, power))

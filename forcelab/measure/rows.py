@@ -118,7 +118,6 @@ class Table:
         return tuple(dict.fromkeys(row.size for row in self.rows))
 
     def of(self, size: str) -> tuple[Row, ...]:
-        """The rows of one size."""
         return tuple(row for row in self.rows if row.size == size)
 
     def cells(self, size: str) -> list[list[str]]:
@@ -140,7 +139,6 @@ class Table:
 
 
 def _cells(row: Row, further: Sequence[str], form: str) -> list[str]:
-    """A row as text."""
     if row.error is None or row.seconds is None or row.spread is None or row.peak_bytes is None:
         return ["", row.name, row.setting, "refused", *("" for _ in range(len(further) + 3))]
     return [

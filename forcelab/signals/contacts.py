@@ -116,7 +116,6 @@ def find_contacts(
 
 
 def _sigma(period: float) -> float:
-    """The scale in samples."""
     return max(SCALE / period, 1.0)
 
 

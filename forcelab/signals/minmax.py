@@ -1,17 +1,12 @@
-"""Minimum and maximum of a channel in every pixel column.
+"""Least and greatest sample of a channel in every pixel column of the screen.
 
-The columns of the screen: which samples lie in each, and which blocks of them are looked at. What
-is found here serves all channels of a demonstration; the envelope finds the extremes of each
-channel with it, and says why these blocks.
-
-The envelope of a channel: the least and the greatest sample of every column of the screen. A curve
-of more samples than the screen has columns is drawn as one upright line a column, from the least to
-the greatest sample whose stamp lies in it; nothing vanishes, however far out one zooms. A pyramid
-of the extremes of 16, 64, 256, ... samples, built once, gives a column's extremes at a cost that
-does not depend on how many samples it holds:
-
-* of the coarsest level of which a mean column still holds 16 blocks, all blocks that touch a column
-  are looked at: they lie next to each other, so that many of them cost less than to pick few.
+A curve of more samples than the screen has columns is drawn as one upright line a column, from the
+least to the greatest sample whose stamp lies in it; nothing vanishes, however far out one zooms.
+`Columns` says which samples lie in each column, for all channels of a demonstration; an `Envelope`
+finds the extremes of one channel in them. A pyramid of the extremes of 16, 64, 256, ... samples,
+built once, gives a column's extremes at a cost that does not depend on how many samples it holds:
+of the coarsest level of which a mean column still holds 16 blocks, all blocks that touch a column
+are looked at. They lie next to each other, so that many of them cost less than to pick few.
 
 Below 64 samples a column, its extremes are exactly those of its samples. From there on, every
 sample of a column is in its extremes, and at either end less than one block of its neighbours may
@@ -106,12 +101,10 @@ class Columns:
 
     @property
     def samples(self) -> int:
-        """Samples in all columns together."""
         return int(self._bounds[-1] - self._bounds[0])
 
     @cached_property
     def full(self) -> Whole:
-        """The columns that hold a sample."""
         return np.flatnonzero(self.firsts < self.lasts)
 
     @property
@@ -281,7 +274,6 @@ class Envelope:
 
     @property
     def bytes(self) -> int:
-        """Memory of the pyramid."""
         return sum(level.nbytes for level in self._levels)
 
     @property
@@ -333,7 +325,6 @@ class Envelope:
         return drawn_together([self], columns)[0]
 
     def _from_pyramid(self, columns: Columns, low: Real, high: Real) -> None:
-        """Find extremes by the pyramid."""
         if not len(columns.full):
             return
         if columns.ends:

@@ -1,16 +1,14 @@
 """Mother wavelets by their names: Morlets, derivatives of Gaussians, and Haar's.
 
-What a mother wavelet is, as a function of frequency and of time. Time `t` is in units of the scale;
-angular frequency `omega` in radians per unit of scale, with the transform ``psi_hat(omega) =
-integral psi(t) exp(-i omega t) dt``.
-
+Each is a function of frequency and of time. Time `t` is in units of the scale; angular frequency
+`omega` in radians per unit of scale, with ``psi_hat(omega) = integral psi(t) exp(-i omega t) dt``.
 All have zero mean, so that a constant force gives nothing, but for the uncorrected Morlet.
 
-References ---------- .. [1] Torrence, C. and Compo, G. P., "A practical guide to wavelet analysis",
-Bull. Amer. Meteor. Soc. 79 (1998), table 1, sections 3g (e-folding time) and 3h (Fourier period).
-Their Fourier period of the Morlet leaves out the correction term; here it counts where the wavelet
-has it. .. [2] Subramani, G. et al., "Recognizing actions during tactile manipulations through force
-sensing", IROS 2017: the Morlet with p = 5 on which preset ``paper`` rests.
+.. [1] Torrence, C. and Compo, G. P., "A practical guide to wavelet analysis", Bull. Amer. Meteor.
+   Soc. 79 (1998), table 1, sections 3g (e-folding time) and 3h (Fourier period). Their Fourier
+   period of the Morlet leaves out the correction term; here it counts where the wavelet has it.
+.. [2] Subramani, G. et al., "Recognizing actions during tactile manipulations through force
+   sensing", IROS 2017: the Morlet with p = 5 on which preset ``paper`` rests.
 """
 
 from __future__ import annotations
@@ -67,7 +65,6 @@ TAIL = math.sqrt(2 * math.log(1e13))
 
 
 def gauss(x: Real) -> Real:
-    """``exp(-x^2 / 2)``."""
     return np.exp(-0.5 * x * x)
 
 

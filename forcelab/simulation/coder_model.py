@@ -1,10 +1,9 @@
 """How simulated coders label: people with habits of their own, over the same demonstrations.
 
-How simulated coders label: people with habits of their own, over the same demonstration. A coder
-sees an edge where the forces change, some time after it happened. The faster they change, the
-better the coder knows where: on a ramp two people differ by a tenth of a second, at a click hardly
-at all. Now and then a short segment is overlooked or an action taken for another one. What a coder
-did wrong is recorded, so that what finds such mistakes later can be tested against it.
+A coder sees an edge where the forces change, some time after it happened. The faster they change,
+the better the coder knows where: on a ramp two people differ by a tenth of a second, at a click
+hardly at all. Now and then a short segment is overlooked or an action taken for another one. What a
+coder did wrong is recorded, so that what finds such mistakes later can be tested against it.
 """
 
 from __future__ import annotations
@@ -21,7 +20,6 @@ from forcelab.simulation.scene import Performance
 
 
 def _check_probability(what: str, probability: float) -> None:
-    """Refuse what is no probability."""
     if not 0 <= probability <= 1:
         raise InputError(f"{what} needs a probability from 0 to 1, not {probability}.")
 

@@ -37,8 +37,6 @@ HELD = 24
 
 @dataclass(frozen=True)
 class Job:
-    """One demonstration to make."""
-
     origin: Origin
     #: Names of the simulated coders who label it.
     coders: tuple[str, ...] = tuple(coder.name for coder in CODERS)
@@ -76,7 +74,7 @@ def produce_demonstrations(
         batches = list(_batches(portion))
         yield Progress(done, total, _progress_text(batches))
         performances: dict[Origin, Performance] = {}
-        # Closed at once where somebody stops: the processes end then.
+        # Closed at once when the job is cancelled: the processes end then.
         with closing(shared(_perform, batches, jobs)) as coming:
             for number, moved in enumerate(coming, start=1):
                 performances.update(zip(batches[number - 1], moved, strict=True))

@@ -80,7 +80,6 @@ class Trajectory:
 
     @property
     def shape(self) -> tuple[int, int]:
-        """Numbers of lanes and of commands."""
         return len(self.lanes), self.coefficients.shape[-1]
 
     def subset(self, lanes: NDArray[np.intp]) -> Trajectory:

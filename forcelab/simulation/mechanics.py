@@ -1,8 +1,5 @@
 """Equations of motion of the tongs, the body between their jaws and whatever holds it.
 
-What happens at an instant: contact made and lost, slip, and the ways into and out of a socket. An
-event function crosses zero when something happens; see `System`.
-
 Coordinates: the distances s of the two jaws from the tongs' middle, the body's x, the places p of
 tongs and body along each axis of the arm, and the angles a of wrist and cap. With N the normal
 force of a jaw, f its friction on the body and c what the hand commands:
@@ -15,9 +12,10 @@ force of a jaw, f its friction on the body and c what the hand commands:
     cap        I a'' = r (f_left + f_right) - thread
 
 A jaw presses where ``w - s -+ x > 0``, w being the body's half width at the height of the jaws;
-where w varies along z, the contact pushes along z as well ("width"), as energy demands. The laws of
-contact are in :mod:`forcelab.simulation.contact`, table and socket below, the numbers in
-:mod:`forcelab.simulation.scene`.
+where w varies along z, the contact pushes along z as well ("width"), as energy demands. `Layout`
+says which of these states a scene has. Contact made and lost, slip, and the ways into and out of a
+socket are events: functions that cross zero when they happen (see `System`). The laws of contact
+are in :mod:`forcelab.simulation.contact`, the numbers in :mod:`forcelab.simulation.scene`.
 """
 
 from __future__ import annotations
@@ -78,7 +76,6 @@ class Layout:
 
     @classmethod
     def of(cls, scene: Scene) -> Layout:
-        """The layout of a scene."""
         return cls(
             axes=scene.arm.axes if scene.arm else (),
             ground=scene.ground is not None,
@@ -119,7 +116,6 @@ class Layout:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of all rows."""
         rates = tuple(f"{name} rate" for name in self.coordinates)
         mode = ("in the socket",) if self.socket else ()
         return (*self.coordinates, *rates, *self.bristles, *mode)
@@ -533,11 +529,9 @@ class Mechanics:
         return rates
 
     def lane(self, number: int) -> Mechanics:
-        """One demonstration by itself; see `System`."""
         return self.subset(np.array([number]))
 
     def subset(self, lanes: NDArray[np.intp]) -> Mechanics:
-        """Some of the demonstrations; see `System`."""
         scenes = [self.scenes[i] for i in lanes]
         return Mechanics(scenes, self.command.subset(lanes), self._drive.subset(lanes))
 

@@ -46,8 +46,6 @@ EXPOSURE = 0.012
 
 @dataclass(frozen=True)
 class State:
-    """One instant of a performance."""
-
     jaws: tuple[float, ...]  # distance of the left and the right jaw from the tongs' middle, m
     tongs: tuple[float, ...]  # y (m), z (m) and angle (rad)
     body: tuple[float, ...]  # x, y, z (m) and angle (rad)
@@ -455,7 +453,7 @@ SPARK_EDGE = colour("3a2b00")
 STREAK = colour("0f5c73")
 
 #: Newtons at which a dome is flattened by two thirds of what it can be; and how far, as a share
-#: of its radius. Real silicone gives less than a millimetre, which nobody would see.
+#: of its radius. Real silicone gives less than a millimetre, which could not be seen.
 SOFTNESS = 5.0
 FLATTENING = 0.38
 #: How far a dome leans at first, m, for each newton that drags at both, and at most, as a share of
@@ -759,7 +757,6 @@ def _stylus(scene: Scene, sizes: Proportions, view: View, pose: Pose, canvas: Ca
     heights, end = view.climbed(heights), float(view.climbed(np.array(end)))
 
     def bar(low: float, high: float, paint: Colour) -> None:
-        """The stretch between two heights."""
         inner = heights[(heights > low) & (heights < high)]
         ups = np.concatenate([[low], inner, [high]])
         left = foot + s * np.column_stack([-np.interp(ups, heights, widths[0]), -ups])

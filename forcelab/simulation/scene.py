@@ -1,8 +1,6 @@
 """Scenes: what is on the table and how it is held; and what a simulated demonstration did there.
 
-All numbers are checked as they are written down.
-
-A scene holds only the parts it has. A part that is ``None`` has no state, no force and no cost:
+A scene holds only the parts it has, in numbers that are checked as they are written down. A part that is ``None`` has no state, no force and no cost:
 without an arm nothing moves tangentially and there is no friction; without a socket nothing snaps.
 
 Axes: x is the grip axis (left jaw to right jaw), y lateral along the table, z upwards; metres,
@@ -189,8 +187,6 @@ class Arm(_Part):
 
 @dataclass(frozen=True)
 class Ground(_Part):
-    """The table."""
-
     #: stiffness and damping: Kelvin and Voigt's: N/m and N s/m. The table never pulls.
     stiffness: float = 4e4
     damping: float = 4.0
@@ -303,8 +299,6 @@ TASKS: tuple[Task, ...] = get_args(Task)
 
 @dataclass(frozen=True)
 class Scene:
-    """A task's scene."""
-
     task: str  # such as ``"LEGO"``
     #: jaws and body: Always there.
     jaws: Jaws

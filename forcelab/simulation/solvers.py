@@ -1,12 +1,12 @@
-"""Solvers of the equations of motion behind one interface.
+"""Solvers of the equations of motion behind one interface: a Rosenbrock method, and SciPy's.
 
-The coefficients of RODAS4P2: a Rosenbrock method of order 4 with six stages, L-stable. G.
-Steinebach, "Improvement of Rosenbrock-Wanner method RODASP", in: Progress in Differential-Algebraic
-Equations II, Springer (2020) 165-184; in the form without products of the Jacobian of E. Hairer and
-G. Wanner, *Solving Ordinary Differential Equations II*, section IV.7. Its order does not fall where
+The tasks use RODAS4P2: a Rosenbrock method of order 4 with six stages, L-stable. G. Steinebach,
+"Improvement of Rosenbrock-Wanner method RODASP", in: Progress in Differential-Algebraic Equations
+II, Springer (2020) 165-184; in the form without products of the Jacobian of E. Hairer and G.
+Wanner, *Solving Ordinary Differential Equations II*, section IV.7. Its order does not fall where
 stiff parts follow slow forces, and falls to no less than 2 where the Jacobian is wrong.
 
-Steps of many lanes at once, each lane with its own time and its own step. Steps are accepted or
+It integrates many lanes at once, each with its own time and its own step. Steps are accepted or
 rejected lane by lane, so that a stiff lane does not slow the others' motion down. numpy is called a
 fixed number of times per round, whatever the number of lanes.
 """
@@ -198,8 +198,6 @@ Solver = Rosenbrock | Explicit | Lsoda | Radau
 
 @dataclass(frozen=True)
 class Solution:
-    """What a solver found."""
-
     #: (n, s, b), at the sample times; where a sample time is that of a jump, the state before it.
     states: Array
     events: tuple[tuple[Event, ...], ...]  # length b, what happened in each lane, in order of time
@@ -226,7 +224,6 @@ class Course:
         return Progress(int(self.filled.sum()), self.states.shape[0] * len(self.filled), "moving")
 
     def solution(self) -> Solution:
-        """The result."""
         events = tuple(tuple(happened) for happened in self.events)
         return Solution(self.states, events, self.steps)
 
@@ -301,7 +298,6 @@ class _Walk:
         self._start(float(course.times[0]), state)
 
     def advance(self) -> None:
-        """Some steps."""
         with np.errstate(all="ignore"), warnings.catch_warnings():
             # What scipy warns of ends in a failed step, which is refused.
             warnings.simplefilter("ignore")
@@ -539,7 +535,6 @@ class Batch(ABC):
         """A lane, `alone` as a system of its own, starts afresh from its time and state."""
 
     def run(self) -> Iterator[Progress]:
-        """Follow all lanes to the end."""
         while self.lanes.size:
             self._advance()
             yield self.course.progress()
@@ -852,7 +847,6 @@ class RosenbrockBatch(Batch):
         back[:, self.positions, self.positions] += share[:, 0]
 
     def _accept(self, good: NDArray[np.bool_]) -> None:
-        """Remember where the lanes went."""
         np.copyto(self.heading, self.trial - self.state, where=good)
 
 

@@ -29,8 +29,6 @@ def opencv() -> ModuleType:
 
 @dataclass(frozen=True, slots=True)
 class Codec:
-    """A way to store frames."""
-
     #: name, fourcc and suffix: What people call it, its four letters, and the file ending of its
     #: container.
     name: str

@@ -24,8 +24,6 @@ STRETCH = 15
 
 @dataclass(frozen=True, eq=False)
 class MotionEnergy:
-    """The motion in a video."""
-
     #: (n,), timestamps of the frames on the video's own clock, s, strictly increasing, from 0.
     times: NDArray[np.float64]
     #: (n,), how much each frame differs from the one before it, in grey levels of 0..255; the first

@@ -1,14 +1,11 @@
 """Frames of a video by their own timestamps: verified seek, a small cache, thumbnails.
 
-Where decoding goes on in a video: at one place in it, or at several that were left as they were.
-Where key frames are far apart, a frame costs the decoding of all since the one before it. Who jumps
-about in a video comes near places where he was before: decoders that were left there are nearer to
-what is wanted than the key frame is. With sixteen of them half of the jumps in a video of 1500
-frames, 250 from key frame to key frame, decode fewer than 42 frames, and one in twenty more than
-135; with a single one it is 129 and 251.
-
-Where key frames are far apart, a frame somewhere in the middle costs the decoding of all since the
-last key frame: half a second for 250 frames of 1280x720. A thumbnail of it is there in 2 ms.
+Where key frames are far apart, a frame costs the decoding of all since the one before it: half a
+second for 250 frames of 1280x720. A thumbnail of it is there in 2 ms. A coder who jumps about in a
+video comes near places of before: decoders that were left there are nearer to what is wanted than
+the key frame is. With sixteen of them half of the jumps in a video of 1500 frames, 250 from key
+frame to key frame, decode fewer than 42 frames, and one in twenty more than 135; with a single one
+it is 129 and 251.
 """
 
 from __future__ import annotations
@@ -91,7 +88,6 @@ class Decoder:
         self.at, self.lost = -1, False
 
     def close(self) -> None:
-        """Let go of the file."""
         self._capture.release()
 
 
@@ -114,7 +110,6 @@ class DecoderPool:
         return self._all[place]
 
     def close(self) -> None:
-        """Let go of the file."""
         for decoder in self._all:
             decoder.close()
 
@@ -161,7 +156,6 @@ class DecoderPool:
         return max(min(behind) - places[i], 0) * max(places[i] - before, 0)
 
     def _affordable(self, room: int) -> int:
-        """How many there may be."""
         cv2 = opencv()
         if max(np.diff([*self._keys, len(self._index.times)]), default=0) <= SHORT:
             return 1
@@ -284,10 +278,10 @@ class VideoReader:
     def reaching(self, number: int, passed: int | None = None) -> Generator[None, None, Frame]:
         """Decode up to a frame as a job that yields after each frame that is passed.
 
-        Whoever stops iterating loses nothing: the next request goes on from there.
+        To stop iterating loses nothing: the next request goes on from there.
 
         `number`: from 0, in the order of their times; `passed`: how many of the frames before it
-        are kept when they are passed; by default a few, and many once somebody goes backwards.
+        are kept when they are passed; by default a few, and many once requests go backwards.
         Gives (height, width, 3): as of :meth:`frame`. `IndexError, InputError` as :meth:`frame`.
         """
         if not 0 <= number < len(self):

@@ -19,7 +19,7 @@ PATIENCE = 4.0
 SHORT = 0.5
 #: Frames come evenly if this share of the steps between them is off the usual one by at most that
 #: part of it, or by what files round to (s). Among such, nothing for longer than :data:`GAP`
-#: seconds and so many steps is missing; where frames come as they like, nobody can tell.
+#: seconds and so many steps is missing; where frames come as they like, that cannot be told.
 EVEN, OFF, ROUNDED = 0.9, 0.2, 1.5e-3
 GAP, STEPS = 0.4, 5
 
@@ -103,7 +103,6 @@ def _hole_remark(path: Path, index: Index, until: float) -> str:
 
 
 def _can_decode(reader: VideoReader, number: int) -> bool:
-    """Whether a frame can be decoded."""
     try:
         reader.frame(number)
     except InputError:

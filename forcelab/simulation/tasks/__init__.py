@@ -51,7 +51,6 @@ def _choreograph(task: Task, seed: int, number: int, *, taps: bool) -> Choreogra
 
 
 def scene_of(task: Task, seed: int, number: int) -> Scene:
-    """The scene of one demonstration."""
     return _choreograph(task, seed, number, taps=False).scene
 
 

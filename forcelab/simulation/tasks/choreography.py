@@ -72,12 +72,10 @@ class Choreography:
         return float(self.rng.uniform(low, high))
 
     def phase(self, action: str, duration: float, begins: Cue | None = None) -> None:
-        """Go on to the next phase."""
         self.phases.append(Phase(action, self.t, self.t + duration, begins))
         self.t += duration
 
     def move(self, name: str, to: float, start: float, duration: float) -> None:
-        """Reach with one coordinate."""
         self._moves.append((name, to - self._targets[name], start, max(duration, 4 * KNOT_STEP)))
         self._targets[name] = to
 

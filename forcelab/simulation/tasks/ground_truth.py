@@ -54,8 +54,6 @@ Cue = Callable[[Course, float], "float | None"]
 
 @dataclass(frozen=True)
 class Phase:
-    """A phase of the plan."""
-
     action: str
     #: start and end: As planned, s.
     start: float

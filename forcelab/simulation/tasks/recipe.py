@@ -15,7 +15,7 @@ from forcelab.simulation.scene import Scene, Task
 
 #: Standard deviations from the median to the ends of a range that eight in ten lie in.
 EIGHT_IN_TEN = 1.2816
-#: Nobody is further out than this many times half the range's width, in the logarithm.
+#: No number is further out than this many times half the range's width, in the logarithm.
 FURTHEST = 1.5
 
 
@@ -24,7 +24,7 @@ class Recipe:
     """A task as it is written down.
 
     A number is written as such or as a range ``[low, high]`` that eight in ten demonstrations lie
-    in: log-normal about the geometric mean of its ends, and cut where nobody is.
+    in: log-normal about the geometric mean of its ends, and cut at :data:`FURTHEST`.
     """
 
     task: Task
@@ -58,13 +58,11 @@ class Recipe:
 
     @property
     def file(self) -> str:
-        """The asset it is read from."""
         return _file(self.task)
 
 
 @cache
 def recipe(task: Task) -> Recipe:
-    """Read a task's recipe."""
     table = read_toml(_file(task))
     actions, hand = table.pop("actions", None), table.pop("hand", None)
     if not (isinstance(actions, list) and all(isinstance(a, str) for a in actions) and actions):
