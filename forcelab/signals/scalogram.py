@@ -705,7 +705,7 @@ MOST_ON_DISK = 1 << 30
 ABANDONED = 3600.0
 
 
-def keep(folder: Path, view: Survey, scales: Real) -> bool:
+def store_tiles(folder: Path, view: Survey, scales: Real) -> bool:
     """Write what is known of a channel; gives whether that could be done.
 
     `folder`: of the recording alone, such as the demonstration's in a project; `view`: all of whose
@@ -733,7 +733,7 @@ def keep(folder: Path, view: Survey, scales: Real) -> bool:
     return True
 
 
-def kept(
+def load_tiles(
     folder: Path, demonstration: Demonstration, channel: str, scales: Real, wavelet: Morlet
 ) -> Survey | None:
     """Read what was kept of a channel; None where there is nothing that fits.

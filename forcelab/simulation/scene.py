@@ -1,7 +1,8 @@
 """Scenes: what is on the table and how it is held; and what a simulated demonstration did there.
 
-A scene holds only the parts it has, in numbers that are checked as they are written down. A part that is ``None`` has no state, no force and no cost:
-without an arm nothing moves tangentially and there is no friction; without a socket nothing snaps.
+A scene holds only the parts it has, in numbers that are checked as they are written down. A part
+that is ``None`` has no state, no force and no cost: without an arm nothing moves tangentially and
+there is no friction; without a socket nothing snaps.
 
 Axes: x is the grip axis (left jaw to right jaw), y lateral along the table, z upwards; metres,
 newtons, kilograms, seconds and radians throughout. The middle between the jaws of the resting

@@ -27,10 +27,10 @@ from forcelab.signals.scalogram import (
     Scalogram,
     Step,
     Survey,
-    keep,
-    kept,
+    load_tiles,
     row_scales,
     scalogram,
+    store_tiles,
     survey,
 )
 from forcelab.signals.scalogram_frames import Columns
@@ -100,7 +100,7 @@ def measuring(
         if spans[-1] > LONG:
             tiles = view.tiles(row_scales(ROWS, LARGEST))
             finish(tiles.building(tiles.missing(0, len(x))))
-            keep(Path(folder), view, tiles.scales)
+            store_tiles(Path(folder), view, tiles.scales)
         timed = yield from timed_methods([way for _, _, way in ways], repetitions)
     megabytes = view.tiles(row_scales(ROWS, LARGEST)).nbytes / 1e6
     return with_front(
@@ -163,7 +163,7 @@ def _picture(
         view = view.without_tiles()
     elif kind == FILE:
         source, scales = view.source, row_scales(ROWS, LARGEST)
-        again = kept(folder, source.demonstration, source.channel, scales, view.wavelet)
+        again = load_tiles(folder, source.demonstration, source.channel, scales, view.wavelet)
         assert again is not None
         view = again
     job = _job(view, first, span, columns)

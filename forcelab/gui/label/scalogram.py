@@ -173,13 +173,23 @@ def compute(wish: ScalogramRequest, known: Survey | None) -> Generator[Progress,
         Of the channel, from an earlier picture.
     """
     # In the job's thread these imports, most of a second the first time, delay nobody.
-    from forcelab.signals.scalogram import LONG, Step, keep, kept, row_scales, scalogram, survey
+    from forcelab.signals.scalogram import (
+        LONG,
+        Step,
+        load_tiles,
+        row_scales,
+        scalogram,
+        store_tiles,
+        survey,
+    )
     from forcelab.signals.wavelets import Morlet
 
     all_of_it = row_scales(LONG_RECORDING_ROWS, LARGEST, SMALLEST)
     view = known
     if view is None and wish.folder is not None:
-        view = kept(wish.folder, wish.demonstration, wish.channel, all_of_it, Morlet(MORLET_P))
+        view = load_tiles(
+            wish.folder, wish.demonstration, wish.channel, all_of_it, Morlet(MORLET_P)
+        )
     if view is None:
         view = yield from survey(wish.demonstration, wish.channel, LARGEST, Morlet(MORLET_P))
     start, end = wish.span
@@ -197,7 +207,7 @@ def compute(wish: ScalogramRequest, known: Survey | None) -> Generator[Progress,
             yield Step(step.done, step.total, step.text, picture)
         if wish.folder is not None and not view.kept:
             view.kept = True  # tried once: a full disk is not asked again and again
-            keep(wish.folder, view, all_of_it)
+            store_tiles(wish.folder, view, all_of_it)
     return picture
 
 
