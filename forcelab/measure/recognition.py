@@ -399,7 +399,7 @@ def _fit(
 
 def main_coder(project: Project, task: str) -> str:
     """The coder who labelled most demonstrations of a task; `InputError` if none is labelled."""
-    names = (name for info in project.demonstrations(task) for name in info.labelled)
+    names = (name for info in project.demonstrations.infos(task) for name in info.labelled)
     count = Counter(name for name in names if not is_model(name))
     if not count:
         raise InputError(f"Nothing of the task '{task}' is labelled; label at least two actions.")
@@ -444,7 +444,7 @@ def rows_of_tasks(
 ) -> Rows:
     """The rows of all tasks, of which one at least could be measured."""
     rows: list[Row] = []
-    for task in tuple(tasks) or project.tasks():
+    for task in tuple(tasks) or project.demonstrations.tasks():
         rows += yield from _rows_of_task(project, task, author, name, measure)
     if not rows:
         raise InputError(f"'{project.path}' has nothing to measure; import recordings first.")
@@ -517,7 +517,7 @@ def measure_and_store(
         measured = _with_own(variants, own)
         rows = yield from measure_variants(data.labelled, measured, size_text(task, data))
         with interruptible():
-            return project.add_run(
+            return project.runs.add(
                 KIND,
                 settings={"choice": {"tasks": [task], "author": coder}},
                 seed=None,
@@ -549,7 +549,7 @@ def _with_own(variants: Sequence[Variant], own: Settings) -> tuple[Variant, ...]
 
 def load_measured(project: Project, number: int) -> Measured:
     """A stored measurement; `InputError` if there is none, of this kind and undamaged."""
-    run = project.run(number)
+    run = project.runs.get(number)
     if run.kind != KIND:
         raise InputError(f"Run {number} of '{project.path}' is no measurement of recognition.")
     try:

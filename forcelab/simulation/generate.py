@@ -231,4 +231,4 @@ def simulating(
         demonstrations = yield from produce_demonstrations(orders, Path(scratch), jobs)
         yield Progress(len(orders), len(orders), f"writing {path.name}")
         with Project.creating(path) if new else Project.open(path) as project:
-            return project.add_all(demonstrations)
+            return project.demonstrations.add_all(demonstrations)

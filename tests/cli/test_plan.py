@@ -149,7 +149,7 @@ def test_the_mechanics_of_a_simulated_demonstration_are_listed(forcelab, tmp_pat
     origin = Origin(task, 3, 2)
     project = tmp_path / "lab.forcelab"
     with Project.create(project) as opened:
-        opened.add_all([Incoming(replace(FOAM, task=task), source=str(origin))])
+        opened.demonstrations.add_all([Incoming(replace(FOAM, task=task), source=str(origin))])
     mechanics = forcelab("plan", project, FOAM.name, "--json").json["mechanics"]
     scene = scene_of(task, 3, 2)
     assert mechanics["source"] == str(origin)
@@ -181,7 +181,7 @@ def test_the_window_loads_a_decoder_only_for_a_video(forcelab, project, tmp_path
     film = tmp_path / "film.mp4"
     film.write_bytes(b"no video, but nothing looks into it")
     with Project.open(project) as opened:
-        opened.add(replace(FOAM, name="filmed", video=VideoReference(film)))
+        opened.demonstrations.add(replace(FOAM, name="filmed", video=VideoReference(film)))
     bare = parts_of(forcelab("plan", project, "foam-01", "--json").json)
     filmed = parts_of(forcelab("plan", project, "filmed", "--json").json)
     of_video = {"OpenCV", "video decoder", "video panel"}

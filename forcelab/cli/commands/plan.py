@@ -77,8 +77,8 @@ def run(arguments: argparse.Namespace) -> None:
         recogniser = load(arguments.recogniser)
         settings = recogniser.settings.replace(channels=recogniser.channels, rate=recogniser.rate)
     with Project.open(arguments.project) as project:
-        demonstration = project.load(arguments.demonstration)
-        info = next(i for i in project.demonstrations() if i.id == demonstration.id)
+        demonstration = project.demonstrations.load(arguments.demonstration)
+        info = next(i for i in project.demonstrations.infos() if i.id == demonstration.id)
     viewing = list(viewing_parts(demonstration, info.authors))
     parts = list(recognition_parts(demonstration, settings))
     content = dict[str, Any](demonstration=info.name, id=info.id, mechanics=None, measured=None)
