@@ -56,10 +56,10 @@ def making(path: str | PathLike[str], jobs: int = 1) -> Generator[Progress, None
     from forcelab.recognition.dataset import Choice
     from forcelab.recognition.experiments import train_tasks
     from forcelab.recognition.presets import preset
-    from forcelab.simulation.generate import Order, producing
+    from forcelab.simulation.generate import Job, produce_demonstrations
 
     orders = [
-        Order(
+        Job(
             origin,
             coders=tuple(name for name, numbers in LABELLED.items() if origin.number in numbers),
             synchronised=origin.number not in UNSYNCHRONISED,
@@ -70,7 +70,7 @@ def making(path: str | PathLike[str], jobs: int = 1) -> Generator[Progress, None
         Project.creating(path) as project,
         tempfile.TemporaryDirectory(dir=project.path) as scratch,  # goes where the project goes
     ):
-        given = yield from producing(orders, Path(scratch), jobs)
+        given = yield from produce_demonstrations(orders, Path(scratch), jobs)
         yield Progress(len(orders), len(orders), f"writing {path.name}")
         project.demonstrations.add_all(given)
         settings = preset("paper").replace(stride=10)

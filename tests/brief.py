@@ -7,8 +7,8 @@ import numpy as np
 from forcelab.clock import ClockMap
 from forcelab.jobs import Progress
 from forcelab.labels import Segment
-from forcelab.simulation.motion import Event, Motion, Performance
-from forcelab.simulation.scene import Body, Jaws, Scene
+from forcelab.simulation.scene import Body, Jaws, Motion, Performance, Scene
+from forcelab.simulation.system import Event
 
 RATE, LENGTH = 2000.0, 0.8
 #: A grip: the jaws close, hold and open.

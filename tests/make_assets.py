@@ -18,9 +18,8 @@ from forcelab.demonstration import Demonstration
 from forcelab.glossary import glossary
 from forcelab.jobs import finish
 from forcelab.labels import UNLABELLED, Segments, to_codes
-from forcelab.simulation.motion import Performance
 from forcelab.simulation.rendering import Stage
-from forcelab.simulation.scene import TASKS, Task
+from forcelab.simulation.scene import TASKS, Performance, Task
 from forcelab.simulation.tasks import performing
 
 ASSETS = Path(__file__).resolve().parents[1] / "assets"

@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from forcelab.simulation.hand import Command
-from forcelab.simulation.mechanics import Mechanics
+from forcelab.simulation.hand import Trajectory
+from forcelab.simulation.mechanics import Layout, Mechanics, stack_numbers
 from forcelab.simulation.scene import (
     Arm,
     Body,
@@ -23,7 +23,6 @@ from forcelab.simulation.scene import (
     Thread,
     width_at,
 )
-from forcelab.simulation.state_layout import Layout, stacked
 
 #: Almost no friction, with bristles that are not stiff to solve.
 SLIPPERY = Pads(static=1e-9, kinetic=1e-9, stiffness=1e-6, damping=0.0, viscous=0.0)
@@ -61,7 +60,7 @@ def mechanics(scene: Scene, commands: Mapping[str, float] | None = None) -> Mech
     told = dict(commands or {})
     values = [told.pop(name, 0.0) for name in Layout.of(scene).commands]
     assert not told
-    return Mechanics([scene], Command.through([np.tile(values, (3, 1))]))
+    return Mechanics([scene], Trajectory.through([np.tile(values, (3, 1))]))
 
 
 def state(system: Mechanics, numbers: Mapping[str, float]) -> np.ndarray:
@@ -166,7 +165,7 @@ def energy(system: Mechanics, states: np.ndarray, commands: Mapping[str, float])
 
     half, left = np.full((2, 1), scene.body.half_width), 1.0
     if scene.profile:
-        numbers = stacked([scene])
+        numbers = stack_numbers([scene])
         width = width_at(q["tongs z"] - q["body z"], numbers.body.half_width, numbers.profile)
         half, left = width.half, width.left
     n = scene.body.exponent
@@ -207,7 +206,7 @@ def _table(system: Mechanics, q: Mapping[str, np.ndarray]) -> tuple[np.ndarray, 
 def power(system: Mechanics, states: np.ndarray, commands: Mapping[str, float]) -> np.ndarray:
     """How fast the energy grows, with that of the bristles under a constant load, W."""
     scene, q = system.scenes[0], named(system, states)
-    seen = system.look(np.zeros(states.shape[1]), states)
+    seen = system.evaluate(np.zeros(states.shape[1]), states)
     step = 1e-7
     ahead, behind = states + step * seen.rates, states - step * seen.rates
     grows = energy(system, ahead, commands) - energy(system, behind, commands)

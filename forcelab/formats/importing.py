@@ -23,7 +23,7 @@ from forcelab.formats.recording import ReadOptions, Recording
 from forcelab.jobs import Progress, finish
 from forcelab.project import Added, Incoming, Project
 from forcelab.project.records import Keepable
-from forcelab.signals.quality import glitch_remarks
+from forcelab.signals.grid import glitch_remarks
 from forcelab.text import listed
 
 _SUFFIXES = frozenset(

@@ -1,4 +1,4 @@
-"""Extreme inputs with known answers: who gives them, ours and other libraries."""
+"""Extreme inputs with known answers: which transforms give them, ours and other libraries'."""
 
 from __future__ import annotations
 
@@ -13,15 +13,13 @@ from numpy.typing import NDArray
 
 from forcelab.errors import InputError
 from forcelab.jobs import Progress
+from forcelab.measure.cwt import PEERS, Features, Peer, features_of
 from forcelab.measure.timing import machine
-from forcelab.measure.wavelet_ways import PEERS, Features, Peer, features_of
 from forcelab.resources import versions
 from forcelab.signals.conditioning import bridge, condition
 from forcelab.signals.cwt import cwt
 from forcelab.signals.cwt_engine import plan_for
 from forcelab.signals.streaming import StreamingCwt
-
-__all__ = ["CASES", "Case", "Verdicts", "tabulate_extremes"]
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complexfloating[Any, Any]]
@@ -51,17 +49,8 @@ STREAMED, BLOCK = 3e-5, 37
 
 @dataclass(frozen=True)
 class Case:
-    """An extreme input.
-
-    Parameters
-    ----------
-    name : str
-    x : ndarray, shape (1, n)
-    scales : ndarray
-    """
-
     name: str
-    x: NDArray[Any]
+    x: NDArray[Any]  # (1, n)
     scales: Real
 
 
@@ -70,23 +59,14 @@ class Verdicts:
     """Right, wrong, not finite or raised: of each case by each way.
 
     Finite is what cannot be judged: others so near to the ends that conventions differ.
-
-    Parameters
-    ----------
-    ways : tuple of str
-    rows : tuple of (str, tuple of str)
-        A case's name, and a word for each way.
-    left_out : tuple of str
-        Sentences about those that are not installed.
     """
 
-    ways: tuple[str, ...]
-    rows: tuple[tuple[str, tuple[str, ...]], ...]
-    left_out: tuple[str, ...]
+    methods: tuple[str, ...]
+    rows: tuple[tuple[str, tuple[str, ...]], ...]  # a case's name, and a word for each way
+    left_out: tuple[str, ...]  # sentences about those that are not installed
 
     def cells(self) -> list[list[str]]:
-        """Header and rows."""
-        return [["", *self.ways], *([name, *words] for name, words in self.rows)]
+        return [["", *self.methods], *([name, *words] for name, words in self.rows)]
 
     def to_json(self) -> dict[str, Any]:
         """The table, the machine and the versions as plain values."""
@@ -95,7 +75,7 @@ class Verdicts:
             "machine": machine(),
             "versions": versions(),
             "rows": [
-                {"name": name, **dict(zip(self.ways, words, strict=True))}
+                {"name": name, **dict(zip(self.methods, words, strict=True))}
                 for name, words in self.rows
             ],
         }
@@ -148,25 +128,27 @@ CASES = _cases()
 
 def tabulate_extremes(cases: Sequence[Case] = CASES) -> Generator[Progress, None, Verdicts]:
     """Judge ours and all peers that are installed."""
-    ways: dict[str, tuple[Transformer, bool]] = {
+    methods: dict[str, tuple[Transformer, bool]] = {
         "forcelab 1e-7": (_engine(1e-7), True),
         "forcelab 1e-14": (_engine(1e-14), True),
         "forcelab, plain": (_plain, True),
         "forcelab, live": (_streaming, True),
     }
-    tried = {peer.name: _tried(peer) for peer in PEERS}
+    tried = {peer.name: _try_peer(peer) for peer in PEERS}
     left_out = [found for found in tried.values() if isinstance(found, str)]
-    ways |= {name: (found, False) for name, found in tried.items() if not isinstance(found, str)}
+    methods |= {name: (found, False) for name, found in tried.items() if not isinstance(found, str)}
     rows = []
     for i, case in enumerate(cases):
         yield Progress(i, len(cases), case.name)
-        wanted = _expected(case)
-        words = [_verdict(way, case, wanted, edges) for way, edges in ways.values()]
+        expected = _expected(case)
+        words = [
+            _verdict(transform, case, expected, edges) for transform, edges in methods.values()
+        ]
         rows.append((case.name, tuple(words)))
-    return Verdicts(tuple(ways), tuple(rows), tuple(left_out))
+    return Verdicts(tuple(methods), tuple(rows), tuple(left_out))
 
 
-def _tried(peer: Peer) -> Transformer | str:
+def _try_peer(peer: Peer) -> Transformer | str:
     """A peer's way, or the sentence why there is none."""
     try:
         return _calibrated(peer.coefficients)
@@ -175,7 +157,7 @@ def _tried(peer: Peer) -> Transformer | str:
 
 
 def _engine(tolerance: float) -> Transformer:
-    def way(x: NDArray[Any], scales: Real) -> tuple[Complex, Features]:
+    def transform(x: NDArray[Any], scales: Real) -> tuple[Complex, Features]:
         ready = condition(x)
         plan = plan_for(ready.values.shape[1], scales, tolerance=tolerance)
         found = plan.coefficients(ready.values).astype(np.complex128)
@@ -185,7 +167,7 @@ def _engine(tolerance: float) -> Transformer:
             np.ldexp(part, exponent, out=part)
         return found, (magnitudes + exponent * math.log(2.0), phases)
 
-    return way
+    return transform
 
 
 def _plain(x: NDArray[Any], scales: Real) -> tuple[Complex, Features]:
@@ -197,9 +179,9 @@ def _streaming(x: NDArray[Any], scales: Real) -> tuple[Complex, Features]:
     samples = bridge(np.asarray(x[0], dtype=np.float64))
     stream = StreamingCwt(scales, 1, tolerance=STREAMED)
     parts = [stream.push(samples[i : i + BLOCK, None]) for i in range(0, len(samples), BLOCK)]
-    whole = np.concatenate([*parts, stream.finish()], axis=2)[0]
+    coefficients = np.concatenate([*parts, stream.finish()], axis=2)[0]
     found = np.stack(
-        [row[d : d + len(samples)] for row, d in zip(whole, stream.delays, strict=True)]
+        [row[d : d + len(samples)] for row, d in zip(coefficients, stream.delays, strict=True)]
     )
     # By hypot: squares of 1e300 would overflow.
     size = np.hypot(found.real, found.imag)
@@ -214,10 +196,10 @@ def _factors(coefficients: Callable[[Real, Real], Complex], scales: Real) -> Com
     margin = int(AWAY * scales[-1])
     common = np.random.default_rng(1).standard_normal((1, 2 * margin + N))
     inner = slice(margin, margin + N)
-    theirs = coefficients(common, scales)[0, :, inner].astype(np.complex128)
+    peer = coefficients(common, scales)[0, :, inner].astype(np.complex128)
     right = cwt(common[0], scales)[:, inner]
-    power = np.maximum((np.abs(theirs) ** 2).sum(axis=1), np.finfo(np.float64).tiny)
-    return np.asarray((np.conj(theirs) * right).sum(axis=1) / power)
+    power = np.maximum((np.abs(peer) ** 2).sum(axis=1), np.finfo(np.float64).tiny)
+    return np.asarray((np.conj(peer) * right).sum(axis=1) / power)
 
 
 def _calibrated(coefficients: Callable[[Real, Real], Complex]) -> Transformer:
@@ -227,14 +209,14 @@ def _calibrated(coefficients: Callable[[Real, Real], Complex]) -> Transformer:
     def factors(scales: tuple[float, ...]) -> Complex:
         return _factors(coefficients, np.array(scales))
 
-    def way(x: NDArray[Any], scales: Real) -> tuple[Complex, Features]:
+    def transform(x: NDArray[Any], scales: Real) -> tuple[Complex, Features]:
         factor = factors(tuple(scales.tolist()))
         found = coefficients(x, scales)
         with np.errstate(all="ignore"):
             return found * factor[:, None], features_of(found)
 
     factors(tuple(SOME.tolist()))  # raises where the library is missing
-    return way
+    return transform
 
 
 def _expected(case: Case) -> Complex:
@@ -253,11 +235,10 @@ def _expected(case: Case) -> Complex:
     return out
 
 
-def _verdict(way: Transformer, case: Case, wanted: Complex, edges: bool) -> str:
-    """One word."""
+def _verdict(transform: Transformer, case: Case, expected: Complex, edges: bool) -> str:
     try:
         with np.errstate(all="ignore"):
-            found, features = way(case.x, case.scales)
+            found, features = transform(case.x, case.scales)
     except RAISED:
         return "raised"
     if not all(np.isfinite(rows).all() for rows in (found, *features)):
@@ -270,9 +251,9 @@ def _verdict(way: Transformer, case: Case, wanted: Complex, edges: bool) -> str:
         judged = (index >= margin) & (index <= n - 1 - margin)
         judged_any |= bool(judged.any())
         # Scaled by a power of two first: the size of numbers near 1e300 overflows.
-        largest = max(np.abs(wanted[j].real).max(), np.abs(wanted[j].imag).max())
+        largest = max(np.abs(expected[j].real).max(), np.abs(expected[j].imag).max())
         power = -int(np.frexp(largest)[1]) if largest > 0 else 0
-        wrong = _scaled(found[0, j, judged].astype(np.complex128) - wanted[j, judged], power)
+        wrong = _scaled(found[0, j, judged].astype(np.complex128) - expected[j, judged], power)
         rounding = 1e-13 * np.sqrt(a) if largest > 0 else 0.0
         if judged.any() and np.abs(wrong).max() > max(RIGHT, rounding):
             return "wrong"
@@ -280,5 +261,4 @@ def _verdict(way: Transformer, case: Case, wanted: Complex, edges: bool) -> str:
 
 
 def _scaled(values: Complex, power: int) -> Complex:
-    """Times a power of two."""
     return np.asarray(np.ldexp(values.real, power) + 1j * np.ldexp(values.imag, power))

@@ -1,35 +1,45 @@
-"""What recognition costs and how well it does: presets and settings on the same demonstrations.
+"""Error against run time of recognition: presets, settings and decoders on the same demonstrations.
 
 Features are computed once for all settings that share them, and so is a classifier: what differs
-in filters or decoder alone is fitted once.
+in filters or decoder alone is fitted once. A project's tasks are measured each by itself; the
+Trade-off page stores what it measured as a run of the project.
 """
 
 from __future__ import annotations
 
+import dataclasses
+import gc
 import time
-from collections.abc import Generator, Sequence
-from dataclasses import replace
+import tracemalloc
+from collections import Counter
+from collections.abc import Callable, Generator, Iterable, Sequence
+from dataclasses import asdict, dataclass, field, replace
+from datetime import datetime
+from functools import partial
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
 
 from forcelab.errors import InputError
 from forcelab.jobs import Progress
-from forcelab.measure.recognition_settings import Variant, fitted_alike, seen_alike
-from forcelab.measure.recognition_spent import (
-    Seen,
-    Spent,
-    enough,
-    recognise,
-    reference,
-    remembered,
-    row_of,
-    timed,
-)
-from forcelab.measure.rows import Row, with_front
+from forcelab.labels import is_model
+from forcelab.measure.rows import Row, Table, with_front
+from forcelab.process import interruptible
+from forcelab.project import LabelsUsed, Project, StoredRun
+from forcelab.recognition.cross_validation import tested_by
+from forcelab.recognition.dataset import Corpus, corpus
 from forcelab.recognition.examples import Examples, Labelled, actions_of, common_rate, prepare
 from forcelab.recognition.groups import groups
+from forcelab.recognition.metrics import Counts, Scores, pool
+from forcelab.recognition.presets import PRESETS
 from forcelab.recognition.recogniser import Recogniser
+from forcelab.recognition.settings import Settings
 from forcelab.recognition.training import fit_examples
+from forcelab.resources import versions
+from forcelab.text import there_are
 
-__all__ = ["ERROR", "FOLDS", "SECONDS", "measuring"]
+ResultT = TypeVar("ResultT")
 
 #: What the columns of the table hold.
 ERROR, SECONDS = "1 - F1@50", "recognition (CPU s per min)"
@@ -37,72 +47,273 @@ ERROR, SECONDS = "1 - F1@50", "recognition (CPU s per min)"
 FOLDS = 4
 
 
-def measuring(
+@dataclass(frozen=True)
+class Variant:
+    """Settings, with what is varied in them (such as ``"classifier"``) and how."""
+
+    name: str
+    setting: str
+    settings: Settings
+
+
+#: Preset ``paper`` trained on fewer samples, which are almost copies of each other: what the
+#: wavelet variants differ from, as training on all of them takes minutes.
+_PAPER = PRESETS["paper"].replace(stride=50)
+_FAST = PRESETS["fast"]
+_NO_CHANGES = _FAST.replace(changes=False)
+_OFF: dict[str, Any] = {"threshold": None, "median": None, "drop": None}
+
+#: All wavelet variants but the presets train on every fiftieth sample unless they say otherwise.
+VARIANTS: tuple[Variant, ...] = (
+    *(Variant("preset", name, settings) for name, settings in PRESETS.items()),
+    Variant("stride", "every 200th sample", _PAPER.replace(stride=200)),
+    Variant("stride", "every 50th sample", _PAPER),
+    Variant("scales", "every 2 octaves", _PAPER.replace(spacing=2.0)),
+    Variant("scales", "every 1/2 octave", _PAPER.replace(spacing=0.5)),
+    Variant("phase", "none", _PAPER.replace(phase=False)),
+    Variant("phase", "cos and sin", _PAPER.replace(circular=True)),
+    Variant("classifier", "naive-bayes", _PAPER.replace(classifier="naive-bayes")),
+    Variant("classifier", "decision-tree", _PAPER.replace(classifier="decision-tree")),
+    Variant("classifier", "logistic", _PAPER.replace(classifier="logistic")),
+    Variant("classifier", "extra-trees", _PAPER.replace(classifier="extra-trees")),
+    Variant("filters", "none", _PAPER.replace(**_OFF)),
+    Variant("filters", "median of 101", _PAPER.replace(threshold=None, median=101)),
+    Variant("decoder", "order", _PAPER.replace(**_OFF, decoder="semi-markov")),
+    Variant("windows", "filters", _NO_CHANGES.replace(decoder="filters", median=5, drop=0.125)),
+    Variant("windows", "changes not learnt", _NO_CHANGES),
+    Variant("windows", "durations only", _FAST.replace(choreography="durations")),
+    Variant("windows", "logistic", _FAST.replace(classifier="logistic")),
+)
+
+#: A quick look: little that takes long.
+QUICK: tuple[Variant, ...] = tuple(
+    variant
+    for variant in VARIANTS
+    if (variant.name, variant.setting)
+    in {
+        ("preset", "fast"),
+        ("stride", "every 200th sample"),
+        ("classifier", "naive-bayes"),
+        ("classifier", "extra-trees"),
+        ("windows", "durations only"),
+    }
+)
+
+#: What is done after the classifier, and what a fit needs besides features.
+_AFTER = frozenset({"preset", "threshold", "median", "drop", "decoder", "choreography"})
+_FIT = frozenset({"classifier", "stride", "seed", "balanced", "calibrated", "trimmed", "changes"})
+
+
+def sharing_features(variants: Sequence[Variant]) -> list[list[Variant]]:
+    """The variants in groups that share their features; every order is kept."""
+    return _grouped(variants, [(_key(v.settings, _AFTER | _FIT),) for v in variants])
+
+
+def sharing_fit(variants: Sequence[Variant]) -> list[list[Variant]]:
+    """Variants of the same features in groups that share their classifier."""
+    return _grouped(
+        variants,
+        [
+            (
+                _key(v.settings, _AFTER),
+                # Only an SVM is fitted otherwise where no probabilities are needed.
+                v.settings.classifier == "svm" and v.settings.needs_probabilities,
+            )
+            for v in variants
+        ],
+    )
+
+
+def _key(settings: Settings, without: Iterable[str]) -> tuple[str, ...]:
+    """All values that are left, as something to compare by."""
+    left_out = set(without)
+    return tuple(
+        repr(getattr(settings, field.name))
+        for field in dataclasses.fields(settings)
+        if field.name not in left_out
+    )
+
+
+def _grouped(variants: Sequence[Variant], keys: Sequence[tuple[Any, ...]]) -> list[list[Variant]]:
+    """Groups of equal key, in the order in which they begin."""
+    groups: dict[tuple[Any, ...], list[Variant]] = {}
+    for variant, key in zip(variants, keys, strict=True):
+        groups.setdefault(key, []).append(variant)
+    return list(groups.values())
+
+
+@dataclass
+class Spent:
+    """The mistakes and the CPU seconds of one variant, fold by fold."""
+
+    counts: list[Counts] = field(default_factory=list)
+    #: Per minute of signal, of each demonstration: features, and what comes after them.
+    features: list[float] = field(default_factory=list)
+    predict: list[float] = field(default_factory=list)
+    fit: float = 0.0
+    #: Minutes that were trained on.
+    trained: float = 0.0
+    peak_bytes: int = 0
+    refusal: str = ""
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """Demonstrations with their features, and the CPU seconds that each took."""
+
+    labelled: Sequence[Labelled]
+    examples: list[Examples]
+    seconds: list[float]
+    peak_bytes: int
+
+    @property
+    def minutes(self) -> list[float]:
+        """Of signal, of each demonstration."""
+        return [item.demonstration.duration / 60 for item in self.labelled]
+
+
+def require_labelled(labelled: Sequence[Labelled]) -> list[Labelled]:
+    """Those that have a segment; `InputError` if they are fewer than two."""
+    used = [item for item in labelled if item.segments]
+    if len(used) < 2:
+        raise InputError(
+            f"Measuring recognition needs two labelled demonstrations; {there_are(len(used))}."
+        )
+    return used
+
+
+def reference_text(demonstrations: int, groups: int) -> str:
+    """What so many demonstrations, left out in so many groups, are compared with."""
+    turns = "one left out at a time"
+    if groups < demonstrations:
+        turns = f"left out in {groups} groups in turn"
+    return f"the coder's labels of {demonstrations} demonstrations, {turns}"
+
+
+def measure_seconds(make: Callable[[], ResultT]) -> tuple[ResultT, float]:
+    """A result, and the CPU seconds that it took."""
+    began = time.process_time()
+    result = make()
+    return result, time.process_time() - began
+
+
+def measure_peak(make: Callable[[], ResultT]) -> tuple[ResultT, int]:
+    """A result, and the most memory in bytes that was held at once."""
+    gc.collect()
+    tracemalloc.start()
+    try:
+        return make(), tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+
+
+def median_and_spread(seconds: Sequence[float]) -> tuple[float, float]:
+    """Median and interquartile range; a row needs a time of at least the clock's tick."""
+    low, middle, high = np.percentile(seconds, [25, 50, 75]).tolist()
+    return max(middle, time.get_clock_info("process_time").resolution), high - low
+
+
+def recognise(
+    recogniser: Recogniser, prepared: Prepared, i: int, actions: tuple[str, ...], spent: Spent
+) -> None:
+    """Recognise a demonstration that was left out, on the clock, and count its mistakes."""
+    examples = prepared.examples[i]
+    if not spent.counts:
+        _, peak = measure_peak(lambda: recogniser.predict_examples(examples))
+        spent.peak_bytes = max(prepared.peak_bytes, peak + examples.features.nbytes)
+    prediction, taken = measure_seconds(lambda: recogniser.predict_examples(examples))
+    tested = tested_by(prepared.labelled[i], examples, prediction, actions)
+    spent.counts.append(tested.counts("filtered"))
+    spent.features.append(prepared.seconds[i] / prepared.minutes[i])
+    spent.predict.append(taken / prepared.minutes[i])
+
+
+def row_of(name: str, setting: str, spent: Spent, size: str, reference: str) -> Row:
+    """The row of one way to recognise, or of what it was refused for."""
+    scores = pool(size, spent.counts) if spent.counts and not spent.refusal else None
+    refusal = spent.refusal
+    if scores is not None and scores.f1["50"] is None:
+        refusal = "There is no segment to compare with."
+    if scores is None or refusal:
+        return Row(name, setting, size, reference, refusal=refusal)
+    seconds, spread = median_and_spread(np.add(spent.features, spent.predict).tolist())
+    return Row(
+        name,
+        setting,
+        size,
+        reference,
+        error=1.0 - (scores.f1["50"] or 0.0),
+        seconds=seconds,
+        spread=spread,
+        peak_bytes=spent.peak_bytes,
+        further=_further(scores, spent),
+    )
+
+
+def _further(scores: Scores, spent: Spent) -> dict[str, float]:
+    """The scores and seconds beside error and time, as far as they are known."""
+    figures = {
+        "accuracy": scores.accuracy,
+        "balanced": scores.balanced_accuracy,
+        "edit": scores.edit,
+        "F1@50": scores.f1["50"],
+        "F1@50, labelled time": scores.f1_labelled["50"],
+        "boundaries found": scores.boundaries_found,
+        "boundary (ms)": scores.boundary_ms["median"],
+        "boundary p90 (ms)": scores.boundary_ms["p90"],
+        "features (s/min)": float(np.median(spent.features)),
+        "fit (s/min)": spent.fit / spent.trained,
+        "predict (s/min)": float(np.median(spent.predict)),
+    }
+    return {name: figure for name, figure in figures.items() if figure is not None}
+
+
+Rows = Generator[Progress, None, tuple[Row, ...]]
+#: Takes what is labelled of a task, and what the rows call that.
+Measure = Callable[[Sequence[Labelled], str], Rows]
+
+
+def measure_variants(
     labelled: Sequence[Labelled],
     variants: Sequence[Variant],
     size: str,
     folds: int | None = FOLDS,
-) -> Generator[Progress, None, tuple[Row, ...]]:
-    """Measure variants on labelled demonstrations, each recognised by who has not seen it.
+) -> Rows:
+    """Measure variants on labelled demonstrations, each recognised without having been trained on.
 
     The error is ``1 - F1@50``, pooled over all demonstrations, and the seconds are those of
     features, classifier and filters or decoder per minute of signal: the median over
     demonstrations and their interquartile range, CPU time of all threads. `further` holds all the
     scores, and the seconds of features, fit (per minute trained on) and prediction by themselves.
-
-    Parameters
-    ----------
-    labelled : sequence of Labelled
-        Demonstrations without a segment take no part.
-    variants : sequence of Variant
-    size : str
-        What the rows call these demonstrations.
-    folds : int, optional
-        Into so many groups the demonstrations are parted at most, at least 2; None leaves out one
-        at a time.
-
-    Yields
-    ------
-    Progress
-
-    Returns
-    -------
-    tuple of Row
-        In the order of `variants`. Settings that cannot be trained are refused.
-
-    Raises
-    ------
-    InputError
-        If fewer than two demonstrations are labelled.
+    `folds` is the number of groups at most; None leaves out one demonstration at a time.
     """
-    used = enough(labelled)
+    used = require_labelled(labelled)
     parts = groups([item.demonstration for item in used], folds)
     watch = _Watch(variants, len(parts))
     spent: dict[int, Spent] = {id(variant): Spent() for variant in variants}
-    for alike in seen_alike(variants):
+    for alike in sharing_features(variants):
         try:
-            seen = yield from _compute_features(used, alike[0], watch)
+            prepared = yield from _compute_features(used, alike[0], watch)
         except InputError as error:
             _refuse(alike, spent, error)
             continue
-        for group in fitted_alike(alike):
-            yield from _folds(seen, group, parts, spent, watch)
-        del seen  # before the next features are computed
-    against = reference(len(used), len(parts))
-    return with_front([row_of(v.name, v.setting, spent[id(v)], size, against) for v in variants])
+        for group in sharing_fit(alike):
+            yield from _measure_folds(prepared, group, parts, spent, watch)
+        del prepared  # before the next features are computed
+    reference = reference_text(len(used), len(parts))
+    return with_front([row_of(v.name, v.setting, spent[id(v)], size, reference) for v in variants])
 
 
 class _Watch:
     """How far all of it is: a step for each fold of each fit, and one for each set of features."""
 
     def __init__(self, variants: Sequence[Variant], parts: int) -> None:
-        groups = seen_alike(variants)
-        fits = sum(len(fitted_alike(alike)) for alike in groups)
+        groups = sharing_features(variants)
+        fits = sum(len(sharing_fit(alike)) for alike in groups)
         self.total = len(groups) + fits * parts
         self.done = 0
 
     def at(self, text: str) -> Progress:
-        """Where it is."""
         return Progress(min(self.done, self.total), self.total, text)
 
 
@@ -112,58 +323,53 @@ def _refuse(variants: Sequence[Variant], spent: dict[int, Spent], error: InputEr
         spent[id(variant)].refusal = str(error)
 
 
-def _variant_text(variant: Variant) -> str:
-    """A variant in the words of the progress."""
-    return f"{variant.name} {variant.setting}"
-
-
 def _compute_features(
     labelled: Sequence[Labelled], variant: Variant, watch: _Watch
-) -> Generator[Progress, None, Seen]:
+) -> Generator[Progress, None, Prepared]:
     """Compute the features of all demonstrations, each on the clock."""
-    settings = variant.settings
+    settings, text = variant.settings, f"{variant.name} {variant.setting}: features"
     rate = common_rate([item.demonstration for item in labelled], settings)
-    yield watch.at(f"{_variant_text(variant)}: features")
+    yield watch.at(text)
     # Untimed, as counting memory takes time; it also loads and plans what the others then find.
-    _, peak = remembered(lambda: prepare(labelled[0], settings, rate))
+    _, peak = measure_peak(lambda: prepare(labelled[0], settings, rate))
     examples, seconds = [], []
     for item in labelled:
-        made, taken = timed(lambda item=item: prepare(item, settings, rate))  # type: ignore[misc]
-        examples.append(made)
+        prepared, taken = measure_seconds(partial(prepare, item, settings, rate))
+        examples.append(prepared)
         seconds.append(taken)
-        yield watch.at(f"{_variant_text(variant)}: features")
+        yield watch.at(text)
     watch.done += 1
-    return Seen(labelled, examples, seconds, peak)
+    return Prepared(labelled, examples, seconds, peak)
 
 
-def _folds(
-    seen: Seen,
+def _measure_folds(
+    prepared: Prepared,
     group: Sequence[Variant],
     parts: Sequence[Sequence[int]],
     spent: dict[int, Spent],
     watch: _Watch,
 ) -> Generator[Progress, None, None]:
     """Fit what a group of variants shares, then recognise the left-out ones by each of them."""
-    actions = actions_of(seen.examples)
-    # Whoever decodes needs more of a fit; whoever does not leaves it alone.
+    actions = actions_of(prepared.examples)
+    # A decoder needs more of a fit, which variants without one leave alone.
     first = next((variant for variant in group if variant.settings.decodes), group[0])
     ended = watch.done + len(parts)
     try:
         for number, part in enumerate(parts, 1):
-            text = f"{_variant_text(group[0])}: {number} of {len(parts)}"
-            train = [e for i, e in enumerate(seen.examples) if i not in part]
-            recogniser, fitted = yield from _fitted(train, first, watch, text)
+            text = f"{group[0].name} {group[0].setting}: {number} of {len(parts)}"
+            train = [e for i, e in enumerate(prepared.examples) if i not in part]
+            recogniser, fitted = yield from _fit(train, first, watch, text)
             for variant in group:
                 own = replace(
                     recogniser,
                     settings=variant.settings,
                     choreography=recogniser.choreography if variant.settings.decodes else None,
                 )
-                found = spent[id(variant)]
-                found.fit += fitted
-                found.trained += sum(m for i, m in enumerate(seen.minutes) if i not in part)
+                result = spent[id(variant)]
+                result.fit += fitted
+                result.trained += sum(m for i, m in enumerate(prepared.minutes) if i not in part)
                 for i in part:
-                    recognise(own, seen, i, actions, found)
+                    recognise(own, prepared, i, actions, result)
                     yield watch.at(text)
             watch.done += 1
     except InputError as error:
@@ -171,10 +377,10 @@ def _folds(
     watch.done = ended
 
 
-def _fitted(
+def _fit(
     train: Sequence[Examples], variant: Variant, watch: _Watch, text: str
 ) -> Generator[Progress, None, tuple[Recogniser, float]]:
-    """A recogniser and the CPU seconds of its fit, without those of whoever watches."""
+    """A recogniser and the CPU seconds of its fit, without those of the receiver of progress."""
     job = fit_examples(train, variant.settings)
     taken = 0.0
     try:
@@ -189,3 +395,185 @@ def _fitted(
             yield watch.at(text)
     finally:
         job.close()
+
+
+def main_coder(project: Project, task: str) -> str:
+    """The coder who labelled most demonstrations of a task; `InputError` if none is labelled."""
+    names = (name for info in project.demonstrations.infos(task) for name in info.labelled)
+    count = Counter(name for name in names if not is_model(name))
+    if not count:
+        raise InputError(f"Nothing of the task '{task}' is labelled; label at least two actions.")
+    return count.most_common(1)[0][0]
+
+
+def size_text(task: str, data: Corpus) -> str:
+    """What the rows call the labelled demonstrations of a task."""
+    used = [item.demonstration for item in data.labelled if item.segments]
+    seconds = sum(demonstration.duration for demonstration in used)
+    return f"{task}, {len(used)} demonstrations, {seconds:.0f} s"
+
+
+def measure_tasks(
+    project: Project,
+    tasks: Sequence[str],
+    author: str | None = None,
+    *,
+    quick: bool = False,
+    thorough: bool = False,
+) -> Generator[Progress, None, Table]:
+    """Measure recognition on tasks of a project, all if none is named; the project stays as it is.
+
+    By default on the labels of each task's main coder. `quick` measures a few variants only,
+    `thorough` leaves out one demonstration at a time, however many there are.
+    """
+
+    def measure(labelled: Sequence[Labelled], size: str) -> Rows:
+        variants = QUICK if quick else VARIANTS
+        return measure_variants(labelled, variants, size, None if thorough else FOLDS)
+
+    rows = yield from rows_of_tasks(project, tasks, author, "recognition", measure)
+    return Table("Recognition against run time", ERROR, SECONDS, rows, ".3f")
+
+
+def rows_of_tasks(
+    project: Project,
+    tasks: Sequence[str],
+    author: str | None,
+    name: str,
+    measure: Measure,
+) -> Rows:
+    """The rows of all tasks, of which one at least could be measured."""
+    rows: list[Row] = []
+    for task in tuple(tasks) or project.demonstrations.tasks():
+        rows += yield from _rows_of_task(project, task, author, name, measure)
+    if not rows:
+        raise InputError(f"'{project.path}' has nothing to measure; import recordings first.")
+    if not any(row.point for row in rows):
+        whys = dict.fromkeys(row.refusal for row in rows)
+        raise InputError(" ".join([f"Nothing can be measured in '{project.path}'.", *whys]))
+    return tuple(rows)
+
+
+def _rows_of_task(
+    project: Project, task: str, author: str | None, name: str, measure: Measure
+) -> Rows:
+    """The rows of a task; a single one with its refusal where it cannot be measured."""
+    try:
+        data = corpus(project, [task], author or main_coder(project, task))
+        return (yield from measure(data.labelled, size_text(task, data)))
+    except InputError as error:
+        return (Row(name, "all", task, "the coder's labels", refusal=str(error)),)
+
+
+#: The kind of the runs that hold measurements.
+KIND = "tradeoff"
+#: The name of a variant that is measured because it is in use.
+OWN = "yours"
+
+
+@dataclass(frozen=True)
+class Measured:
+    """A measurement of one task on one author's labels, as run `number` of a project; UTC.
+
+    `rows` has one row for each of `variants`.
+    """
+
+    number: int
+    time: datetime
+    task: str
+    author: str
+    labels: tuple[LabelsUsed, ...]
+    variants: tuple[Variant, ...]
+    rows: tuple[Row, ...]
+
+    def place_of(self, settings: Settings) -> int | None:
+        """Which row is of these settings; None where they were not measured."""
+        alike = (i for i, v in enumerate(self.variants) if same_method(v.settings, settings))
+        return next(alike, None)
+
+
+def same_method(first: Settings, second: Settings) -> bool:
+    """Whether settings are the same by whatever preset's name."""
+    return first.replace(preset="") == second.replace(preset="")
+
+
+def measure_and_store(
+    path: Path,
+    task: str,
+    author: str | None,
+    own: Settings,
+    variants: Sequence[Variant] = VARIANTS,
+) -> Generator[Progress, None, int]:
+    """Measure a task of the project at `path` and store the result there; gives the run's number.
+
+    `own`, the settings in use, are measured too, and all variants take channels, rate and merge
+    map from them. Opens the project itself, as it runs in a process of its own.
+    """
+    with Project.open(path) as project:
+        project.refuse_read_only()  # before the work and not after it
+        yield Progress(0, 1, "labels")
+        coder = author or main_coder(project, task)
+        data = corpus(project, [task], coder)
+        measured = _with_own(variants, own)
+        rows = yield from measure_variants(data.labelled, measured, size_text(task, data))
+        with interruptible():
+            return project.runs.add(
+                KIND,
+                settings={"choice": {"tasks": [task], "author": coder}},
+                seed=None,
+                labels=data.labels,
+                versions=versions(),
+                result={
+                    "digest": {
+                        "title": task,
+                        "tested": sum(bool(i.segments) for i in data.labelled),
+                    },
+                    "rows": [asdict(row) for row in rows],
+                    "settings": [variant.settings.to_json() for variant in measured],
+                },
+            )
+
+
+def with_data_of(settings: Settings, data: Settings) -> Settings:
+    """Settings with what belongs to the recordings, not to the method, taken from others."""
+    return settings.replace(channels=data.channels, rate=data.rate, merge=data.merge)
+
+
+def _with_own(variants: Sequence[Variant], own: Settings) -> tuple[Variant, ...]:
+    """The variants on the own data, and the own settings if they are not among them."""
+    measured = [replace(v, settings=with_data_of(v.settings, own)) for v in variants]
+    if not any(same_method(v.settings, own) for v in measured):
+        measured.append(Variant(OWN, f"{own.preset}, changed", own))
+    return tuple(measured)
+
+
+def load_measured(project: Project, number: int) -> Measured:
+    """A stored measurement; `InputError` if there is none, of this kind and undamaged."""
+    run = project.runs.get(number)
+    if run.kind != KIND:
+        raise InputError(f"Run {number} of '{project.path}' is no measurement of recognition.")
+    try:
+        return _measured(run)
+    except (AttributeError, LookupError, TypeError, ValueError) as error:
+        raise InputError(
+            f"What run {number} of '{project.path}' measured is damaged; measure again."
+        ) from error
+
+
+def _measured(run: StoredRun) -> Measured:
+    """A run as a measurement; whatever is raised over what it holds, it is damaged."""
+    choice = run.settings["choice"]
+    rows = tuple(Row(**plain) for plain in run.result["rows"])
+    settings = [Settings.from_json(plain) for plain in run.result["settings"]]
+    variants = tuple(
+        Variant(row.name, row.setting, used) for row, used in zip(rows, settings, strict=True)
+    )
+    return Measured(
+        number=run.id,
+        time=run.time,
+        task=str(choice["tasks"][0]),
+        author=str(choice["author"]),
+        labels=run.labels,
+        variants=variants,
+        rows=with_front(rows),
+    )

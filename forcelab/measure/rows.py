@@ -11,8 +11,6 @@ from forcelab.errors import InputError
 from forcelab.measure.timing import Timed, machine
 from forcelab.resources import versions
 
-__all__ = ["FRONT", "Judgement", "Row", "Table", "timed_row", "with_front"]
-
 #: Marks a row of the Pareto front in the text table.
 FRONT = "*"
 MEGABYTE = 1e6
@@ -26,48 +24,25 @@ class Row:
     """What one setting of one method costs, and how wrong it is.
 
     A method that refuses its work has its sentence in `refusal` and no numbers.
-
-    Parameters
-    ----------
-    name : str
-        The method, such as a solver's name.
-    setting : str
-        Its step, tolerance or the like, with its unit.
-    size : str
-        What it was run on, such as ``"foam, 6 lanes x 1 s"``. Only rows of one size compare.
-    reference : str
-        What the result was compared with, and how well that is known itself.
-    error : float or None
-        In the table's unit, not negative.
-    seconds, spread : float or None
-        Median of the CPU time in the table's unit, above zero, and its interquartile range.
-    peak_bytes : int or None
-        Peak of the memory taken.
-    further : mapping of str to float
-        Other figures of the same run by their name and unit, such as ``"largest (N)"``.
-    pareto : bool
-        Whether no other row of this size is better in one and as good in the other of `error`
-        and `seconds`.
-    refusal : str
-        Why there is no number; empty where there are numbers.
-
-    Raises
-    ------
-    InputError
-        If a number is missing, not finite or out of its range, or stands beside a refusal.
     """
 
-    name: str
-    setting: str
+    name: str  # the method, such as a solver's name
+    setting: str  # its step, tolerance or the like, with its unit
+    #: What it was run on, such as ``"foam, 6 lanes x 1 s"``. Only rows of one size compare.
     size: str
-    reference: str
-    error: float | None = None
+    reference: str  # what the result was compared with, and how well that is known itself
+    error: float | None = None  # in the table's unit, not negative
+    #: seconds and spread: Median of the CPU time in the table's unit, above zero, and its
+    #: interquartile range.
     seconds: float | None = None
     spread: float | None = None
-    peak_bytes: int | None = None
+    peak_bytes: int | None = None  # peak of the memory taken
+    #: Other figures of the same run by their name and unit, such as ``"largest (N)"``.
     further: Mapping[str, float] = field(default_factory=dict, hash=False)
+    #: Whether no other row of this size is better in one and as good in the other of `error` and
+    #: `seconds`.
     pareto: bool = False
-    refusal: str = ""
+    refusal: str = ""  # why there is no number; empty where there are numbers
 
     def __post_init__(self) -> None:
         numbers = (self.error, self.seconds, self.spread, self.peak_bytes)
@@ -95,17 +70,11 @@ def timed_row(
 ) -> Row:
     """The row of what was timed, or of what it was refused for.
 
-    Parameters
-    ----------
-    name, setting, size, reference
-        As of :class:`Row`.
-    timed : Timed
-    scale : float
-        What turns a second into the table's unit.
+    `scale`: what turns a second into the table's unit.
     """
-    if timed.seen is None:
+    if timed.judged is None:
         return Row(name, setting, size, reference, refusal=timed.refusal)
-    (error, further), seconds = timed.seen, scale * timed.seconds
+    (error, further), seconds = timed.judged, scale * timed.seconds
     spread = scale * timed.spread
     return Row(name, setting, size, reference, error, seconds, spread, timed.peak_bytes, further)
 
@@ -130,25 +99,14 @@ def with_front(rows: Sequence[Row]) -> tuple[Row, ...]:
 
 @dataclass(frozen=True)
 class Table:
-    """All rows of one measurement, with what its columns mean.
+    """All rows of one measurement, with what its columns mean."""
 
-    Parameters
-    ----------
-    title : str
-        What was measured.
-    error, seconds : str
-        What the two columns hold, with their units.
-    rows : tuple of Row
-        In the order in which they are shown.
-    form : str
-        How errors and further figures are written, as a format specification.
-    """
-
-    title: str
+    title: str  # what was measured
+    #: error and seconds: What the two columns hold, with their units.
     error: str
     seconds: str
-    rows: tuple[Row, ...]
-    form: str = ".2e"
+    rows: tuple[Row, ...]  # in the order in which they are shown
+    form: str = ".2e"  # how errors and further figures are written, as a format specification
 
     def __post_init__(self) -> None:
         if not self.rows:
@@ -160,7 +118,6 @@ class Table:
         return tuple(dict.fromkeys(row.size for row in self.rows))
 
     def of(self, size: str) -> tuple[Row, ...]:
-        """The rows of one size."""
         return tuple(row for row in self.rows if row.size == size)
 
     def cells(self, size: str) -> list[list[str]]:
@@ -182,7 +139,6 @@ class Table:
 
 
 def _cells(row: Row, further: Sequence[str], form: str) -> list[str]:
-    """A row as text."""
     if row.error is None or row.seconds is None or row.spread is None or row.peak_bytes is None:
         return ["", row.name, row.setting, "refused", *("" for _ in range(len(further) + 3))]
     return [

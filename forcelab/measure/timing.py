@@ -1,140 +1,112 @@
-"""CPU time and memory of several ways to do something, measured so that they compare.
+"""CPU time and memory of several methods, measured so that they compare.
 
 The repetitions are interleaved (A B C, A B C, ...): what else the machine does at the time, and the
-clock rate it runs at, then falls on all of them alike.
+clock rate it runs at, then falls on all of them alike. Modules and videos are loaded in processes
+of their own: ``python -m forcelab.measure.timing STAGE ...`` loads one stage after the other, a
+module or ``video:`` and a path, and prints a JSON list of what each cost.
 """
 
 from __future__ import annotations
 
 import gc
+import json
 import math
 import os
 import platform
+import subprocess
+import sys
 import time
 import tracemalloc
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
+from statistics import median
 from typing import Any, Generic, TypeVar
 
 import numpy as np
+from psutil import Process
 
-from forcelab.errors import InputError
+from forcelab.errors import ForcelabError, InputError
 from forcelab.jobs import Progress
 
-__all__ = ["Timed", "Way", "machine", "timed_ways"]
-
 ResultT = TypeVar("ResultT")
-SeenT = TypeVar("SeenT")
+JudgedT = TypeVar("JudgedT")
 
-#: A way is repeated within one measurement until it has taken so long, and so many ticks.
+#: A method is repeated within one measurement until it has taken so long, and so many ticks.
 SHORTEST = 1e-3
 TICKS = 20
+#: Begins a stage that opens a video; its first frame is read.
+VIDEO = "video:"
+#: Seconds that the modules may take to load.
+PATIENCE = 300.0
 
 
 @dataclass(frozen=True)
-class Way(Generic[ResultT, SeenT]):
-    """One way to do something.
-
-    Parameters
-    ----------
-    name : str
-        Told while it runs.
-    run : callable
-        Does it; only this is timed.
-    look : callable
-        Takes what `run` gave and keeps what is worth keeping, such as its error.
-    """
+class Method(Generic[ResultT, JudgedT]):
+    """One way to do something: only `run` is timed; `judge` keeps its error or the like."""
 
     name: str
     run: Callable[[], ResultT]
-    look: Callable[[ResultT], SeenT]
+    judge: Callable[[ResultT], JudgedT]
 
 
 @dataclass(frozen=True)
-class Timed(Generic[SeenT]):
-    """What one way cost.
+class Timed(Generic[JudgedT]):
+    """What one method cost: CPU seconds with their interquartile range, or its refusal.
 
-    Parameters
-    ----------
-    seen : object or None
-        What `look` gave; None where the way refused.
-    seconds, spread : float
-        Median and interquartile range of the CPU time, s.
-    peak_bytes : int
-        The most memory that was held at once and is told to Python, which all of numpy's is.
-    refusal : str
-        The sentence of a way that refused; empty otherwise.
+    `peak_bytes` is the most memory held at once that is told to Python, which all of numpy's is.
     """
 
-    seen: SeenT | None
+    judged: JudgedT | None  # None where the method refused
     seconds: float = 0.0
     spread: float = 0.0
     peak_bytes: int = 0
     refusal: str = ""
 
 
-def timed_ways(
-    ways: Sequence[Way[Any, SeenT]],
+def timed_methods(
+    methods: Sequence[Method[Any, JudgedT]],
     repetitions: int,
     clock: Callable[[], float] = time.process_time,
     longest: float = math.inf,
-) -> Generator[Progress, None, tuple[Timed[SeenT], ...]]:
-    """Measure several ways, their repetitions interleaved.
+) -> Generator[Progress, None, tuple[Timed[JudgedT], ...]]:
+    """Measure several methods, their repetitions interleaved.
 
-    Each way is run once more, before all others and untimed, for its result and its memory: keeping
-    count of memory takes time.
-
-    Parameters
-    ----------
-    ways : sequence of Way
-    repetitions : int
-        Of each, at least 1.
-    clock : callable
-        Gives seconds; the CPU time of all threads of this process by default.
-    longest : float
-        Seconds that the repetitions of one way may take: what takes long has fewer of them, but
-        one at least.
-
-    Returns
-    -------
-    tuple of Timed, length of `ways`
-
-    Raises
-    ------
-    InputError
-        If there are no repetitions.
+    Each is run once more, before all others and untimed, for its result and its memory: keeping
+    count of memory takes time. What takes long has fewer repetitions, at least one, so that they
+    take no more than `longest` seconds. The default clock is the CPU time of all threads.
     """
     if repetitions < 1:
         raise InputError(f"A measurement needs 1 repetition or more, not {repetitions}.")
-    total = len(ways) * (1 + repetitions)
-    tried: list[Timed[SeenT]] = []
+    total = len(methods) * (1 + repetitions)
+    tried: list[Timed[JudgedT]] = []
     times: list[int] = []
-    for i, way in enumerate(ways):
-        yield Progress(i, total, f"{way.name}, memory")
-        tried.append(_tried(way, clock))
+    for i, method in enumerate(methods):
+        yield Progress(i, total, f"{method.name}, memory")
+        tried.append(_try(method, clock))
         taking = max(tried[-1].seconds, SHORTEST)
         times.append(max(1, int(min(repetitions, longest / taking))))
-    taken: list[list[float]] = [[] for _ in ways]
+    taken: list[list[float]] = [[] for _ in methods]
     for repetition in range(repetitions):
-        for i, way in enumerate(ways):
-            yield Progress(len(ways) * (1 + repetition) + i, total, way.name)
+        for i, method in enumerate(methods):
+            yield Progress(len(methods) * (1 + repetition) + i, total, method.name)
             if not tried[i].refusal and repetition < times[i]:
-                taken[i].append(_seconds(way.run, clock))
-    return tuple(_summed(one, seconds) for one, seconds in zip(tried, taken, strict=True))
+                taken[i].append(_seconds(method.run, clock))
+    return tuple(_summarise(first, seconds) for first, seconds in zip(tried, taken, strict=True))
 
 
-def _tried(way: Way[Any, SeenT], clock: Callable[[], float]) -> Timed[SeenT]:
-    """Run a way once, for what it gives, the memory it takes and about how long it takes."""
+def _try(method: Method[Any, JudgedT], clock: Callable[[], float]) -> Timed[JudgedT]:
+    """Run a method once: for its result, its memory and about how long it takes."""
     gc.collect()
     tracemalloc.start()
     try:
         before, _ = tracemalloc.get_traced_memory()
         start = clock()
-        result = way.run()
+        result = method.run()
         seconds = clock() - start
         _, peak = tracemalloc.get_traced_memory()
-        return Timed(way.look(result), seconds, peak_bytes=peak - before)
+        return Timed(method.judge(result), seconds, peak_bytes=peak - before)
     except InputError as error:
         return Timed(None, refusal=str(error))
     finally:
@@ -152,12 +124,103 @@ def _seconds(run: Callable[[], object], clock: Callable[[], float]) -> float:
     return spent / calls
 
 
-def _summed(tried: Timed[SeenT], seconds: Sequence[float]) -> Timed[SeenT]:
-    """A way with the median and the spread of its times."""
+def _summarise(tried: Timed[JudgedT], seconds: Sequence[float]) -> Timed[JudgedT]:
+    """A method with the median and the spread of its times."""
     if tried.refusal:
         return tried
-    low, median, high = np.percentile(seconds, [25, 50, 75]).tolist()
-    return Timed(tried.seen, median, high - low, tried.peak_bytes)
+    low, middle, high = np.percentile(seconds, [25, 50, 75]).tolist()
+    return Timed(tried.judged, middle, high - low, tried.peak_bytes)
+
+
+@dataclass(frozen=True, slots=True)
+class Cost:
+    """CPU seconds and bytes of memory; None with a refusal where they could not be measured."""
+
+    seconds: float | None = None
+    bytes: int | None = None
+    refusal: str = ""
+
+    def without(self, part: Cost) -> Cost:
+        """What is left where `part` was measured in it; the same where one of them is unknown."""
+        if self.seconds is None or part.seconds is None or self.bytes is None or part.bytes is None:
+            return self
+        return Cost(max(0.0, self.seconds - part.seconds), max(0, self.bytes - part.bytes))
+
+
+#: A stage to load (a module, or ``video:`` and a path), or something to call.
+Work = str | Callable[[], object]
+
+
+def measure_works(
+    works: Mapping[str, Work], repetitions: int = 3
+) -> Generator[Progress, None, dict[str, Cost]]:
+    """Measure stages, each on top of those before it, and calls, by name; medians are given.
+
+    Of a stage the memory is what the process holds more than before it. `InputError` if the
+    processes that load stages end badly or take more than `PATIENCE`.
+    """
+    stages = {name: work for name, work in works.items() if isinstance(work, str)}
+    processes = []
+    for repetition in range(repetitions):
+        yield Progress(repetition, repetitions, "modules")
+        processes.append(load_in_process([*stages.values()]))
+    costs = {name: _median_cost(some) for name, *some in zip(stages, *processes, strict=True)}
+    methods = [Method(name, work, lambda _: None) for name, work in works.items() if callable(work)]
+    timed = yield from timed_methods(methods, repetitions)
+    for method, found in zip(methods, timed, strict=True):
+        known = Cost(found.seconds, found.peak_bytes)
+        costs[method.name] = Cost(refusal=found.refusal) if found.refusal else known
+    return costs
+
+
+def load_in_process(stages: Sequence[str]) -> list[Cost]:
+    """Load the stages in one fresh process."""
+    try:
+        done = subprocess.run(
+            [sys.executable, "-m", __name__, *stages],
+            capture_output=True,
+            text=True,
+            timeout=PATIENCE,
+            check=False,
+        )
+    except subprocess.TimeoutExpired as error:
+        raise InputError(
+            f"Loading modules takes more than {PATIENCE:g} s; measure when the machine does less."
+        ) from error
+    if done.returncode:
+        raise InputError(
+            f"The process that loaded modules for the measurement ended with {done.returncode}: "
+            f"{done.stderr.strip()[-300:]}"
+        )
+    # What a library prints when it is loaded comes before.
+    return [Cost(*values) for values in json.loads(done.stdout.splitlines()[-1])]
+
+
+def _median_cost(costs: Sequence[Cost]) -> Cost:
+    """The median of one stage in several processes; its refusal where one refused."""
+    seconds = [cost.seconds for cost in costs if cost.seconds is not None]
+    taken = [cost.bytes for cost in costs if cost.bytes is not None]
+    if len(seconds) < len(costs) or not taken:
+        return next(cost for cost in costs if cost.seconds is None)
+    return Cost(median(seconds), int(median(taken)))
+
+
+def _load(stage: str) -> Cost:
+    """Load one stage. Python, numpy and this module are loaded before and paid for by none."""
+    process = Process()
+    before, began = process.memory_info().rss, time.process_time()
+    try:
+        if stage.startswith(VIDEO):
+            from forcelab.video.reader import VideoReader  # is part of what is measured
+
+            with VideoReader(Path(stage.removeprefix(VIDEO))) as video:
+                video.frame(0)
+        else:
+            import_module(stage)
+    except (ImportError, ForcelabError) as error:
+        return Cost(refusal=str(error))
+    spent = time.process_time() - began
+    return Cost(spent, max(0, process.memory_info().rss - before))
 
 
 def machine() -> dict[str, Any]:
@@ -177,3 +240,8 @@ def _processor() -> str:
             if line.startswith("model name"):
                 return line.partition(":")[2].strip()
     return platform.processor() or platform.machine()
+
+
+if __name__ == "__main__":
+    found = [_load(stage) for stage in sys.argv[1:]]
+    print(json.dumps([(cost.seconds, cost.bytes, cost.refusal) for cost in found]))

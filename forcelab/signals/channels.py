@@ -17,8 +17,6 @@ from numpy.typing import NDArray
 from forcelab.demonstration import Channel
 from forcelab.errors import InputError
 
-__all__ = ["ChannelMap", "channel_map"]
-
 _AXIS = re.compile(
     r"(?:(?P<before>.*\w)[ _.\-])?(?:f|force)[ _.\-]?(?P<axis>[xyz])(?:[ _.\-]?(?P<behind>\w+))?",
     re.I,
@@ -27,21 +25,16 @@ _AXIS = re.compile(
 
 @dataclass(frozen=True, slots=True)
 class ChannelMap:
-    """Which recorded columns make up each recognition channel.
+    """Which recorded columns make up each recognition channel."""
 
-    Parameters
-    ----------
-    names : tuple of str, length q
-        Recognition channels, tangential magnitudes first, then signed normals, then the rest.
-    recorded : tuple of int, length u
-        The recorded columns that any of them needs, rising; the others need not be looked at.
-    columns : tuple of tuple of int, length q
-        What each is made of, as places in `recorded`: two for a tangential magnitude, one for
-        any other.
-    """
-
+    #: Length q, recognition channels, tangential magnitudes first, then signed normals, then the
+    #: rest.
     names: tuple[str, ...]
+    #: Length u, the recorded columns that any of them needs, rising; the others need not be looked
+    #: at.
     recorded: tuple[int, ...]
+    #: Length q, what each is made of, as places in `recorded`: two for a tangential magnitude, one
+    #: for any other.
     columns: tuple[tuple[int, ...], ...]
 
     def apply(self, signals: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -55,39 +48,29 @@ class ChannelMap:
         return out
 
 
-def _sensors(names: Sequence[str], wanted: Collection[str]) -> dict[str, dict[str, int]]:
+def _sensors(names: Sequence[str], requested: Collection[str]) -> dict[str, dict[str, int]]:
     """Columns of each complete 3-axis force sensor, by sensor and axis, in order of appearance."""
     found: dict[str, dict[str, int]] = {}
     for column, name in enumerate(names):
         match = _AXIS.fullmatch(name.strip())
         # Recognisers were trained on columns such as left_fx before these were known for axes.
-        if match and not (match["before"] and name in wanted):
+        if match and not (match["before"] and name in requested):
             sensor = found.setdefault(" ".join(filter(None, match.group(1, 3))).lower(), {})
             sensor.setdefault(match["axis"].lower(), column)
     return {key: axes for key, axes in found.items() if set(axes) == {"x", "y", "z"}}
 
 
-def channel_map(channels: Sequence[Channel], wanted: Sequence[str] | None = None) -> ChannelMap:
+def channel_map(channels: Sequence[Channel], requested: Sequence[str] | None = None) -> ChannelMap:
     """Find the recognition channels of a recording.
 
     A 3-axis force sensor is known by names such as ``fx1 fy1 fz1``, ``Fx_left``, ``left fx`` or
     ``force z 2``.
 
-    Parameters
-    ----------
-    channels : sequence of Channel, length c
-        The recorded channels.
-    wanted : sequence of str, optional
-        Names of recognition channels to keep, in this order; all by default. What is not wanted
-        is not computed.
-
-    Raises
-    ------
-    InputError
-        If a wanted channel is not there, or is wanted twice.
+    `channels` length c: the recorded channels; `requested`: names of recognition channels to keep,
+    in this order; all by default. What is not wanted is not computed.
     """
     names = [channel.name for channel in channels]
-    sensors = _sensors(names, wanted or ())
+    sensors = _sensors(names, requested or ())
     found: dict[str, tuple[int, ...]] = {}
     for sensor, axes in sensors.items():
         found[f"tangential {sensor}".strip()] = (axes["x"], axes["y"])
@@ -97,7 +80,7 @@ def channel_map(channels: Sequence[Channel], wanted: Sequence[str] | None = None
     for column, name in enumerate(names):
         if column not in used:
             found[name if name not in found else f"{name} (column {column + 1})"] = (column,)
-    chosen = list(found) if wanted is None else list(wanted)
+    chosen = list(found) if requested is None else list(requested)
     if len(set(chosen)) < len(chosen):
         raise InputError(f"A recognition channel is named twice in {', '.join(chosen)}.")
     missing = [name for name in chosen if name not in found]

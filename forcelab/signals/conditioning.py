@@ -12,15 +12,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = [
-    "Conditioned",
-    "condition",
-    "glitches",
-    "in_short_runs",
-    "noise_level",
-    "robust_peak",
-]
-
 #: Differences below this share of a channel's size come from the rounding of float64. Its size is
 #: the largest value but for one in :data:`RARE`: a glitch must not pass all else for rounding.
 ROUNDING, RARE = 64 * float(np.finfo(np.float64).eps), 64
@@ -34,21 +25,15 @@ STEP_SHARE = 0.1
 
 @dataclass(frozen=True, slots=True)
 class Conditioned:
-    """Channels ready for transforming.
+    """Channels ready for transforming."""
 
-    Parameters
-    ----------
-    values : ndarray of float64, shape (c, n)
-        ``(x - median) / 2**exponent``, with absolute values below 2; all zero for a constant.
-    exponent : ndarray of int, shape (c,)
-        The power of two taken out of each channel; 0 for a constant channel.
-    noise : ndarray of float64, shape (c,)
-        Standard deviation of each channel's white noise, in units of `values`;
-        ``noise * 2**exponent`` is in the unit of the channel.
-    """
-
+    #: (c, n), ``(x - median) / 2**exponent``, with absolute values below 2; all zero for a
+    #: constant.
     values: NDArray[np.float64]
+    #: (c,), the power of two taken out of each channel; 0 for a constant channel.
     exponent: NDArray[np.int64]
+    #: (c,), standard deviation of each channel's white noise, in units of `values`; ``noise *
+    #: 2**exponent`` is in the unit of the channel.
     noise: NDArray[np.float64]
 
 
@@ -71,20 +56,17 @@ def glitches(channel: NDArray[np.float64]) -> NDArray[np.bool_]:
     samples. The rounding of one could be louder than the force all along a recording, and the
     narrowest wavelets, which ring for ever, would hear nothing else.
 
-    Parameters
-    ----------
-    channel : ndarray, shape (n,)
-        What is not finite is missing already, and no glitch.
+    `channel` (n,): what is not finite is missing already, and no glitch.
     """
     found = np.zeros(len(channel), dtype=bool)
-    there = np.isfinite(channel)
-    good = channel[there]
+    finite = np.isfinite(channel)
+    good = channel[finite]
     # Nothing is further from the median than twice the largest: as good as always the answer.
     if not good.size or np.max(np.abs(good)) <= GLITCH / 2:
         return found
     with np.errstate(over="ignore"):
         away = np.abs(good - np.median(good))
-        found[there] = away > GLITCH * max(1.0, float(robust_peak(away)))
+        found[finite] = away > GLITCH * max(1.0, float(robust_peak(away)))
     return in_short_runs(found)
 
 
@@ -105,18 +87,9 @@ def noise_level(values: NDArray[np.float64]) -> NDArray[np.float64]:
     second differences or more are zero, as of counts that mostly repeat, it is the noise of
     rounding: the step between values over the square root of 12.
 
-    Parameters
-    ----------
-    values : ndarray of float64, shape (..., n)
-        Finite, below 1e307.
+    `values` (..., n): finite, below 1e307. Gives (...): in the unit of `values`; 0 for fewer than
+    three samples and where nothing ever changes.
 
-    Returns
-    -------
-    ndarray of float64, shape (...)
-        In the unit of `values`; 0 for fewer than three samples and where nothing ever changes.
-
-    Notes
-    -----
     Second differences of rounded values are multiples of the step: their median is nothing, or
     gives more than the noise of rounding. So the step matters in the first case only, and a
     smooth signal, whose differences are small but not nothing, is never taken for a rounded one.
@@ -155,14 +128,7 @@ def _rounding_noise(channel: NDArray[np.float64], rounding: float) -> float:
 def condition(x: ArrayLike) -> Conditioned:
     """Prepare channels for a transform.
 
-    Parameters
-    ----------
-    x : array_like of real numbers, shape (c, n), n >= 1
-        Any real type, byte order and memory layout; NaN and infinity mark missing samples.
-
-    Returns
-    -------
-    Conditioned
+    `x` (c, n): any real type, byte order and memory layout; NaN and infinity mark missing samples.
     """
     values = np.array(x, dtype=np.float64, order="C", ndmin=2)
     exponent = np.zeros(len(values), dtype=np.int64)

@@ -22,8 +22,6 @@ from forcelab.jobs import Progress
 from forcelab.signals.conditioning import noise_level
 from forcelab.signals.grid import readings
 
-__all__ = ["ContactEvent", "finding_contacts"]
-
 Array = NDArray[np.float64]
 Kind = Literal["touch", "leave", "jerk"]
 
@@ -55,22 +53,13 @@ _time = attrgetter("time")
 
 @dataclass(frozen=True, slots=True)
 class ContactEvent:
-    """An instant at which something began or ended to press, or slipped.
+    """An instant at which something began or ended to press, or slipped."""
 
-    Parameters
-    ----------
-    time : float
-        When it sets in, s on the force clock.
-    kind : "touch", "leave" or "jerk"
-        The force rose from rest, came back to it, or changed abruptly.
-    clearness : float
-        How far above the threshold; 1 is just there. Comparable between channels and kinds: of a
-        jerk by the peak of |dF/dt|, of a touch by the largest deviation from rest within 20 scales
-        after it, of a leave by that before it.
-    """
-
-    time: float
-    kind: Kind
+    time: float  # when it sets in, s on the force clock
+    kind: Kind  # the force rose from rest, came back to it, or changed abruptly
+    #: How far above the threshold; 1 is just there. Comparable between channels and kinds: of a
+    #: jerk by the peak of |dF/dt|, of a touch by the largest deviation from rest within 20 scales
+    #: after it, of a leave by that before it.
     clearness: float
 
 
@@ -83,36 +72,16 @@ class _Levels:
     rate: float
 
 
-def finding_contacts(
+def find_contacts(
     times: ArrayLike, signals: ArrayLike
 ) -> Generator[Progress, None, tuple[ContactEvent, ...]]:
     """Find the contact events of a demonstration.
 
-    Parameters
-    ----------
-    times : array_like, shape (n,)
-        Stamps in s, strictly increasing; may be irregular and have gaps.
-    signals : array_like, shape (n, c)
-        NaN or infinity marks a missing sample.
+    `times` (n,): stamps in s, strictly increasing; may be irregular and have gaps; `signals` (n,
+    c): NaN or infinity marks a missing sample. They come in order of time, no two closer than
+    ``MERGED * SCALE`` (or two sample periods, if that is more); of those that were closer, the
+    clearest.
 
-    Yields
-    ------
-    Progress
-        For each stretch of a channel.
-
-    Returns
-    -------
-    tuple of ContactEvent
-        In order of time, no two closer than ``MERGED * SCALE`` (or two sample periods, if that is
-        more); of those that were closer, the clearest.
-
-    Raises
-    ------
-    InputError
-        If the shapes do not fit.
-
-    Notes
-    -----
     The force is smoothed with a Gaussian of standard deviation :data:`SCALE` (at least one sample),
     and so are the stamps: their ratio of differences is the rate of change, whatever the sampling.
     A stretch without samples longer than :data:`~forcelab.demonstration.GAP_PERIODS` periods ends
@@ -131,9 +100,9 @@ def finding_contacts(
         progress = Progress(column, values.shape[1], "looking for contact events")
         yield progress
         good = np.isfinite(readings(values[:, column]))  # a glitch would hide all forces beside it
-        whole = bool(good.all())
-        t = stamps if whole else stamps[good]
-        x = values[:, column] if whole else values[good, column]
+        complete = bool(good.all())
+        t = stamps if complete else stamps[good]
+        x = values[:, column] if complete else values[good, column]
         if t.size < 3:
             continue
         levels = yield from _levels(x, period, progress)
@@ -143,11 +112,10 @@ def finding_contacts(
             for events in _in_run(t[first:last], x[first:last], levels, period):
                 found += events
                 yield progress
-    return _merged(found, max(MERGED * SCALE, 2.0 * period))
+    return _merge(found, max(MERGED * SCALE, 2.0 * period))
 
 
 def _sigma(period: float) -> float:
-    """The scale in samples."""
     return max(SCALE / period, 1.0)
 
 
@@ -159,11 +127,11 @@ def _levels(x: Array, period: float, progress: Progress) -> Generator[Progress, 
     """
     sigma = _sigma(period)
     blocks = [x] if x.size <= SAMPLED else np.array_split(x, 16)
-    looked = [np.asarray(block[: SAMPLED // len(blocks)], dtype=np.float64) for block in blocks]
-    noise = float(np.median([float(noise_level(block)) for block in looked]))
+    samples = [np.asarray(block[: SAMPLED // len(blocks)], dtype=np.float64) for block in blocks]
+    noise = float(np.median([float(noise_level(block)) for block in samples]))
     # The densest half of a half of few samples lies anywhere in the noise: what is within the noise
     # of it tells where the middle is.
-    spread = np.concatenate(looked)[:: max(1, len(looked) * looked[0].size // 8192)]
+    spread = np.concatenate(samples)[:: max(1, len(samples) * samples[0].size // 8192)]
     rest = _densest(spread)
     near = spread[np.abs(spread - rest) <= AT_REST * noise]
     rest = float(np.median(near)) if near.size else rest
@@ -221,7 +189,7 @@ def _in_run(t: Array, x: Array, levels: _Levels, period: float) -> Iterator[list
 
 
 def _crossings(
-    t: Array, y: Array, core: slice, levels: _Levels, seen: int, pressed: bool | None
+    t: Array, y: Array, core: slice, levels: _Levels, reach: int, pressed: bool | None
 ) -> tuple[list[ContactEvent], bool]:
     """Touches and leaves in the core of a chunk, and the state after it."""
     part = y[core]
@@ -235,7 +203,7 @@ def _crossings(
         place = core.start + change
         moment = _crossing(t, y, place, HYSTERESIS * levels.force)
         touched = bool(filled[change])
-        around = y[place : place + seen] if touched else y[max(place - seen, 0) : place]
+        around = y[place : place + reach] if touched else y[max(place - reach, 0) : place]
         clear = float(np.max(around, initial=0.0)) / levels.force
         events.append(ContactEvent(moment, "touch" if touched else "leave", clear))
     return events, bool(filled[-1])
@@ -276,13 +244,13 @@ def _jerks(
     return events
 
 
-def _merged(events: list[ContactEvent], apart: float) -> tuple[ContactEvent, ...]:
+def _merge(events: list[ContactEvent], apart: float) -> tuple[ContactEvent, ...]:
     """In order of time, the clearest of those that are closer than `apart`."""
-    kept: list[ContactEvent] = []
+    clearest: list[ContactEvent] = []
     for event in sorted(events, key=_time):
-        if kept and event.time - kept[-1].time < apart:
-            if event.clearness > kept[-1].clearness:
-                kept[-1] = event
+        if clearest and event.time - clearest[-1].time < apart:
+            if event.clearness > clearest[-1].clearness:
+                clearest[-1] = event
         else:
-            kept.append(event)
-    return tuple(kept)
+            clearest.append(event)
+    return tuple(clearest)

@@ -18,14 +18,6 @@ from forcelab.signals.conditioning import condition
 from forcelab.signals.cwt_engine import laid_into_ring, ring_length, ring_response
 from forcelab.signals.wavelets import Morlet, Wavelet
 
-__all__ = [
-    "cwt",
-    "frequencies",
-    "geometric_scales",
-    "transform_channels",
-    "usual_scales",
-]
-
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
@@ -33,22 +25,8 @@ Complex = NDArray[np.complex128]
 def geometric_scales(first: float = 2.0, last: float = 1024.0, spacing: float = 1.0) -> Real:
     """Scales ``first * 2**(j * spacing)``, up to and with `last`.
 
-    Parameters
-    ----------
-    first, last : float
-        Smallest and largest scale, in samples.
-    spacing : float
-        Distance of neighbouring scales in octaves (the method's dj).
-
-    Returns
-    -------
-    ndarray, shape (k,)
-        Scales in samples, rising.
-
-    Raises
-    ------
-    InputError
-        If a number is not positive or `last` lies below `first`.
+    `first`, `last`: smallest and largest scale, in samples; `spacing`: distance of neighbouring
+    scales in octaves (the method's dj). Gives (k,): scales in samples, rising.
     """
     if not (0 < first <= last < np.inf and 0 < spacing < np.inf):
         raise InputError(
@@ -69,17 +47,7 @@ def usual_scales(n: int, first: float = 2.0, spacing: float = 1.0) -> Real:
 def frequencies(scales: ArrayLike, rate: float, wavelet: Wavelet) -> Real:
     """Frequencies in Hz that the scales answer to most.
 
-    Parameters
-    ----------
-    scales : array_like, shape (k,)
-        In samples.
-    rate : float
-        Samples a second.
-    wavelet : Wavelet
-
-    Returns
-    -------
-    ndarray, shape (k,)
+    `scales` (k,): in samples. Gives (k,).
     """
     return rate / (wavelet.fourier_factor * np.asarray(scales, dtype=np.float64))
 
@@ -87,17 +55,8 @@ def frequencies(scales: ArrayLike, rate: float, wavelet: Wavelet) -> Real:
 def transform_channels(values: Real, scales: Real, wavelet: Wavelet) -> Complex:
     """Transform conditioned channels; :func:`cwt` is the safe way in.
 
-    Parameters
-    ----------
-    values : ndarray of float64, shape (c, n)
-        Finite, moderate in size, as from :func:`forcelab.signals.conditioning.condition`.
-    scales : ndarray, shape (k,)
-        In samples.
-    wavelet : Wavelet
-
-    Returns
-    -------
-    ndarray of complex128, shape (c, k, n)
+    `values` (c, n): finite, moderate in size, as from
+    :func:`forcelab.signals.conditioning.condition`; `scales` (k,): in samples. Gives (c, k, n).
     """
     c, n = values.shape
     out = np.empty((c, len(scales), n), dtype=np.complex128)

@@ -64,18 +64,11 @@ ROW = 64
 
 @dataclass(frozen=True)
 class Kernel:
-    """An exponential of semicircle.
+    """An exponential of semicircle."""
 
-    Parameters
-    ----------
-    taps : int
-        Its width w in steps of the grid: even.
-    beta : float
-        How fast it falls; about ``pi w (1 - 1 / (2 s))`` for a grid s times as fine as the band
-        needs ([1]_, equation 3.8 for s = 2).
-    """
-
-    taps: int
+    taps: int  # its width w in steps of the grid: even
+    #: How fast it falls; about ``pi w (1 - 1 / (2 s))`` for a grid s times as fine as the band
+    #: needs ([1]_, equation 3.8 for s = 2).
     beta: float
 
     def __call__(self, z: Real) -> Real:
@@ -125,26 +118,14 @@ class Interpolation:
 
     Each row of the left factor holds `inputs` neighbouring points of the grid, `points` after those
     of the row before, and gives the ``points * step`` samples from its middle.
-
-    Parameters
-    ----------
-    step : int
-        D, samples of a step of the grid.
-    points : int
-        Steps that one row of the product covers.
-    before : int
-        Points of the grid that a row needs before its first sample.
-    matrix : ndarray, shape (inputs, points * step)
-        For real and imaginary parts apart.
-    interleaved : ndarray, shape (2 * inputs, 2 * points * step)
-        The same for parts in turn, as complex numbers lie in memory: half of it is zero, but its
-        product is written where it belongs at once.
     """
 
-    step: int
-    points: int
-    before: int
-    matrix: NDArray[np.floating]
+    step: int  # D, samples of a step of the grid
+    points: int  # steps that one row of the product covers
+    before: int  # points of the grid that a row needs before its first sample
+    matrix: NDArray[np.floating]  # (inputs, points * step), for real and imaginary parts apart
+    #: (2 * inputs, 2 * points * step), the same for parts in turn, as complex numbers lie in
+    #: memory: half of it is zero, but its product is written where it belongs at once.
     interleaved: NDArray[np.floating]
 
     @property
@@ -205,27 +186,17 @@ FINE_COPIES = (8.0, 1.6)
 
 @dataclass(frozen=True)
 class Design:
-    """What a tolerance asks of transforming with one Morlet wavelet.
+    """What a tolerance asks of transforming with one Morlet wavelet."""
 
-    Parameters
-    ----------
-    reach : float
-        Half-width of the wavelet in scales, beyond which it is left away.
-    low, high : float
-        Band outside of which its spectrum is left away, in radians per unit of scale.
-    kernel : Kernel
-    points : float
-        Fewest points of the grid a scale: the step may be up to ``scale / points`` samples.
-    rate, gaussian : float
-        For transforming on a copy of the signal: its samples to the shortest period wanted, and
-        the width of the Gaussian that makes it, in its steps.
-    """
-
-    reach: float
+    reach: float  # half-width of the wavelet in scales, beyond which it is left away
+    #: low and high: Band outside of which its spectrum is left away, in radians per unit of scale.
     low: float
     high: float
     kernel: Kernel
+    #: Fewest points of the grid a scale: the step may be up to ``scale / points`` samples.
     points: float
+    #: rate and gaussian: For transforming on a copy of the signal: its samples to the shortest
+    #: period wanted, and the width of the Gaussian that makes it, in its steps.
     rate: float
     gaussian: float
 
@@ -248,13 +219,7 @@ class Design:
 
 @cache
 def design(p: float, tolerance: float) -> Design:
-    """Work out the cheapest design for a Morlet wavelet that holds a tolerance.
-
-    Raises
-    ------
-    InputError
-        If the tolerance is none of :data:`TOLERANCES`.
-    """
+    """Work out the cheapest design for a Morlet wavelet that holds a tolerance."""
     if tolerance not in TOLERANCES:
         choices = ", ".join(f"{known:g}" for known in TOLERANCES)
         raise InputError(f"The engine's tolerance is one of {choices}, not {tolerance:g}.")
@@ -280,13 +245,8 @@ def band(tolerance: float) -> tuple[Kernel, float, float]:
     In units of the Gaussian's width in frequency the band is 1 up to half of its end, and falls by
     ``erfc((u - high / 2) / sqrt(2)) / 2``.
 
-    Returns
-    -------
-    kernel : Kernel
-    points : float
-        Fewest points of the grid to one over the Gaussian's width.
-    high : float
-        Where the band ends.
+    Gives `points`: fewest points of the grid to one over the Gaussian's width; `high`: where the
+    band ends.
     """
     flat = math.sqrt(2 * math.log(1 / (SHARE * tolerance)))
     u = np.linspace(0.0, 2 * flat, 200)
@@ -338,15 +298,7 @@ def response(wavelet: Morlet, scale: float, omega: Real) -> Real:
 def held(values: Real, start: int, stop: int) -> Real:
     """Samples ``[start, stop)``; before the first and after the last the end values hold.
 
-    Parameters
-    ----------
-    values : ndarray, shape (c, n)
-    start, stop : int
-
-    Returns
-    -------
-    ndarray, shape (c, stop - start)
-        A view where no end value is needed.
+    `values` (c, n). Gives (c, stop - start): a view where no end value is needed.
     """
     n = values.shape[1]
     if start >= 0 and stop <= n:
@@ -364,15 +316,7 @@ def without_line(parts: Real) -> tuple[Real, Real]:
 
     The ring that a part is transformed in would turn the line into a jump.
 
-    Parameters
-    ----------
-    parts : ndarray, shape (..., m)
-
-    Returns
-    -------
-    rest : ndarray, shape (..., m)
-    slopes : ndarray, shape (..., 1)
-        Of the lines, from value to value.
+    `parts` (..., m). Gives `rest` (..., m); `slopes` (..., 1): of the lines, from value to value.
     """
     last = parts.shape[-1] - 1
     slopes = (parts[..., -1:] - parts[..., :1]) / last
@@ -385,14 +329,10 @@ Complex = NDArray[np.complexfloating[Any, Any]]
 
 
 class Sink(Protocol):
-    """Takes coefficients, part by part.
+    """Takes coefficients, part by part."""
 
-    Attributes
-    ----------
-    direct : ndarray of real, shape (c, k, 2 * padded), or None
-        Where real and imaginary parts in turn can be written without the sink's help.
-    """
-
+    #: (c, k, 2 * padded), where real and imaginary parts in turn can be written without the sink's
+    #: help.
     direct: Floats | None
 
     def write(self, channels: slice, scales: slice, start: int, real: Floats, imag: Floats) -> None:
@@ -405,12 +345,7 @@ class Sink(Protocol):
 class Coefficients:
     """Complex coefficients.
 
-    Parameters
-    ----------
-    channels, scales, n : int
-    padded : int
-        Samples with those that only fill the last row of a product.
-    single : bool
+    `padded`: samples with those that only fill the last row of a product.
     """
 
     def __init__(self, channels: int, scales: int, n: int, padded: int, single: bool) -> None:
@@ -434,18 +369,8 @@ class Coefficients:
 class LogPolar:
     """Log magnitudes and phases.
 
-    Parameters
-    ----------
-    channels : int
-    floor : ndarray, shape (k,)
-        Magnitudes below are raised to it, and their phase, which means nothing, is 0.
-    n : int
-    single : bool
-
-    Attributes
-    ----------
-    magnitudes, phases : ndarray, shape (c, k, n)
-        Natural logarithms, and radians in -pi .. pi.
+    `floor` (k,): magnitudes below are raised to it, and their phase, which means nothing, is 0;
+    `magnitudes`, `phases` (c, k, n): natural logarithms, and radians in -pi .. pi.
     """
 
     direct: Floats | None = None
@@ -486,20 +411,10 @@ STRETCH = 1 << 14
 def spectrum(ring: Callable[[NDArray[np.int64]], Real], length: int, kind: Any) -> list[Complex]:
     """Half of the spectrum of a real ring.
 
-    Parameters
-    ----------
-    ring : callable
-        Gives the ring's samples at some indices.
-    length : int
-        L, a multiple of the square of :data:`PARTS`.
-    kind : dtype
-        Complex, of the result; transforms of the parts are in double precision.
-
-    Returns
-    -------
-    list of ndarray, shape (P / 2 + 1,) each
-        ``X[j P + k]`` for all j < M; those for k above P / 2 are conjugates of others, as the
-        ring is real.
+    `ring`: gives the ring's samples at some indices; `length`: L, a multiple of the square of
+    :data:`PARTS`; `kind`: complex, of the result; transforms of the parts are in double precision.
+    Gives (P / 2 + 1,): ``X[j P + k]`` for all j < M; those for k above P / 2 are conjugates of
+    others, as the ring is real.
     """
     index = PARTS * np.arange(length // PARTS)
     table: list[Complex] = []
@@ -518,22 +433,9 @@ def from_spectrum(
 ) -> Iterator[tuple[int, Complex]]:
     """The ring of a spectrum times a response, in pieces.
 
-    Parameters
-    ----------
-    table : list of ndarray
-        From :func:`spectrum`. It is used up, and is empty in the end: both it and what is made of
-        it would take a third more memory.
-    length : int
-        L.
-    response : callable
-        Gives the factors of the bins of a slice of 0 .. L.
-
-    Yields
-    ------
-    start : int
-        Index of a sample of the ring.
-    piece : ndarray, shape (m,)
-        The samples from there on.
+    `table`: from :func:`spectrum`. It is used up, and is empty in the end: both it and what is made
+    of it would take a third more memory; `response`: gives the factors of the bins of a slice of 0
+    .. L.
     """
     part, width = length // PARTS, length // PARTS**2
     half, kind = part // 2, table[0].dtype
@@ -579,21 +481,12 @@ CHUNK = 1 << 16
 
 @dataclass(frozen=True)
 class Smoothing:
-    """How copies are made, and which of them there are.
+    """How copies are made, and which of them there are."""
 
-    Parameters
-    ----------
-    steps : tuple of int
-        Samples between the values of each copy: 1, rising, each a multiple of the one before.
-    width : float
-        Of the Gaussians, in steps of the copy that they make.
-    half : int
-        Half-width in the same steps, beyond which they are left away.
-    """
-
+    #: Samples between the values of each copy: 1, rising, each a multiple of the one before.
     steps: tuple[int, ...]
-    width: float
-    half: int
+    width: float  # of the Gaussians, in steps of the copy that they make
+    half: int  # half-width in the same steps, beyond which they are left away
 
     def variance(self, step: int) -> float:
         """Of all Gaussians that a copy went through together, in samples squared."""
@@ -612,10 +505,7 @@ class _Copy:
 class Copies:
     """All copies of some channels, made when they are first asked for.
 
-    Parameters
-    ----------
-    values : ndarray, shape (c, n)
-    smoothing : Smoothing
+    `values` (c, n).
     """
 
     def __init__(self, values: Real, smoothing: Smoothing) -> None:
@@ -669,18 +559,9 @@ def gaussian_means(
 ) -> Real:
     """Weighted means at every `ratio` values, :data:`MEANS_A_ROW` in a row of a matrix product.
 
-    Parameters
-    ----------
-    values : callable
-        Gives the values ``[start, stop)``, shape (channels, stop - start), counted from the first
-        one that a mean is taken of.
-    channels, rows, ratio : int
-    matrix : ndarray
-        From :func:`mean_weights`.
-
-    Returns
-    -------
-    ndarray, shape (channels, rows * ROW)
+    `values`: gives the values ``[start, stop)``, shape (channels, stop - start), counted from the
+    first one that a mean is taken of; `matrix`: from :func:`mean_weights`. Gives (channels, rows *
+    ROW).
     """
     out = np.empty((channels, rows * MEANS_A_ROW))
     beyond = len(matrix) - MEANS_A_ROW * ratio

@@ -151,16 +151,8 @@ def _response(
 class Ring:
     """Some scales by products in the Fourier space of whole rings.
 
-    Parameters
-    ----------
-    n : int
-        Samples of a channel.
-    scales : ndarray, shape (s,)
-    members : sequence of int
-        Their places among all scales.
-    wavelet : Wavelet
-    single : bool
-        Whether to invert in single precision; spectra are always taken in double.
+    `scales` (s,); `members`: their places among all scales; `single`: whether to invert in single
+    precision; spectra are always taken in double.
     """
 
     def __init__(
@@ -246,13 +238,7 @@ def whole_spectra(
 ) -> NDArray[np.complexfloating[Any, Any]]:
     """Spectra of real rows at positive and negative frequencies, shape (..., length).
 
-    Parameters
-    ----------
-    half : ndarray, shape (..., length // 2 + 1)
-        From ``rfft``.
-    length : int
-    single : bool
-        Whether to give single precision.
+    `half` (..., length // 2 + 1): from ``rfft``; `single`: whether to give single precision.
     """
     bins = half.shape[-1]
     whole = np.empty((*half.shape[:-1], length), dtype=np.complex64 if single else np.complex128)
@@ -279,25 +265,10 @@ class Frames:
     rest of a slow force is lost in single precision. Its transform is one number, ``-i`` times the
     slope times the response's derivative at frequency 0.
 
-    Parameters
-    ----------
-    n : int
-        Samples of a channel.
-    margin : int
-        Samples to both sides that take part in a coefficient.
-    single : bool
-        Whether to invert in single precision; spectra are always taken in double.
-    multiple : int
-        The hop is a multiple of it.
-
-    Attributes
-    ----------
-    length, margin, hop : int
-        In samples; a frame begins `margin` before the first of its coefficients.
-    count : int
-        Frames that n samples take.
-    together : int
-        Frames that fill the cache.
+    `margin`: samples to both sides that take part in a coefficient; `single`: whether to invert in
+    single precision; spectra are always taken in double; `multiple`: the hop is a multiple of it;
+    `length`, `margin`, `hop`: in samples; a frame begins `margin` before the first of its
+    coefficients; `count`: frames that n samples take; `together`: frames that fill the cache.
     """
 
     def __init__(self, n: int, margin: int, single: bool, multiple: int = 1) -> None:
@@ -318,18 +289,9 @@ class Frames:
     def spectra(self, part: Real, frames: int) -> tuple[Complex, Real]:
         """Spectra and slopes of neighbouring frames.
 
-        Parameters
-        ----------
-        part : ndarray, shape (c, (frames - 1) * hop + length or more)
-            From `margin` samples before the first coefficient on.
-        frames : int
-
-        Returns
-        -------
-        spectra : ndarray, shape (c, frames, length)
-            At positive and negative frequencies, without the straight lines.
-        slopes : ndarray, shape (c, frames)
-            Of the lines, a sample.
+        `part` (c, (frames - 1) * hop + length or more): from `margin` samples before the first
+        coefficient on. Gives `spectra` (c, frames, length): at positive and negative frequencies,
+        without the straight lines; `slopes` (c, frames): of the lines, a sample.
         """
         c, length = len(part), self.length
         strides = (part.strides[0], self.hop * part.strides[1], part.strides[1])
@@ -341,14 +303,8 @@ class Frames:
     def rows(self, spectra: Complex, slopes: Real, weights: Floats, slope: float) -> Complex:
         """Coefficients of frames, shape (c, frames, hop).
 
-        Parameters
-        ----------
-        spectra, slopes : ndarray
-            From :meth:`spectra`.
-        weights : ndarray
-            From :meth:`weights`.
-        slope : float
-            The response's derivative at frequency 0.
+        `spectra`, `slopes`: from :meth:`spectra`; `weights`: from :meth:`weights`; `slope`: the
+        response's derivative at frequency 0.
         """
         product = np.empty_like(spectra)
         np.multiply(spectra.view(weights.dtype), weights, out=product.view(weights.dtype))
@@ -387,18 +343,8 @@ def _length(n: int, margin: int, multiple: int) -> int:
 class Narrow:
     """Some neighbouring scales by overlap and save.
 
-    Parameters
-    ----------
-    n : int
-        Samples of a channel.
-    scales : ndarray, shape (s,)
-        Rising, none of them cut at the Nyquist frequency.
-    members : sequence of int
-        Their places among all scales.
-    wavelet : Morlet
-    design : Design
-    single : bool
-        Whether to invert in single precision; spectra are always taken in double.
+    `scales` (s,): rising, none of them cut at the Nyquist frequency; `members`: their places among
+    all scales; `single`: whether to invert in single precision; spectra are always taken in double.
     """
 
     def __init__(
@@ -472,27 +418,14 @@ ROWS = 4
 
 @dataclass(frozen=True)
 class _Grid:
-    """Neighbouring scales with the same grid.
+    """Neighbouring scales with the same grid."""
 
-    Parameters
-    ----------
-    scales : slice
-        Their places among all scales.
-    step : int
-        D, in samples.
-    points : int
-        Of the grid, over the whole ring.
-    lines : ndarray of complex128, shape (s,)
-        Bin 0 of what a line of slope 1 a value gives.
-    positive, negative : ndarray, shape (s, 2 * bins)
-        By what the spectrum's bins 0, 1, 2, ... and -1, -2, ... are multiplied, each twice: for
-        their real and imaginary parts.
-    """
-
-    scales: slice
-    step: int
-    points: int
-    lines: Complex128
+    scales: slice  # their places among all scales
+    step: int  # D, in samples
+    points: int  # of the grid, over the whole ring
+    lines: Complex128  # (s,), bin 0 of what a line of slope 1 a value gives
+    #: positive and negative: (s, 2 * bins), by what the spectrum's bins 0, 1, 2, ... and -1, -2,
+    #: ... are multiplied, each twice: for their real and imaginary parts.
     positive: Real
     negative: Real
 
@@ -500,24 +433,11 @@ class _Grid:
 class Wide:
     """Some neighbouring scales on coarse grids, from one spectrum of each block of samples.
 
-    Parameters
-    ----------
-    n : int
-        Samples of a channel.
-    block : int
-        Samples that are transformed at once, a multiple of :data:`WIDEST_STEP`.
-    scales : ndarray, shape (s,)
-        Rising.
-    first : int
-        Place of the first one among all scales; the others follow.
-    wavelet : Morlet
-    design : Design
-    single : bool
-        Whether to interpolate in single precision.
-    rate_step : int
-        The spectrum is taken of a copy of the signal at every so many samples.
-    variance : float
-        Of the Gaussians that the copy went through, in samples squared.
+    `block`: samples that are transformed at once, a multiple of :data:`WIDEST_STEP`; `scales` (s,):
+    rising; `first`: place of the first one among all scales; the others follow; `single`: whether
+    to interpolate in single precision; `rate_step`: the spectrum is taken of a copy of the signal
+    at every so many samples; `variance`: of the Gaussians that the copy went through, in samples
+    squared.
     """
 
     def __init__(
@@ -689,19 +609,8 @@ STRETCH = 1 << 16
 class Cut:
     """Some scales of long rings, cut at the Nyquist frequency.
 
-    Parameters
-    ----------
-    n : int
-        Samples of a channel.
-    scales : ndarray, shape (s,)
-        Rising.
-    members : sequence of int
-        Their places among all scales.
-    wavelet : Morlet
-    design : Design
-    tolerance : float
-    single : bool
-        Whether to give single precision; spectra are always taken in double.
+    `scales` (s,): rising; `members`: their places among all scales; `single`: whether to give
+    single precision; spectra are always taken in double.
     """
 
     def __init__(
@@ -881,17 +790,8 @@ class _Path(Protocol):
 class Plan:
     """A transform that is ready to run; use :func:`plan_for`, which keeps plans.
 
-    Parameters
-    ----------
-    n : int
-        Samples of a channel.
-    scales : sequence of float
-        In samples, positive, in any order.
-    wavelet : Wavelet
-    tolerance : float
-        One of 1e-3, 1e-5, 1e-7, 1e-10 and 1e-14.
-    single : bool
-        Whether coefficients are given in single precision, and interpolated in it.
+    `scales`: in samples, positive, in any order; `tolerance`: one of 1e-3, 1e-5, 1e-7, 1e-10 and
+    1e-14; `single`: whether coefficients are given in single precision, and interpolated in it.
     """
 
     def __init__(
@@ -972,14 +872,8 @@ class Plan:
     def coefficients(self, values: Real) -> Complex:
         """Transform channels.
 
-        Parameters
-        ----------
-        values : ndarray of float64, shape (c, n)
-            Finite, moderate in size, as from :func:`forcelab.signals.conditioning.condition`.
-
-        Returns
-        -------
-        ndarray of complex64 or complex128, shape (c, k, n)
+        `values` (c, n): finite, moderate in size, as from
+        :func:`forcelab.signals.conditioning.condition`. Gives (c, k, n).
         """
         sink = Coefficients(len(values), len(self.scales), self.n, self._padded, self.single)
         self._run(values, sink)
@@ -988,16 +882,9 @@ class Plan:
     def log_polar(self, values: Real) -> tuple[Floats, Floats]:
         """Log magnitudes and phases of channels, without their coefficients ever being kept.
 
-        Parameters
-        ----------
-        values : ndarray of float64, shape (c, n)
-            As for :meth:`coefficients`.
-
-        Returns
-        -------
-        magnitudes, phases : ndarray of float32 or float64, shape (c, k, n)
-            Natural logarithms, and radians from -pi to pi. Magnitudes below :data:`ROUNDING` times
-            the root of the scale are raised to that, and their phase is 0.
+        `values` (c, n). Gives `magnitudes`, `phases` (c, k, n): natural logarithms, and radians
+        from -pi to pi. Magnitudes below :data:`ROUNDING` times the root of the scale are raised to
+        that, and their phase is 0.
         """
         floor = ROUNDING * np.sqrt(self.scales[self._order])
         sink = LogPolar(len(values), floor, self.n, self.single)
@@ -1035,23 +922,11 @@ def plan_for(
 ) -> Plan:
     """A plan for transforms; the last few are kept and given again.
 
-    Parameters
-    ----------
-    n : int
-        Samples of a channel, at least 1.
-    scales : array_like, shape (k,)
-        In samples, positive, in any order.
-    wavelet : Wavelet, optional
-        The Morlet with p = 5 by default. Any other than the complex Morlet takes the plain way.
-    tolerance : float
-        1e-3, 1e-5, 1e-7, 1e-10 or 1e-14: error relative to the largest coefficient of its scale.
-    double : bool
-        Whether to give double precision where single precision holds the tolerance.
-
-    Raises
-    ------
-    InputError
-        If there are no samples, a scale is not positive or the tolerance is unknown.
+    `n`: samples of a channel, at least 1; `scales` (k,): in samples, positive, in any order;
+    `wavelet`: the Morlet with p = 5 by default. Any other than the complex Morlet takes the plain
+    way; `tolerance`: 1e-3, 1e-5, 1e-7, 1e-10 or 1e-14: error relative to the largest coefficient of
+    its scale; `double`: whether to give double precision where single precision holds the
+    tolerance.
     """
     sizes = np.asarray(scales, dtype=np.float64)
     if n < 1:

@@ -19,8 +19,7 @@ from numpy.typing import NDArray
 from forcelab.demonstration import GAP_PERIODS, LARGEST, Demonstration
 from forcelab.errors import InputError
 from forcelab.signals.conditioning import bridge, glitches
-
-__all__ = ["Grid", "measured", "on_grid", "readings"]
+from forcelab.text import counted
 
 #: Stamps count as uniform when none is further than this share of a period from its place.
 UNIFORM = 0.02
@@ -34,27 +33,16 @@ Columns = Sequence[NDArray[np.float64]]
 
 @dataclass(frozen=True, slots=True)
 class Grid:
-    """Signals on a uniform grid.
+    """Signals on a uniform grid."""
 
-    Parameters
-    ----------
-    times : ndarray of float64, shape (n,)
-        Seconds on the demonstration's clock.
-    signals : ndarray of float64, shape (n, c)
-        Missing samples bridged by straight lines.
-    valid : ndarray of bool, shape (n,)
-        False in gaps of the stamps and in runs of samples that are missing (NaN, infinite, beyond
-        :data:`~forcelab.demonstration.LARGEST`, or a glitch as of
-        :func:`~forcelab.signals.conditioning.glitches`), longer than
-        :data:`~forcelab.demonstration.GAP_PERIODS` periods.
-    rate : float
-        Samples a second.
-    """
-
-    times: NDArray[np.float64]
-    signals: NDArray[np.float64]
+    times: NDArray[np.float64]  # (n,), seconds on the demonstration's clock
+    signals: NDArray[np.float64]  # (n, c), missing samples bridged by straight lines
+    #: (n,), false in gaps of the stamps and in runs of samples that are missing (NaN, infinite,
+    #: beyond :data:`~forcelab.demonstration.LARGEST`, or a glitch as of
+    #: :func:`~forcelab.signals.conditioning.glitches`), longer than
+    #: :data:`~forcelab.demonstration.GAP_PERIODS` periods.
     valid: NDArray[np.bool_]
-    rate: float
+    rate: float  # samples a second
 
 
 def measured(values: NDArray[np.float64]) -> NDArray[np.bool_]:
@@ -102,49 +90,37 @@ def on_grid(
 ) -> Grid:
     """Bring a demonstration onto a uniform grid.
 
-    Parameters
-    ----------
-    demonstration : Demonstration
-    rate : float, optional
-        Samples a second; the demonstration's own rate by default, and also where the two differ
-        by less than 1 %, as measured rates of one device do.
-    columns : sequence of int, length c, optional
-        Recorded columns to take; all by default. What the others miss makes nothing invalid.
-
-    Returns
-    -------
-    Grid
-        Its rate is the demonstration's own where the one asked for differs from it by less than
-        1 %, since resampling would cost more than so small a stretch of the scales; else the one
-        asked for to within 0.1 %, as a ratio of whole numbers to the demonstration's own.
-
-    Raises
-    ------
-    InputError
-        If the grid would have more than :data:`MAX_SAMPLES` samples.
+    `rate`: samples a second; the demonstration's own rate by default, and also where the two differ
+    by less than 1 %, as measured rates of one device do; `columns` length c: recorded columns to
+    take; all by default. What the others miss makes nothing invalid. The grid's rate is the
+    demonstration's own where the one asked for differs from it by less than 1 %, since resampling
+    would cost more than so small a stretch of the scales; else the one asked for to within 0.1 %,
+    as a ratio of whole numbers to the demonstration's own.
     """
     recorded = demonstration.signals
-    wanted = range(recorded.shape[1]) if columns is None else columns
-    chosen = [readings(recorded[:, column]) for column in wanted]
-    own = 1.0 / demonstration.period
-    asked = rate or demonstration.rate
-    if abs(asked / own - 1) < SAME_RATE:
-        asked = own
+    columns_read = range(recorded.shape[1]) if columns is None else columns
+    chosen = [readings(recorded[:, column]) for column in columns_read]
+    recorded_rate = 1.0 / demonstration.period
+    target = rate or demonstration.rate
+    if abs(target / recorded_rate - 1) < SAME_RATE:
+        target = recorded_rate
     # Places from both ends: the median period's rounding would add up over a long recording.
     places = np.linspace(demonstration.times[0], demonstration.times[-1], len(demonstration.times))
-    uniform = bool(np.max(np.abs(demonstration.times - places)) <= UNIFORM / own)
-    if uniform and asked == own:
+    uniform = bool(np.max(np.abs(demonstration.times - places)) <= UNIFORM / recorded_rate)
+    if uniform and target == recorded_rate:
         times = demonstration.times
         signals = np.stack([bridge(column) for column in chosen], axis=1)
-    elif asked >= own:
-        times = demonstration.start + np.arange(_count(demonstration, asked)) / asked
+    elif target >= recorded_rate:
+        times = demonstration.start + np.arange(_count(demonstration, target)) / target
         signals = _lines(times, demonstration.times, chosen)
     else:
-        fine = demonstration.start + np.arange(_count(demonstration, own)) / own
+        fine = demonstration.start + np.arange(_count(demonstration, recorded_rate)) / recorded_rate
         # Fine samples a grid sample, as a fraction whose filter stays short for any rate.
-        ratio = Fraction(own / asked).limit_denominator(max(1, int(1000 * asked / own)))
+        ratio = Fraction(recorded_rate / target).limit_denominator(
+            max(1, int(1000 * target / recorded_rate))
+        )
         up, down = ratio.denominator, ratio.numerator
-        asked = own * up / down
+        target = recorded_rate * up / down
         # With the usual beta of 5 a constant force would come out with a ripple of 1e-3.
         from scipy.signal import resample_poly  # takes a second to load
 
@@ -155,13 +131,13 @@ def on_grid(
             padtype="edge",
             window=("kaiser", 8.0),
         )
-        times = demonstration.start + np.arange(len(signals)) / asked
+        times = demonstration.start + np.arange(len(signals)) / target
     valid = np.ones(len(times), dtype=bool)
     for start, end in (*demonstration.gaps, *_missing_runs(demonstration, chosen)):
         # A stamp that lies on the edge but for rounding is on its far side.
-        first, last = np.searchsorted(times, (start - 1e-6 / asked, end - 1e-6 / asked))
+        first, last = np.searchsorted(times, (start - 1e-6 / target, end - 1e-6 / target))
         valid[first:last] = False
-    return Grid(times, signals, valid, asked)
+    return Grid(times, signals, valid, target)
 
 
 def _count(demonstration: Demonstration, rate: float) -> int:
@@ -173,3 +149,17 @@ def _count(demonstration: Demonstration, rate: float) -> int:
             f"{count:.3g} samples at {rate:.6g} Hz; remove stray stamps or ask for a lower rate."
         )
     return count
+
+
+def glitch_remarks(demonstration: Demonstration) -> list[str]:
+    """A remark on samples that :func:`~forcelab.signals.conditioning.glitches` finds, if any."""
+    counts = {}
+    for channel, values in zip(demonstration.channels, demonstration.signals.T, strict=True):
+        if number := int(glitches(np.where(measured(values), values, np.nan)).sum()):
+            counts[channel.name] = number
+    if not counts:
+        return []
+    total = sum(counts.values())
+    each = ", ".join(f"{name} {number:,}" for name, number in counts.items())
+    are = "is a glitch, no force, and counts" if total == 1 else "are glitches, no force, and count"
+    return [f"{counted(total, 'sample')} {are} as missing ({each})."]

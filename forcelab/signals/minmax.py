@@ -1,17 +1,12 @@
-"""Minimum and maximum of a channel in every pixel column.
+"""Least and greatest sample of a channel in every pixel column of the screen.
 
-The columns of the screen: which samples lie in each, and which blocks of them are looked at. What
-is found here serves all channels of a demonstration; the envelope finds the extremes of each
-channel with it, and says why these blocks.
-
-The envelope of a channel: the least and the greatest sample of every column of the screen. A curve
-of more samples than the screen has columns is drawn as one upright line a column, from the least to
-the greatest sample whose stamp lies in it; nothing vanishes, however far out one zooms. A pyramid
-of the extremes of 16, 64, 256, ... samples, built once, gives a column's extremes at a cost that
-does not depend on how many samples it holds:
-
-* of the coarsest level of which a mean column still holds 16 blocks, all blocks that touch a column
-  are looked at: they lie next to each other, so that many of them cost less than to pick few.
+A curve of more samples than the screen has columns is drawn as one upright line a column, from the
+least to the greatest sample whose stamp lies in it; nothing vanishes, however far out one zooms.
+`Columns` says which samples lie in each column, for all channels of a demonstration; an `Envelope`
+finds the extremes of one channel in them. A pyramid of the extremes of 16, 64, 256, ... samples,
+built once, gives a column's extremes at a cost that does not depend on how many samples it holds:
+of the coarsest level of which a mean column still holds 16 blocks, all blocks that touch a column
+are looked at. They lie next to each other, so that many of them cost less than to pick few.
 
 Below 64 samples a column, its extremes are exactly those of its samples. From there on, every
 sample of a column is in its extremes, and at either end less than one block of its neighbours may
@@ -64,53 +59,36 @@ Whole = NDArray[np.int64]
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Ends:
-    """The samples, or the blocks of one level, at both ends of columns.
+    """The samples, or the blocks of one level, at both ends of columns."""
 
-    Parameters
-    ----------
-    which : ndarray of int64, shape (m,)
-        The columns that hold any.
-    blocks : ndarray of int64, shape (2 * few, m)
-        Those of each, none outside of it, some of them more than once.
-    """
-
-    which: Whole
-    blocks: Whole
+    which: Whole  # (m,), the columns that hold any
+    blocks: Whole  # (2 * few, m), those of each, none outside of it, some of them more than once
 
     @classmethod
     def of(cls, which: Whole, firsts: Whole, lasts: Whole, few: int) -> _Ends:
         """The `few` at either end of the runs from `firsts` up to `lasts`."""
-        there = firsts < lasts
-        first, final = firsts[there], lasts[there] - 1
+        occupied = firsts < lasts
+        first, final = firsts[occupied], lasts[occupied] - 1
         steps = np.arange(few)[:, np.newaxis]
         ends = (np.minimum(first + steps, final), np.maximum(final - steps, first))
-        return cls(which[there], np.concatenate(ends))
+        return cls(which[occupied], np.concatenate(ends))
 
 
 class Columns:
     """Which samples lie in each column of the screen; shared by all channels of a demonstration.
 
-    Parameters
-    ----------
-    times : ndarray of float64, shape (n,)
-        Stamps in seconds, strictly increasing; they need not be regular.
-    edges : array_like, shape (k + 1,)
-        Edges of the columns in seconds, rising; column ``i`` holds the samples with
-        ``edges[i] <= time < edges[i + 1]``.
-    longest : float
-        Neighbouring stamps further apart than this many seconds have a gap between them.
-
-    Attributes
-    ----------
-    firsts, lasts : ndarray of int64, shape (k,)
-        Column ``i`` holds the samples ``firsts[i]`` up to, not including, ``lasts[i]``.
+    `times` (n,): stamps in seconds, strictly increasing; they need not be regular; `edges` (k +
+    1,): edges of the columns in seconds, rising; column ``i`` holds the samples with ``edges[i] <=
+    time < edges[i + 1]``; `longest`: neighbouring stamps further apart than this many seconds have
+    a gap between them; `firsts`, `lasts` (k,): column ``i`` holds the samples ``firsts[i]`` up to,
+    not including, ``lasts[i]``.
     """
 
     def __init__(self, times: Real, edges: ArrayLike, longest: float = np.inf) -> None:
         self._times: Real = np.asarray(times)
         self._edges: Real = np.asarray(edges, dtype=np.float64)
         self._longest = longest
-        self._adopt(_found(self._times, self._edges))
+        self._adopt(_columns_of(self._times, self._edges))
 
     def _adopt(self, bounds: Whole) -> None:
         """Take the first sample of each column, and the one after the last column."""
@@ -123,12 +101,10 @@ class Columns:
 
     @property
     def samples(self) -> int:
-        """Samples in all columns together."""
         return int(self._bounds[-1] - self._bounds[0])
 
     @cached_property
     def full(self) -> Whole:
-        """The columns that hold a sample."""
         return np.flatnonzero(self.firsts < self.lasts)
 
     @property
@@ -235,7 +211,7 @@ class Columns:
         return which, np.stack([begin[which], end[which]], axis=1).ravel()
 
 
-def _found(times: Real, edges: Real) -> Whole:
+def _columns_of(times: Real, edges: Real) -> Whole:
     """The first sample at or after each edge, as :func:`numpy.searchsorted` has it.
 
     Of many stamps that are equally far apart it is computed and looked at, in a quarter of the time
@@ -259,14 +235,10 @@ Limits = tuple[float, float] | Real  # each one for all values, or one for each 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Extremes:
-    """The least and the greatest sample of each of k columns.
+    """The least and the greatest sample of each of k columns."""
 
-    Parameters
-    ----------
-    low, high : ndarray of float64, shape (k,)
-        In the channel's unit; NaN where a column holds no sample or only missing ones.
-    """
-
+    #: low and high: (k,), in the channel's unit; NaN where a column holds no sample or only missing
+    #: ones.
     low: Real
     high: Real
 
@@ -277,22 +249,11 @@ class Envelope:
     What was read already can be drawn while the rest is read: a reader in another thread raises
     :attr:`filled` after the extremes are there.
 
-    Parameters
-    ----------
-    signals : ndarray of float64, shape (n, c)
-        All channels, perhaps mapped into memory; NaN or infinity marks a missing sample.
-    column : int
-        Which of them.
-
-    Attributes
-    ----------
-    filled : int
-        The pyramid holds the samples before this one.
-    limits : tuple of float or None
-        Samples beyond them count as missing; None where none is, and until all was read.
-    glitches : ndarray of int64
-        Which of these samples are glitches: not those of long runs, as of a number that stands
-        for a sensor that was not there.
+    `signals` (n, c): all channels, perhaps mapped into memory; NaN or infinity marks a missing
+    sample; `filled`: the pyramid holds the samples before this one; `limits`: samples beyond them
+    count as missing; None where none is, and until all was read; `glitches`: which of these samples
+    are glitches: not those of long runs, as of a number that stands for a sensor that was not
+    there.
     """
 
     def __init__(self, signals: Real, column: int) -> None:
@@ -313,7 +274,6 @@ class Envelope:
 
     @property
     def bytes(self) -> int:
-        """Memory of the pyramid."""
         return sum(level.nbytes for level in self._levels)
 
     @property
@@ -341,11 +301,8 @@ class Envelope:
     def extremes(self, columns: Columns) -> Extremes:
         """The least and the greatest sample of each column.
 
-        Parameters
-        ----------
-        columns : Columns
-            Of the same demonstration. Where they need a pyramid, samples that were not read yet
-            are left out.
+        `columns`: of the same demonstration. Where they need a pyramid, samples that were not read
+        yet are left out.
         """
         low, high = np.full(len(columns), np.inf), np.full(len(columns), -np.inf)
         if columns.pyramid:
@@ -368,7 +325,6 @@ class Envelope:
         return drawn_together([self], columns)[0]
 
     def _from_pyramid(self, columns: Columns, low: Real, high: Real) -> None:
-        """Find extremes by the pyramid."""
         if not len(columns.full):
             return
         if columns.ends:
@@ -391,8 +347,8 @@ class Envelope:
 
     def _leave_out_glitches(self) -> None:
         """Count as missing what no sensor can have read, now that all was read."""
-        whole = self._outermost()
-        if whole is None or max(-whole[0], whole[1]) <= GLITCH / 2:
+        outermost = self._outermost()
+        if outermost is None or max(-outermost[0], outermost[1]) <= GLITCH / 2:
             return  # no glitch is as small: as good as always the answer
         values = np.array(self.values)
         known = readings(values)
@@ -419,8 +375,8 @@ def drawn_together(envelopes: Sequence[Envelope], columns: Columns) -> list[Extr
     met = _met(envelopes, columns)
     lowest, highest = np.fmin(met[:, :-1], met[:, 1:]), np.fmax(met[:, :-1], met[:, 1:])
     return [
-        Extremes(np.fmin(one.low, low), np.fmax(one.high, high))
-        for one, low, high in zip(found, lowest, highest, strict=True)
+        Extremes(np.fmin(envelope.low, low), np.fmax(envelope.high, high))
+        for envelope, low, high in zip(found, lowest, highest, strict=True)
     ]
 
 
@@ -442,7 +398,7 @@ def _few(envelopes: Sequence[Envelope], columns: Columns) -> list[Extremes] | No
     least, greatest = lows.min(axis=0), highs.max(axis=0)
     least[np.isposinf(least)] = greatest[np.isneginf(greatest)] = np.nan
     low[columns.full], high[columns.full] = least, greatest
-    return [Extremes(low[:, one._column], high[:, one._column]) for one in envelopes]
+    return [Extremes(low[:, envelope._column], high[:, envelope._column]) for envelope in envelopes]
 
 
 def _met(envelopes: Sequence[Envelope], columns: Columns) -> Real:
@@ -472,10 +428,7 @@ def read_envelopes(envelopes: Sequence[Envelope]) -> Generator[Progress, None, N
 
     A step is one chunk of one channel, some milliseconds in which numpy lets other threads run.
 
-    Parameters
-    ----------
-    envelopes : sequence of Envelope
-        Each goes on where it stopped before.
+    `envelopes`: each goes on where it stopped before.
     """
     envelopes = [envelope for envelope in envelopes if envelope.filled < len(envelope)]
     if not envelopes:

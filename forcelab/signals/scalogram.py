@@ -119,22 +119,9 @@ def magnitudes(
 
     The span is read and transformed as a whole: memory is 40 bytes for each of its samples.
 
-    Parameters
-    ----------
-    source : Source
-    noise : float
-        Standard deviation of the channel's white noise, in its unit.
-    places : tuple of two floats
-        Where the picture begins and ends, in samples of the grid.
-    scales : ndarray, shape (k,)
-        In samples, rising.
-    columns : int
-    wavelet : Morlet
-
-    Returns
-    -------
-    ndarray of float32, shape (k, columns)
-        Decimal logarithms of magnitudes in the channel's unit; NaN where nothing is known.
+    `noise`: standard deviation of the channel's white noise, in its unit; `places`: where the
+    picture begins and ends, in samples of the grid; `scales` (k,): in samples, rising. Gives (k,
+    columns): decimal logarithms of magnitudes in the channel's unit; NaN where nothing is known.
     """
     grid = Columns(places[0], (places[1] - places[0]) / columns, columns)
     bounds = grid.bounds()
@@ -172,17 +159,8 @@ def phases(
 ) -> Generator[Progress, None, Picture]:
     """Phases at the columns' centre samples; a job.
 
-    Parameters
-    ----------
-    source, noise, places, scales, columns, wavelet
-        As of :func:`magnitudes`.
-    spots : bool
-        By the sums around the columns' centres alone, and look for gaps only there.
-
-    Returns
-    -------
-    ndarray of float32, shape (k, columns)
-        Radians; NaN where nothing is known, or at the floor.
+    `spots`: by the sums around the columns' centres alone, and look for gaps only there. Gives (k,
+    columns): radians; NaN where nothing is known, or at the floor.
     """
     grid = Columns(places[0], (places[1] - places[0]) / columns, columns)
     level, known = yield from _levels(source, grid, spots)
@@ -265,17 +243,9 @@ def decimal(
 ) -> Picture:
     """Decimal logarithms of magnitudes in the channel's unit, where something is known.
 
-    Parameters
-    ----------
-    power : ndarray of float32, shape (k, c)
-        ``|W|^2`` of samples that were divided by ``2**exponent``; NaN where not computed.
-    noise : float
-        Of the channel, in its unit.
-    scales : ndarray, shape (k,)
-    exponent : int
-    known : ndarray of bool, shape (c,)
-    largest : float or ndarray, shape (c,)
-        Of the divided samples; of those that each column rests on.
+    `power` (k, c): ``|W|^2`` of samples that were divided by ``2**exponent``; NaN where not
+    computed; `noise`: of the channel, in its unit; `scales` (k,); `known` (c,); `largest` (c,): of
+    the divided samples; of those that each column rests on.
     """
     with np.errstate(divide="ignore"):
         size = 0.5 * np.log10(power)
@@ -379,16 +349,7 @@ def wide(
 ) -> Generator[Progress, None, Picture]:
     """The largest magnitude of each column, of wide wavelets; a job.
 
-    Parameters
-    ----------
-    means : Source
-        From :func:`means_of`.
-    noise, places, scales, columns, wavelet
-        As of :func:`~forcelab.signals.scalogram.magnitudes`, in samples, not in means.
-
-    Returns
-    -------
-    ndarray of float32, shape (k, columns)
+    `means`: from :func:`means_of`. Gives (k, columns).
     """
     first, last = ((place - (MEAN - 1) / 2) / MEAN for place in places)
     # A coefficient adds up so many times fewer values, weighted by a wavelet of a smaller scale.
@@ -416,21 +377,9 @@ _LARGEST = 1e15
 class Tiles:
     """The cells of one channel at some scales.
 
-    Parameters
-    ----------
-    source : Source
-    noise : float
-        Standard deviation of the channel's white noise, in its unit.
-    level : Level
-        Of the channel's usual samples.
-    scales : ndarray, shape (k,)
-        In samples, rising.
-    wavelet : Morlet
-
-    Attributes
-    ----------
-    cell : int
-        Samples of a cell: a power of two, 64 for recordings up to 1e7 samples and 150 scales.
+    `noise`: standard deviation of the channel's white noise, in its unit; `level`: of the channel's
+    usual samples; `scales` (k,): in samples, rising; `cell`: samples of a cell: a power of two, 64
+    for recordings up to 1e7 samples and 150 scales.
     """
 
     def __init__(
@@ -472,11 +421,7 @@ class Tiles:
     def bounds(self, grid: Columns) -> tuple[int, NDArray[np.int64]]:
         """Samples of the cells that columns are put together from, and the nearest edges.
 
-        Returns
-        -------
-        size : int
-        edges : ndarray of int64, shape (count + 1,)
-            In samples, multiples of `size`.
+        Gives `edges` (count + 1,): in samples, multiples of `size`.
         """
         size = self.cell
         while 2 * size * RATIO <= grid.width and size * RATIO <= CHUNK:
@@ -487,11 +432,7 @@ class Tiles:
     def missing(self, first: float, last: float, size: int = 0) -> list[int]:
         """The chunks of a span, in samples, that are still to be computed.
 
-        Parameters
-        ----------
-        first, last : float
-        size : int
-            Samples of the cells that are wanted; by default the smallest.
+        `size`: samples of the cells that are wanted; by default the smallest.
         """
         begin = max(0, int(first) // CHUNK)
         end = min(len(self._ready), -(-int(last + 1) // CHUNK))
@@ -583,18 +524,9 @@ class Tiles:
     def picture(self, grid: Columns) -> tuple[Picture, Flags]:
         """Put a picture together.
 
-        Parameters
-        ----------
-        grid : Columns
-            Which :meth:`serve` accepts. Edges move to the nearest cell.
-
-        Returns
-        -------
-        values : ndarray of float32, shape (k, count)
-            Decimal logarithms of the largest magnitudes in the channel's unit; NaN where nothing
-            is known.
-        done : ndarray of bool, shape (count,)
-            Which columns are computed; the others mean nothing.
+        `grid`: which :meth:`serve` accepts. Edges move to the nearest cell. Gives `values` (k,
+        count): decimal logarithms of the largest magnitudes in the channel's unit; NaN where
+        nothing is known; `done` (count,): which columns are computed; the others mean nothing.
         """
         size, edges = self.bounds(grid)
         level = self._level_of(size)
@@ -658,31 +590,16 @@ class Survey:
     channel's means, and the tiles of the scales that were last asked for: one job at a time may
     use them.
 
-    Parameters
-    ----------
-    source : Source
-        The channel on its grid.
-    noise : float
-        Standard deviation of the channel's white noise, in its unit.
-    low, high : float
-        Decimal logarithms of the magnitudes for the first and the last colour.
-    level : Level
-        Middle and size of the samples.
-    wavelet : Morlet
-
-    Attributes
-    ----------
-    means : Source or None
-        The channel in means, once :meth:`averaging` has gone through it.
-    kept : bool
-        Whether the tiles came from a file, or were to be written into one.
+    `means`: the channel in means, once :meth:`averaging` has gone through it; `kept`: whether the
+    tiles came from a file, or were to be written into one.
     """
 
-    source: Source
-    noise: float
+    source: Source  # the channel on its grid
+    noise: float  # standard deviation of the channel's white noise, in its unit
+    #: low and high: Decimal logarithms of the magnitudes for the first and the last colour.
     low: float
     high: float
-    level: Level
+    level: Level  # middle and size of the samples
     wavelet: Morlet
     means: Source | None = field(default=None, init=False, repr=False)
     kept: bool = field(default=False, init=False, repr=False)
@@ -710,17 +627,8 @@ class Survey:
 def colour_range(values: NDArray[np.floating], least: float = _LEAST) -> tuple[float, float]:
     """Which magnitudes the colours are for.
 
-    Parameters
-    ----------
-    values : ndarray, shape (n,)
-        Decimal logarithms, at least one, all known.
-    least : float
-        Decades from the first colour to the last at least.
-
-    Returns
-    -------
-    low, high : float
-        Those of the first and the last colour.
+    `values` (n,): decimal logarithms, at least one, all known; `least`: decades from the first
+    colour to the last at least. Gives `low`, `high`: those of the first and the last colour.
     """
     shares = (_DARKEST, 0.5, _BRIGHTEST)
     dark, middle, bright = (float(v) for v in np.quantile(values, shares))
@@ -739,19 +647,8 @@ def survey(
 ) -> Generator[Progress, None, Survey]:
     """Look at stretches of a whole demonstration; a job of at most 5e5 samples.
 
-    Parameters
-    ----------
-    demonstration : Demonstration
-    channel : str
-        A recorded channel, or a recognition channel such as ``"tangential 1"``.
-    largest : float
-        The largest scale that will be shown, in samples.
-    wavelet : Morlet, optional
-
-    Raises
-    ------
-    InputError
-        If there is no such channel, or a stray stamp makes the grid too long.
+    `channel`: a recorded channel, or a recognition channel such as ``"tangential 1"``; `largest`:
+    the largest scale that will be shown, in samples.
     """
     source = yield from open_source(demonstration, channel)
     mother = wavelet or Morlet()
@@ -808,17 +705,11 @@ MOST_ON_DISK = 1 << 30
 ABANDONED = 3600.0
 
 
-def keep(folder: Path, view: Survey, scales: Real) -> bool:
+def store_tiles(folder: Path, view: Survey, scales: Real) -> bool:
     """Write what is known of a channel; gives whether that could be done.
 
-    Parameters
-    ----------
-    folder : Path
-        Of the recording alone, such as the demonstration's in a project.
-    view : Survey
-        All of whose tiles are there.
-    scales : ndarray, shape (k,)
-        Those of the tiles.
+    `folder`: of the recording alone, such as the demonstration's in a project; `view`: all of whose
+    tiles are there; `scales` (k,): those of the tiles.
     """
     source, level = view.source, view.level
     path = _path(folder, source.demonstration, source.channel, scales, view.wavelet)
@@ -842,20 +733,12 @@ def keep(folder: Path, view: Survey, scales: Real) -> bool:
     return True
 
 
-def kept(
+def load_tiles(
     folder: Path, demonstration: Demonstration, channel: str, scales: Real, wavelet: Morlet
 ) -> Survey | None:
     """Read what was kept of a channel; None where there is nothing that fits.
 
-    Parameters
-    ----------
-    folder : Path
-        As of :func:`keep`.
-    demonstration : Demonstration
-        The very one of which it was kept.
-    channel : str
-    scales : ndarray, shape (k,)
-    wavelet : Morlet
+    `demonstration`: the very one of which it was kept; `scales` (k,).
     """
     path = _path(folder, demonstration, channel, scales, wavelet)
     # What is damaged fails the archive's checksums. OverflowError and MemoryError: sizes made up.
@@ -929,33 +812,20 @@ SHOWN = 1 << 20
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Scalogram:
-    """A picture of a span.
+    """A picture of a span."""
 
-    Parameters
-    ----------
-    start, end : float
-        The span in seconds; columns divide it evenly.
-    scales : ndarray, shape (k,)
-        Of the rows, in samples of the grid, rising; rows divide the logarithms evenly.
-    values : ndarray of float32, shape (k, c)
-        Decimal logarithms of the columns' largest magnitudes in the channel's unit, or phases in
-        radians at the columns' centres. NaN where nothing is known: in gaps, outside the
-        recording, at the floor (phases), or not computed yet (the first picture).
-    phase : bool
-        Whether the values are phases.
-    view : Survey
-        Of the channel.
-    coarse : bool
-        Whether a finer picture follows.
-    """
-
+    #: start and end: The span in seconds; columns divide it evenly.
     start: float
     end: float
+    #: (k,), of the rows, in samples of the grid, rising; rows divide the logarithms evenly.
     scales: Real
+    #: (k, c), decimal logarithms of the columns' largest magnitudes in the channel's unit, or
+    #: phases in radians at the columns' centres. NaN where nothing is known: in gaps, outside the
+    #: recording, at the floor (phases), or not computed yet (the first picture).
     values: Picture
-    phase: bool
-    view: Survey
-    coarse: bool
+    phase: bool  # whether the values are phases
+    view: Survey  # of the channel
+    coarse: bool  # whether a finer picture follows
 
 
 @dataclass(frozen=True, slots=True)
@@ -976,24 +846,9 @@ def scalogram(
 ) -> Generator[Step, None, Scalogram]:
     """Compute the picture of a span; a job that yields a coarse picture first.
 
-    Parameters
-    ----------
-    view : Survey
-        Of the channel, from :func:`survey`.
-    start, end : float
-        Visible span in seconds; what lies outside the recording is left out.
-    scales : ndarray, shape (k,)
-        Of the rows, as from :func:`row_scales`.
-    columns : int
-        Of the screen; fewer are computed where there are fewer samples.
-    phase : bool
-        Phases instead of magnitudes.
-
-    Yields
-    ------
-    Step
-        Between two of them lie a few milliseconds. While the tiles of a long span are computed,
-        pictures come that are exact where they are ready and coarse elsewhere.
+    `view`: of the channel, from :func:`survey`; `start`, `end`: visible span in seconds; what lies
+    outside the recording is left out; `scales` (k,): of the rows, as from :func:`row_scales`;
+    `columns`: of the screen; fewer are computed where there are fewer samples.
     """
     source, mother = view.source, view.wavelet
     first = min(max(source.place(start), 0.0), float(source.count - 1))

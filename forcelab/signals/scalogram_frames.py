@@ -49,14 +49,7 @@ def in_threads(
 ) -> Generator[Progress, None, None]:
     """Do tasks, none before its turn; a job.
 
-    Parameters
-    ----------
-    tasks : sequence of callable
-        Most of their time goes into numpy and scipy, which let other threads run.
-    text : str
-        Of the progress.
-    threads : int
-        At most.
+    `tasks`: most of their time goes into numpy and scipy, which let other threads run.
     """
     together = min(threads, os.cpu_count() or 1)
     if together == 1 or len(tasks) <= 1:
@@ -84,14 +77,7 @@ _ROUNDING = 1e-6
 class Columns:
     """Columns of the screen on the grid.
 
-    Parameters
-    ----------
-    first : float
-        Left edge of the first, in samples of the grid.
-    width : float
-        Samples a column, at least 1.
-    count : int
-        How many.
+    `first`: left edge of the first, in samples of the grid; `width`: samples a column, at least 1.
     """
 
     def __init__(self, first: float, width: float, count: int) -> None:
@@ -122,16 +108,8 @@ class Columns:
     def largest(self, power: Single, start: int, step: int) -> Single:
         """The largest power in each column.
 
-        Parameters
-        ----------
-        power : ndarray of float32, shape (s, m)
-            At the samples ``start + i step``, from one in or before the first column to one
-            beyond the last. Between two of them powers lie on a straight line.
-        start, step : int
-
-        Returns
-        -------
-        ndarray of float32, shape (s, count)
+        `power` (s, m): at the samples ``start + i step``, from one in or before the first column to
+        one beyond the last. Between two of them powers lie on a straight line. Gives (s, count).
         """
         bounds = self.bounds() - start
         firsts, lasts = bounds[:-1], np.maximum(bounds[1:] - 1, bounds[:-1])
@@ -218,24 +196,10 @@ def band_rows(
 ) -> Iterator[Complex]:
     """Compute rows from one piece of the signal.
 
-    Parameters
-    ----------
-    values : ndarray of float64, shape (n,)
-        Every `step`-th sample, the columns and the reach of the widest scale on either side.
-    origin : int
-        Place of ``values[0]`` on the grid, in samples.
-    step : int
-        Samples of the grid between two of `values`; what lies above their Nyquist frequency has
-        been filtered out.
-    scales : ndarray, shape (k,)
-        In samples of the grid.
-    wavelet : Morlet
-    columns : Columns
-
-    Yields
-    ------
-    ndarray of complex128, shape (columns.count,)
-        Row by row: coefficients at the columns' centre samples.
+    `values` (n,): every `step`-th sample, the columns and the reach of the widest scale on either
+    side; `origin`: place of ``values[0]`` on the grid, in samples; `step`: samples of the grid
+    between two of `values`; what lies above their Nyquist frequency has been filtered out; `scales`
+    (k,): in samples of the grid.
     """
     spectrum, length = _spectrum(values)
     low, high = band(wavelet)
@@ -303,59 +267,30 @@ def grid_step(scale: float, width: float) -> int:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Rows:
-    """Neighbouring scales with the same grid.
+    """Neighbouring scales with the same grid."""
 
-    Parameters
-    ----------
-    rows : slice
-        Their places among all scales.
-    step : int
-        Samples between two points.
-    first : int
-        The bin of the frame's spectrum that becomes the points' bin 0: powers do not tell by
-        which frequency a row is turned, and the band of a high carrier lies far from 0.
-    positive, negative : ndarray of float32, shape (s, 2 * bins)
-        By what the spectrum's bins `first`, `first` + 1, ... and -1, -2, ... are multiplied, each
-        twice: for their real and imaginary parts.
-    slopes : ndarray of float32, shape (s, 1)
-        What a straight line answers, for each unit of its slope; it lies in the spectrum's bin 0.
-    """
-
-    rows: slice
-    step: int
+    rows: slice  # their places among all scales
+    step: int  # samples between two points
+    #: The bin of the frame's spectrum that becomes the points' bin 0: powers do not tell by which
+    #: frequency a row is turned, and the band of a high carrier lies far from 0.
     first: int
+    #: positive and negative: (s, 2 * bins), by what the spectrum's bins `first`, `first` + 1, ...
+    #: and -1, -2, ... are multiplied, each twice: for their real and imaginary parts.
     positive: Single
     negative: Single
+    #: (s, 1), what a straight line answers, for each unit of its slope; it lies in the spectrum's
+    #: bin 0.
     slopes: Single
 
 
 class Frames:
     """Neighbouring scales that share frames of one length.
 
-    Parameters
-    ----------
-    scales : ndarray, shape (s,)
-        In samples, rising.
-    first : int
-        Place of the first one among all scales.
-    wavelet : Morlet
-    width : float
-        Samples of a column; where a spot is one column, without end.
-    span : int, optional
-        Samples that are wanted at once; frames are made to fit.
-    length : int, optional
-        Samples of a frame instead, a power of two.
-
-    Attributes
-    ----------
-    half : int
-        Samples before and after those that are told about which each frame needs.
-    hop : int
-        Samples that a frame tells about.
-    length : int
-        Samples of a frame.
-    count : int
-        Frames that the span takes.
+    `scales` (s,): in samples, rising; `first`: place of the first one among all scales; `width`:
+    samples of a column; where a spot is one column, without end; `span`: samples that are wanted at
+    once; frames are made to fit; `length`: samples of a frame instead, a power of two; `half`:
+    samples before and after those that are told about which each frame needs; `hop`: samples that a
+    frame tells about; `count`: frames that the span takes.
     """
 
     def __init__(
@@ -424,14 +359,7 @@ class Frames:
         The ring of a frame would turn such a line into a jump, beside which what a slow force
         holds at high frequencies is lost.
 
-        Parameters
-        ----------
-        frames : ndarray of float64, shape (f, length)
-
-        Returns
-        -------
-        spectra : ndarray of complex64, shape (f, length // 2 + 1)
-        slopes : ndarray of float32, shape (f,)
+        `frames` (f, length). Gives `spectra` (f, length // 2 + 1); `slopes` (f,).
         """
         slopes = (frames[:, -1:] - frames[:, :1]) / (self.length - 1)
         flat = np.empty(frames.shape, dtype=np.float32)
@@ -445,10 +373,7 @@ class Frames:
     def cut(self, values: Real) -> Real:
         """Frames of a piece, shape (count, length); its first `half` samples lie before.
 
-        Parameters
-        ----------
-        values : ndarray of float64, shape (n,)
-            At least :attr:`reading` samples.
+        `values` (n,): at least :attr:`reading` samples.
         """
         stride = values.strides[0]
         shape, strides = (self.count, self.length), (self.hop * stride, stride)
@@ -462,13 +387,9 @@ class Frames:
     def tasks(self, values: Real, take: Take) -> list[Callable[[], None]]:
         """What there is to do for a piece; tasks may be done at the same time.
 
-        Parameters
-        ----------
-        values : ndarray of float64, shape (n,)
-            Of which :meth:`cut` makes frames.
-        take : callable
-            Is given which scales, the samples between two points, and their powers, a float32
-            array of shape (scales, points); the first point is that at ``values[half]``.
+        `values` (n,): of which :meth:`cut` makes frames; `take`: is given which scales, the samples
+        between two points, and their powers, a float32 array of shape (scales, points); the first
+        point is that at ``values[half]``.
         """
         return self.tasks_of(self.cut(values), take)
 
@@ -528,15 +449,7 @@ class Frames:
 def bank(scales: Real, wavelet: Morlet, span: int, width: float) -> list[Frames]:
     """Frames for all scales, narrow wavelets with short ones.
 
-    Parameters
-    ----------
-    scales : ndarray, shape (k,)
-        In samples, rising.
-    wavelet : Morlet
-    span : int
-        Samples that are wanted at once.
-    width : float
-        Samples of a column.
+    `scales` (k,): in samples, rising; `span`: samples that are wanted at once.
     """
     found = []
     start = 0
@@ -557,18 +470,10 @@ _LOOKING = threading.Lock()
 
 @dataclass(frozen=True, slots=True)
 class Level:
-    """How samples are shifted and sized before single precision sees them.
+    """How samples are shifted and sized before single precision sees them."""
 
-    Parameters
-    ----------
-    shift : float
-        What lies in the middle of them.
-    exponent : int
-        They are divided by two to this power.
-    """
-
-    shift: float
-    exponent: int
+    shift: float  # what lies in the middle of them
+    exponent: int  # they are divided by two to this power
 
     @classmethod
     def of(cls, low: float, high: float) -> Level:
@@ -585,29 +490,16 @@ class Level:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Source:
-    """A channel on a uniform grid.
-
-    Parameters
-    ----------
-    demonstration : Demonstration
-    channel : str
-        A recorded channel, or a recognition channel such as ``"tangential 1"``.
-    columns : tuple of int
-        The recorded columns it is made of: two for a tangential magnitude, one for any other.
-    uniform : bool
-        Whether the samples are the grid; otherwise straight lines between them are read.
-    rate : float
-        Samples a second.
-    count : int
-        How many samples the grid has.
-    """
+    """A channel on a uniform grid."""
 
     demonstration: Demonstration
-    channel: str
+    channel: str  # a recorded channel, or a recognition channel such as ``"tangential 1"``
+    #: The recorded columns it is made of: two for a tangential magnitude, one for any other.
     columns: tuple[int, ...]
+    #: Whether the samples are the grid; otherwise straight lines between them are read.
     uniform: bool
-    rate: float
-    count: int
+    rate: float  # samples a second
+    count: int  # how many samples the grid has
     _wild: dict[int, NDArray[np.int64]] = field(default_factory=dict, init=False, repr=False)
 
     def place(self, time: float) -> float:
@@ -621,12 +513,9 @@ class Source:
     def read(self, first: int, last: int) -> tuple[Real, Flags]:
         """Read the samples ``first .. last - 1``; beyond the ends the end values hold.
 
-        Returns
-        -------
-        values : ndarray of float64, shape (last - first,)
-            Missing samples are bridged by straight lines, in each recorded column on its own.
-        known : ndarray of bool, shape (last - first,)
-            False in gaps of the stamps, in long runs of missing samples and beyond the ends.
+        Gives `values` (last - first,): missing samples are bridged by straight lines, in each
+        recorded column on its own; `known` (last - first,): false in gaps of the stamps, in long
+        runs of missing samples and beyond the ends.
         """
         inner = max(0, min(first, self.count - 1)), max(1, min(last, self.count))
         parts, known = [], np.ones(inner[1] - inner[0], dtype=bool)
@@ -647,12 +536,8 @@ class Source:
     def pieces(self, firsts: NDArray[np.int64], length: int) -> tuple[Real, Flags]:
         """Read pieces of one length from each of several samples on, faster than one by one.
 
-        Returns
-        -------
-        values : ndarray of float64, shape (len(firsts), length)
-            As of :meth:`read`.
-        known : ndarray of bool, shape (len(firsts),)
-            Whether there is anything known in a piece.
+        Gives `values` (len(firsts), length): as of :meth:`read`; `known` (len(firsts),): whether
+        there is anything known in a piece.
         """
         values = np.empty((len(firsts), length))
         whole = np.zeros(len(firsts), dtype=bool)
@@ -782,13 +667,7 @@ def _long_runs(lost: Flags, before: int, after: int) -> Flags:
 
 
 def columns_of(demonstration: Demonstration, channel: str) -> tuple[int, ...]:
-    """The recorded columns that a channel is made of.
-
-    Raises
-    ------
-    InputError
-        If there is no such channel.
-    """
+    """The recorded columns that a channel is made of."""
     names = [recorded.name for recorded in demonstration.channels]
     if channel in names:
         return (names.index(channel),)
@@ -799,17 +678,8 @@ def columns_of(demonstration: Demonstration, channel: str) -> tuple[int, ...]:
 def open_source(demonstration: Demonstration, channel: str) -> Generator[Progress, None, Source]:
     """Find out on which grid a channel lies; a job.
 
-    Parameters
-    ----------
-    demonstration : Demonstration
-    channel : str
-        Name of a recorded channel, or of a recognition channel (see
-        :func:`~forcelab.signals.channels.channel_map`).
-
-    Raises
-    ------
-    InputError
-        If there is no such channel, or a stray stamp makes the grid too long.
+    `channel`: name of a recorded channel, or of a recognition channel (see
+    :func:`~forcelab.signals.channels.channel_map`).
     """
     columns = columns_of(demonstration, channel)
     times, own = demonstration.times, 1.0 / demonstration.period
@@ -857,21 +727,9 @@ def coarser(
 ) -> Generator[Progress, None, Real]:
     """Read a piece of the signal on a coarser grid, without what that grid cannot hold; a job.
 
-    Parameters
-    ----------
-    source : Source
-    first : int
-        Where the piece begins, in samples.
-    count : int
-        Points of the coarser grid.
-    step : int
-        Samples between them, a power of two; 1 reads the piece as it is.
-    level : Level
-        By which samples are shifted and sized.
-
-    Returns
-    -------
-    ndarray of float64, shape (count,)
+    `first`: where the piece begins, in samples; `count`: points of the coarser grid; `step`:
+    samples between them, a power of two; 1 reads the piece as it is; `level`: by which samples are
+    shifted and sized. Gives (count,).
     """
     out = np.empty(count)
     half = math.ceil(0.5 * _LENGTH * step / (2 * np.pi * (1 - _USED))) if step > 1 else 0
@@ -929,19 +787,8 @@ def sum_rows(
 
     The samples around a column are read once, as far as the widest wavelet reaches.
 
-    Parameters
-    ----------
-    source : Source
-    columns : Columns
-    scales : ndarray, shape (k,)
-        In samples; at least one.
-    wavelet : Morlet
-    level : Level
-        By which samples are shifted and sized.
-
-    Returns
-    -------
-    ndarray of complex128, shape (k, columns.count)
+    `scales` (k,): in samples; at least one; `level`: by which samples are shifted and sized. Gives
+    (k, columns.count).
     """
     kernels = [_kernel(scale, wavelet) for scale in scales.tolist()]
     half = max(len(kernel) for kernel in kernels) // 2

@@ -75,21 +75,13 @@ def reaches(scales: Real, wavelet: Wavelet, tolerance: float) -> NDArray[np.int6
 
 @dataclass(frozen=True)
 class Kernel:
-    """The weights of one scale, as the offline engine has them on an endless signal.
+    """The weights of one scale, as the offline engine has them on an endless signal."""
 
-    Parameters
-    ----------
-    scale : float
-        In samples.
-    response : ndarray of complex128, shape (N,)
-        Fourier transform of the weights at the frequencies of an FFT of length N.
-    values : ndarray of complex128, shape (N,)
-        ``values[m]`` is the weight in the coefficient at `b` of the sample ``b - m``; negative
-        places count from the end.
-    """
-
-    scale: float
+    scale: float  # in samples
+    #: (N,), Fourier transform of the weights at the frequencies of an FFT of length N.
     response: Complex
+    #: (N,), ``values[m]`` is the weight in the coefficient at `b` of the sample ``b - m``; negative
+    #: places count from the end.
     values: Complex
 
     @classmethod
@@ -122,11 +114,8 @@ class Kernel:
     def weights(self, delay: int, past: int) -> Complex:
         """Weights of the samples ``t, t - 1, ..`` in the coefficient at ``t - delay``.
 
-        Returns
-        -------
-        ndarray, shape (delay + past + 1,)
-            The mean of the newest samples stands for all that will follow, and that of the oldest
-            for all before, so that a constant gives nothing.
+        Gives (delay + past + 1,): the mean of the newest samples stands for all that will follow,
+        and that of the oldest for all before, so that a constant gives nothing.
         """
         n = len(self.values)
         kept = self.values[np.arange(-delay, past + 1) % n]
@@ -175,11 +164,7 @@ def level_of(latest: Real) -> Real:
 class Tape:
     """The newest rows of an endless table, in one piece of memory.
 
-    Parameters
-    ----------
-    rows : int
-        How many of the newest rows must stay readable.
-    columns : int
+    `rows`: how many of the newest rows must stay readable.
     """
 
     def __init__(self, rows: int, columns: int) -> None:
@@ -234,24 +219,12 @@ class Tape:
 class Tapes:
     """A stream of samples at its full rate, and decimated.
 
-    Parameters
-    ----------
-    channels : int
-    rows : int
-        Samples that must stay readable before each chunk.
-    coarse : mapping of int to int
-        The same of each decimated copy, by its step.
-
-    Attributes
-    ----------
-    fine : Tape
-        ``(samples - base) / 2**exponent``, where the base follows the samples slowly: a level far
-        from zero would leave the rounding of large numbers in the products.
-    coarse : dict of int to Tape
-        The copies, at multiples of their steps; they begin with what their filter sees before the
-        start, :data:`~forcelab.signals.streaming.HALF` samples.
-    exponent : int
-        0 unless samples are as large or as small as nearly to leave the range of float64.
+    `rows`: samples that must stay readable before each chunk; `coarse`: the same of each decimated
+    copy, by its step; `fine`: ``(samples - base) / 2**exponent``, where the base follows the
+    samples slowly: a level far from zero would leave the rounding of large numbers in the products;
+    `coarse`: the copies, at multiples of their steps; they begin with what their filter sees before
+    the start, :data:`~forcelab.signals.streaming.HALF` samples; `exponent`: 0 unless samples are as
+    large or as small as nearly to leave the range of float64.
     """
 
     def __init__(self, channels: int, rows: int, coarse: Mapping[int, int]) -> None:
@@ -323,34 +296,19 @@ STEPS = (1, 4, 16, 64, 256)
 
 @dataclass(frozen=True)
 class Level:
-    """Scales whose coefficients come from one matrix product.
+    """Scales whose coefficients come from one matrix product."""
 
-    Parameters
-    ----------
-    members : slice or ndarray of int, shape (k,)
-        Places of the scales among all.
-    count : int
-        How many they are, k.
-    step : int
-        Decimation of the copy; 1 where there is none.
-    rows : int
-        Outputs of one product at most; the first of them may be any of the first `step`.
-    coarse, fine : int
-        How many decimated samples, and how many full-rate ones before the first row's, take
-        part. The newest decimated sample lies ``HALF * step`` before the first row's.
-    behind : int
-        Samples that the newest one to take part lies behind the newest of all.
-    matrix : ndarray of float64, shape (rows * k * 2, coarse + fine + rows)
-        Rows by output, scale, and real or imaginary part; columns by time, decimated first.
-    """
-
-    members: slice | NDArray[np.int64]
-    count: int
-    step: int
-    rows: int
+    members: slice | NDArray[np.int64]  # (k,), places of the scales among all
+    count: int  # how many they are, k
+    step: int  # decimation of the copy; 1 where there is none
+    rows: int  # outputs of one product at most; the first of them may be any of the first `step`
+    #: coarse and fine: How many decimated samples, and how many full-rate ones before the first
+    #: row's, take part. The newest decimated sample lies ``HALF * step`` before the first row's.
     coarse: int
     fine: int
-    behind: int
+    behind: int  # samples that the newest one to take part lies behind the newest of all
+    #: (rows * k * 2, coarse + fine + rows), rows by output, scale, and real or imaginary part;
+    #: columns by time, decimated first.
     matrix: Real
 
     @property
@@ -368,23 +326,11 @@ def plan(
 ) -> tuple[list[Level], NDArray[np.int64]]:
     """Group scales and build their matrices.
 
-    Parameters
-    ----------
-    scales : ndarray, shape (k,)
-        In samples.
-    wavelet : Wavelet
-    delays, pasts : ndarray of int, shape (k,)
-        Samples after and before the coefficient that must take part.
-    together : int, optional
-        The delay at which all coefficients are wanted, at least that of each; by default each
-        comes at its own.
-
-    Returns
-    -------
-    levels : list of Level
-    aheads : ndarray of int, shape (k,)
-        Samples after the coefficient that do take part: where all are wanted at one delay, those
-        of a group wait for the same sample, which costs nothing.
+    `scales` (k,): in samples; `delays`, `pasts` (k,): samples after and before the coefficient that
+    must take part; `together`: the delay at which all coefficients are wanted, at least that of
+    each; by default each comes at its own. Gives `aheads` (k,): samples after the coefficient that
+    do take part: where all are wanted at one delay, those of a group wait for the same sample,
+    which costs nothing.
     """
     order = np.argsort(scales, kind="stable")
     levels, aheads = [], delays.copy()
@@ -500,19 +446,10 @@ def _share(
 ) -> None:
     """Give the decimated samples their weights, and the full-rate ones what is left for them.
 
-    Parameters
-    ----------
-    lines : ndarray, shape (rows, columns)
-        With the weights of the full-rate columns; changed.
-    away : ndarray of int, shape (rows, coarse)
-        Distance from each decimated sample to the coefficient's.
-    past : int
-        The largest distance that counts.
-    smooth : ndarray
-        Weight of a decimated sample by distance.
-    places : ndarray of int, shape (coarse,)
-        Where each one's filter is centred among the full-rate columns.
-    filter_ : ndarray
+    `lines` (rows, columns): with the weights of the full-rate columns; changed; `away` (rows,
+    coarse): distance from each decimated sample to the coefficient's; `past`: the largest distance
+    that counts; `smooth`: weight of a decimated sample by distance; `places` (coarse,): where each
+    one's filter is centred among the full-rate columns.
     """
     coarse, half = len(places), len(filter_) // 2
     lines[:, :coarse] = np.where(away <= past, smooth[away % len(smooth)], 0.0)
@@ -550,10 +487,7 @@ EARLY = (
 def early_error(delay_in_scales: ArrayLike) -> Real:
     """The expected error of coefficients `delay_in_scales` after their sample, see :data:`EARLY`.
 
-    Parameters
-    ----------
-    delay_in_scales : array_like
-        Delay over scale, at least 0.
+    `delay_in_scales`: delay over scale, at least 0.
     """
     at = np.clip(np.asarray(delay_in_scales, dtype=np.float64), 0.0, EARLY[0][-1])
     return np.exp(np.interp(at, EARLY[0], np.log(EARLY[1])))
@@ -562,43 +496,18 @@ def early_error(delay_in_scales: ArrayLike) -> Real:
 class StreamingCwt:
     """Wavelet coefficients of samples as they come.
 
-    Parameters
-    ----------
-    scales : array_like, shape (k,)
-        In samples, positive, in any order.
-    channels : int
-    wavelet : Wavelet, optional
-        The Morlet with p = 5 by default.
-    tolerance : float
-        Error of a complete coefficient relative to the largest one of its scale. It is held 3.9
-        scales after the sample for 1.4e-3, 4.8 for 3e-5 and 5.6 for 3e-7 (Morlet).
-    latency : int or array_like of int, shape (k,), optional
-        Samples, of all scales or of each, after which a coefficient is given even if its wavelet
-        has not passed yet, with the last value held beyond. By default every wavelet is waited
-        for.
-    together : bool
-        Whether the coefficients of all scales come at one delay, the latency or else that of the
-        widest, so that a column of what comes belongs to one sample.
+    `scales` (k,): in samples, positive, in any order; `wavelet`: the Morlet with p = 5 by default;
+    `tolerance`: error of a complete coefficient relative to the largest one of its scale. It is
+    held 3.9 scales after the sample for 1.4e-3, 4.8 for 3e-5 and 5.6 for 3e-7 (Morlet); `latency`
+    (k,): samples, of all scales or of each, after which a coefficient is given even if its wavelet
+    has not passed yet, with the last value held beyond. By default every wavelet is waited for;
+    `together`: whether the coefficients of all scales come at one delay, the latency or else that
+    of the widest, so that a column of what comes belongs to one sample; `scales` (k,); `complete`
+    (k,): samples after which the wavelet of each scale has passed; `delays` (k,): samples after
+    which its coefficients are given: `complete`, or the latency; `aheads` (k,): samples after the
+    coefficient's that take part in it, at most the delay; `pasts` (k,): samples before the
+    coefficient's that take part in it.
 
-    Attributes
-    ----------
-    scales : ndarray of float64, shape (k,)
-    complete : ndarray of int, shape (k,)
-        Samples after which the wavelet of each scale has passed.
-    delays : ndarray of int, shape (k,)
-        Samples after which its coefficients are given: `complete`, or the latency.
-    aheads : ndarray of int, shape (k,)
-        Samples after the coefficient's that take part in it, at most the delay.
-    pasts : ndarray of int, shape (k,)
-        Samples before the coefficient's that take part in it.
-
-    Raises
-    ------
-    InputError
-        If a number is out of its range.
-
-    Notes
-    -----
     The cost of a sample does not depend on the size of blocks, nor on how long the stream has
     been running. A wavelet that is cut at the Nyquist frequency (scales below
     ``(p + 3.7) / pi``, 2.8 samples for p = 5) rings for ever, offline too; it is waited for until
@@ -656,21 +565,10 @@ class StreamingCwt:
     def push(self, block: ArrayLike) -> Complex:
         """Take samples and give as many coefficients of each scale.
 
-        Parameters
-        ----------
-        block : array_like, shape (n, channels)
-            Finite numbers. The first sample of all is taken as having held for ever.
-
-        Returns
-        -------
-        ndarray of complex128, shape (channels, k, n)
-            Column `i` of scale `j` is the coefficient at sample ``first + i - delays[j]``, where
-            `first` is what :attr:`pushed` was before; places before 0 are from before the start.
-
-        Raises
-        ------
-        InputError
-            If the block has another number of channels or a sample is not finite.
+        `block` (n, channels): finite numbers. The first sample of all is taken as having held for
+        ever. Gives (channels, k, n): column `i` of scale `j` is the coefficient at sample ``first +
+        i - delays[j]``, where `first` is what :attr:`pushed` was before; places before 0 are from
+        before the start.
         """
         samples = np.asarray(block, dtype=np.float64)
         if samples.ndim != 2 or samples.shape[1] != self.channels:
@@ -697,10 +595,7 @@ class StreamingCwt:
     def finish(self) -> Complex:
         """End the stream: the coefficients that are still to come, with the last value held.
 
-        Returns
-        -------
-        ndarray of complex128, shape (channels, k, m)
-            As of :meth:`push`, for ``m = max(delays)`` further samples.
+        Gives (channels, k, m): as of :meth:`push`, for ``m = max(delays)`` further samples.
         """
         rest = int(np.max(self.delays, initial=0))
         if self._tapes.last is None:
@@ -762,10 +657,6 @@ class CausalGlitches:
 
     What is usual is what the :data:`~forcelab.signals.conditioning.RARE` samples before a glitch
     were like, and it is measured from the last of them: a stream does not know its median.
-
-    Parameters
-    ----------
-    columns : int
     """
 
     def __init__(self, columns: int) -> None:
@@ -774,19 +665,9 @@ class CausalGlitches:
     def push(self, values: Real, ended: bool) -> tuple[Real, int]:
         """Mark glitches.
 
-        Parameters
-        ----------
-        values : ndarray, shape (n, columns)
-            Those that were not settled the last time, and what came since; NaN where missing.
-        ended : bool
-            Whether nothing will follow.
-
-        Returns
-        -------
-        values : ndarray, shape (n, columns)
-            With NaN for glitches.
-        settled : int
-            The first so many; the rest is to be pushed again, with what follows.
+        `values` (n, columns): those that were not settled the last time, and what came since; NaN
+        where missing. Gives `values` (n, columns): with NaN for glitches; `settled`: the first so
+        many; the rest is to be pushed again, with what follows.
         """
         series = np.concatenate([self._past, values])
         settled = len(values)

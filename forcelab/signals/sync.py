@@ -1,13 +1,10 @@
-"""A video's clock found from where its motion and the force change abruptly together.
+"""A video's clock, found from where its motion and the force change abruptly together.
 
-Motion in a video and a force compared for every shift between their clocks. Three correlations are
-added up. Motion is abrupt where it exceeds its running median. It is correlated with the logarithm
-of the force's rate of change, once as it is and once above *its* running median; and the logarithm
-of the motion is, too. Taps count where the video has abrupt motion.
-
-A video's clock found by itself: where its motion and the force change abruptly together. Which
-shift fits best is told by these correlations; here it is made exact by the taps, and it is decided
-how far it may be believed.
+Motion and force are compared for every shift between their clocks; three correlations are added
+up. Motion is abrupt where it exceeds its running median. It is correlated with the logarithm of
+the force's rate of change, once as it is and once above *its* running median; and the logarithm of
+the motion is, too. Taps of a finger count where the video has abrupt motion; they make the best
+shift exact, and how far the result may be believed is decided last.
 """
 
 from __future__ import annotations
@@ -24,11 +21,108 @@ from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
 from forcelab.jobs import Progress
 from forcelab.project.media import name_video
+from forcelab.signals.conditioning import bridge
 from forcelab.signals.grid import readings
-from forcelab.signals.taps import Tap, find_taps, rate_of_change
 from forcelab.video.motion import measuring_motion
 
 Array = NDArray[np.float64]
+
+#: Samples a second at which taps are looked for, at most.
+FINE = 500.0
+#: Smoothing of the force before that, and of its rate of change, s.
+SMOOTH, SCALE = 0.003, 0.02
+#: A tap stands out from the running median over this time, s ...
+REST = 0.3
+#: ... by this many times what else stands out within this time of it, s ...
+CLEAR, AROUND = 12.0, 0.25
+#: ... and is not much less clear than the clearest of the recording ...
+AS_CLEAR = 0.25
+#: ... and is down to a quarter of its height within this time, s.
+LONGEST = 0.08
+#: Samples a second at which the running median is taken.
+COARSE = 100.0
+
+
+@dataclass(frozen=True, slots=True)
+class Tap:
+    """A short strong pulse from rest."""
+
+    time: float  # of its onset, s on the force clock: where it has a quarter of its height
+    height: float  # in the unit of the force
+    clearness: float  # how many times higher it is than all else around it
+
+
+def find_taps(times: Array, force: Array) -> tuple[Tap, ...]:
+    """Find the taps in a force recording.
+
+    `times` (n,): s, strictly increasing; `force` (n, c): NaN or infinity marks missing samples.
+    They come in order of time.
+    """
+    from scipy.ndimage import gaussian_filter1d, maximum_filter1d, median_filter
+
+    period = float(np.median(np.diff(times)))
+    rate = min(1.0 / period, FINE)
+    grid = np.arange(times[0], times[-1], 1.0 / rate)
+    if grid.size < 8:
+        return ()
+    step = max(1, round(rate / COARSE))
+    width = round(REST * rate / step) | 1
+    power = np.zeros(grid.size)
+    for column in force.T:
+        smooth = gaussian_filter1d(_read(grid, times, column), max(SMOOTH * rate, 0.5))
+        rest = median_filter(smooth[::step], width, mode="nearest")
+        power += (smooth - np.interp(grid, grid[::step], rest)) ** 2
+    pulse = np.sqrt(power)
+    reach, own_reach = round(AROUND * rate), round(0.75 * LONGEST * rate)
+    floor = 6.0 * float(np.median(pulse)) + 1e-9 * float(
+        np.max(np.abs(force), initial=0.0, where=np.isfinite(force))
+    )
+    highest = pulse == maximum_filter1d(pulse, 2 * reach + 1)
+    taps = []
+    for peak in np.flatnonzero(highest & (pulse > floor)).tolist():
+        first, last = max(peak - reach, 0), min(peak + reach, pulse.size)
+        below = np.flatnonzero(pulse[first:last] < pulse[peak] / 4) + first
+        before, after = below[below < peak], below[below > peak]
+        if before.size == 0 or after.size == 0 or after[0] - before[-1] > LONGEST * rate:
+            continue
+        around = np.concatenate(
+            [pulse[first : max(peak - own_reach, first)], pulse[peak + own_reach : last]]
+        )
+        usual = float(np.quantile(around, 0.95)) if around.size else 0.0
+        clearness = float(pulse[peak]) / max(usual, floor / 6.0)
+        if clearness >= CLEAR:
+            taps.append(Tap(float(grid[before[-1] + 1]), float(pulse[peak]), clearness))
+    clearest = max((tap.clearness for tap in taps), default=0.0)
+    return tuple(tap for tap in taps if tap.clearness >= AS_CLEAR * clearest)
+
+
+def rate_of_change(times: Array, force: Array, rate: float) -> tuple[Array, Array]:
+    """The magnitude of the force's rate of change over all channels, on a uniform grid.
+
+    `times` (n,): s, strictly increasing; `force` (n, c): NaN or infinity marks missing samples,
+    which straight lines bridge; `rate`: samples a second of the grid. Gives `grid`, `magnitude`
+    (m,): s, and the force's unit a second, smoothed by a Gaussian of standard deviation
+    :data:`SCALE`.
+    """
+    from scipy.ndimage import gaussian_filter1d
+
+    grid = np.arange(times[0], times[-1], 1.0 / rate)
+    power = np.zeros(grid.size)
+    for column in force.T:
+        power += (gaussian_filter1d(_read(grid, times, column), SCALE * rate, order=1) * rate) ** 2
+    return grid, np.sqrt(power)
+
+
+def _read(grid: Array, times: Array, column: Array) -> Array:
+    """A channel at the grid's times, averaged where it has several samples for each of them."""
+    from scipy.ndimage import uniform_filter1d
+
+    values = bridge(np.asarray(column, dtype=np.float64))
+    count = round((grid[1] - grid[0]) / float(np.median(np.diff(times)))) if grid.size > 1 else 1
+    if count > 1:
+        values = uniform_filter1d(values, count, mode="nearest")
+    return np.interp(grid, times, values)
+
 
 #: Clocks differ by no more than this share ...
 DRIFT = 1.2e-3
@@ -49,7 +143,7 @@ APART = 0.3
 
 
 @dataclass(frozen=True, eq=False)
-class Track:
+class MotionSignal:
     """A signal on a grid of `rate` samples a second: its abrupt part, and the whole's logarithm."""
 
     times: Array
@@ -64,7 +158,7 @@ class Track:
 
 
 @dataclass(frozen=True, slots=True)
-class Match:
+class Lag:
     """A shift: its score, the share of it that the next peak has, and its correlation alone."""
 
     clock: ClockMap
@@ -73,7 +167,7 @@ class Match:
     alike: float
 
 
-def motion_track(times: Array, energy: Array, rate: float) -> Track:
+def video_signal(times: Array, energy: Array, rate: float) -> MotionSignal:
     """The video's motion on a grid of `rate` samples a second."""
     from scipy.ndimage import gaussian_filter1d
 
@@ -82,7 +176,7 @@ def motion_track(times: Array, energy: Array, rate: float) -> Track:
     abrupt = np.interp(grid, middle, _abrupt(times, energy))
     usual = float(np.median(energy[1:]))
     level = np.log(energy[1:] + 0.1 * usual + 1e-3)
-    return Track(
+    return MotionSignal(
         grid, gaussian_filter1d(abrupt, 0.015 * rate), np.interp(grid, middle, level), rate
     )
 
@@ -96,7 +190,7 @@ def _abrupt(times: Array, energy: Array) -> Array:
     return np.maximum(root - median_filter(root, width, mode="nearest"), 0.0)
 
 
-def force_track(times: Array, force: Array, rate: float) -> Track:
+def force_signal(times: Array, force: Array, rate: float) -> MotionSignal:
     """The force's rate of change on a grid of `rate` samples a second."""
     from scipy.ndimage import gaussian_filter1d, median_filter
 
@@ -107,7 +201,9 @@ def force_track(times: Array, force: Array, rate: float) -> Track:
     width = round(FORCE_REST * rate) | 1
     abrupt = np.maximum(level - median_filter(level, width, mode="nearest"), 0.0)
     smooth = 0.015 * rate
-    return Track(grid, gaussian_filter1d(abrupt, smooth), gaussian_filter1d(level, smooth), rate)
+    return MotionSignal(
+        grid, gaussian_filter1d(abrupt, smooth), gaussian_filter1d(level, smooth), rate
+    )
 
 
 def rates_to_try(length: float) -> tuple[float, ...]:
@@ -119,7 +215,9 @@ def rates_to_try(length: float) -> tuple[float, ...]:
     return tuple(1.0 + drifts[np.argsort(np.abs(drifts))])
 
 
-def best_shift(motion: Track, force: Track, taps: tuple[Tap, ...], drift: float) -> Match:
+def best_shift(
+    motion: MotionSignal, force: MotionSignal, taps: tuple[Tap, ...], drift: float
+) -> Lag:
     """The best shift for one rate."""
     times = np.arange(motion.times[0] * drift, motion.times[-1] * drift, 1.0 / force.rate)
     abrupt = np.interp(times / drift, motion.times, motion.abrupt)
@@ -127,12 +225,12 @@ def best_shift(motion: Track, force: Track, taps: tuple[Tap, ...], drift: float)
     pairs = ((abrupt, force.abrupt), (abrupt, force.level), (level, force.level))
     alike, lags = _correlation(pairs)
     shift = force.times[0] - times[0] + lags / force.rate
-    score = alike + TAPS * _tapped(times, abrupt, taps, shift) if taps else alike
+    score = alike + TAPS * _tap_votes(times, abrupt, taps, shift) if taps else alike
     top = int(np.argmax(score))
     far = np.abs(shift - shift[top]) > APART
     second, peak = float(np.max(score[far], initial=0.0)), float(score[top])
     clock = ClockMap(_vertex(shift, score, top), drift)
-    return Match(clock, peak, second / peak if peak > 0 else 1.0, float(alike[top]))
+    return Lag(clock, peak, second / peak if peak > 0 else 1.0, float(alike[top]))
 
 
 def _vertex(x: Array, y: Array, top: int) -> float:
@@ -154,10 +252,10 @@ def _correlation(pairs: Iterable[tuple[Array, Array]]) -> tuple[Array, NDArray[n
     from scipy.fft import irfft, next_fast_len, rfft
 
     total: Array | None = None
-    for one, other in pairs:
-        n, m = one.size, other.size
+    for first, second in pairs:
+        n, m = first.size, second.size
         size = next_fast_len(n + m, real=True)
-        a, b = (one - one.mean()) / _spread(one), (other - other.mean()) / _spread(other)
+        a, b = (first - first.mean()) / _spread(first), (second - second.mean()) / _spread(second)
         fa, fb = rfft([np.ones(n), a, a * a], size), rfft([np.ones(m), b, b * b], size)
 
         def sums(i: int, j: int, fa: Any = fa, fb: Any = fb, size: int = size) -> Array:
@@ -183,7 +281,7 @@ def _spread(values: Array) -> float:
     return float(np.std(values)) or 1.0
 
 
-def _tapped(times: Array, abrupt: Array, taps: tuple[Tap, ...], shift: Array) -> Array:
+def _tap_votes(times: Array, abrupt: Array, taps: tuple[Tap, ...], shift: Array) -> Array:
     """How well the taps meet abrupt motion for each shift: -1..1, 0 where they are not filmed."""
     from scipy.ndimage import maximum_filter1d
 
@@ -226,29 +324,19 @@ AGREEING = 1.0
 
 @dataclass(frozen=True, eq=False)
 class Proposal:
-    """A clock that was found, and how far it may be believed.
+    """A clock that was found, and how far it may be believed."""
 
-    Parameters
-    ----------
-    clock : ClockMap
-        From the video's own time to force time.
-    confidence : float
-        0..1. Of the 30 demonstrations of the sample project 22 were above 0.5, all of them right to
-        within 19 ms, and all 30 to within 50 ms; of 20 made after the bounds were set 15, to within
-        18 ms. Above 0.5 were also 15 of 309 videos put to the force of another demonstration, whose
-        taps happened to fit: of the same task one in nine.
-    residual : float
-        Root mean square distance of the taps from the clock, s; 0 without taps.
-    taps : tuple of (float, float)
-        Pairs of video and force time (s) at which a tap was found in both.
-    motion, force : ndarray, shape (2, m)
-        What was compared, for looking at: rows of own times (s) and values of 0..1.
-    """
-
-    clock: ClockMap
+    clock: ClockMap  # from the video's own time to force time
+    #: 0..1. Of the 30 demonstrations of the sample project 22 were above 0.5, all of them right to
+    #: within 19 ms, and all 30 to within 50 ms; of 20 made after the bounds were set 15, to within
+    #: 18 ms. Above 0.5 were also 15 of 309 videos put to the force of another demonstration, whose
+    #: taps happened to fit: of the same task one in nine.
     confidence: float
-    residual: float
+    residual: float  # root mean square distance of the taps from the clock, s; 0 without taps
+    #: Pairs of video and force time (s) at which a tap was found in both.
     taps: tuple[tuple[float, float], ...]
+    #: motion and force: (2, m), what was compared, for looking at: rows of own times (s) and values
+    #: of 0..1.
     motion: Array
     force: Array
 
@@ -258,15 +346,10 @@ class Proposal:
         return self.confidence < TRUSTED
 
 
-def proposing_for(demonstration: Demonstration) -> Generator[Progress, None, Proposal]:
-    """Propose the clock of a demonstration's video; see :func:`proposing`.
+def propose_clock_for(demonstration: Demonstration) -> Generator[Progress, None, Proposal]:
+    """Propose the clock of a demonstration's video; see :func:`propose_clock`.
 
     Channels in newtons are looked at; where there is none, all channels in equal parts.
-
-    Raises
-    ------
-    InputError
-        If there is no video, it cannot be read, or it or the force is too short.
     """
     if demonstration.video is None:
         raise InputError(f"Demonstration '{demonstration.name}' has no video to synchronise.")
@@ -283,62 +366,41 @@ def proposing_for(demonstration: Demonstration) -> Generator[Progress, None, Pro
         force = _known(force)  # as recorded: divided, a glitch would be none
         spread = np.nanstd(force, axis=0)
         force = force / np.where(spread > 0, spread, 1.0)
-    return (yield from proposing(motion.times, motion.energy, demonstration.times, force))
+    return (yield from propose_clock(motion.times, motion.energy, demonstration.times, force))
 
 
-def proposing(
+def propose_clock(
     frame_times: ArrayLike, energy: ArrayLike, force_times: ArrayLike, force: ArrayLike
 ) -> Generator[Progress, None, Proposal]:
     """Propose a video's clock from its motion and the force.
 
-    Parameters
-    ----------
-    frame_times : array_like, shape (n,)
-        Timestamps of the frames on the video's clock, s, strictly increasing.
-    energy : array_like, shape (n,)
-        Motion between the frame before and each frame, such as of
-        :func:`~forcelab.video.motion.measuring_motion`.
-    force_times : array_like, shape (m,)
-        Stamps of the force's samples, s, strictly increasing.
-    force : array_like, shape (m,) or (m, c)
-        Force channels; NaN or infinity marks missing samples.
+    `frame_times` (n,): timestamps of the frames on the video's clock, s, strictly increasing;
+    `energy` (n,): motion between the frame before and each frame, such as of
+    :func:`~forcelab.video.motion.measuring_motion`; `force_times` (m,): stamps of the force's
+    samples, s, strictly increasing; `force` (m,): force channels; NaN or infinity marks missing
+    samples.
 
-    Yields
-    ------
-    Progress
-
-    Returns
-    -------
-    Proposal
-
-    Raises
-    ------
-    InputError
-        If shapes do not fit, or there is less than a second of either.
-
-    Notes
-    -----
     The offset has no bounds but that video and force overlap by half of the shorter one. The rate
     stays 1 unless the recording is long enough to tell: clocks differ by some 50e-6, a tap is seen
     to half a frame's time, so that a rate from taps ten seconds apart would be worse than none.
     """
-    t, e = _checked(frame_times, energy, "video")
-    ft, f = _checked(force_times, force, "force")
+    t, e = _check_series(frame_times, energy, "video")
+    ft, f = _check_series(force_times, force, "force")
     f = _known(f)  # beside a glitch no tap would be clear
     yield Progress(0, 1, "looking for taps in the force")
     taps = find_taps(ft, f)
     grid = RATE if max(t[-1] - t[0], ft[-1] - ft[0]) <= LONG else COARSE_RATE
-    motion = motion_track(t, e[:, 0], grid)
-    rate = force_track(ft, f, grid)
+    motion = video_signal(t, e[:, 0], grid)
+    rate = force_signal(ft, f, grid)
     rates = rates_to_try(min(float(t[-1] - t[0]), float(ft[-1] - ft[0])))
-    best: Match | None = None
+    best: Lag | None = None
     for done, drift in enumerate(rates):
         yield Progress(done, len(rates), "comparing motion and force")
         found = best_shift(motion, rate, taps, drift)
         if best is None or found.score > best.score:
             best = found
     assert best is not None
-    clock, residual, pairs, clear = _refined(best.clock, t, e[:, 0], taps)
+    clock, residual, pairs, clear = _refine_by_taps(best.clock, t, e[:, 0], taps)
     confidence = _share(best.ratio, DOUBTFUL, SURE) * _share(best.alike, UNLIKE, ALIKE)
     confidence = min(UNTAPPED, confidence) if clear is None else confidence * clear
     return Proposal(clock, confidence, residual, pairs, motion.shown(), rate.shown())
@@ -354,14 +416,8 @@ def _share(value: float, nothing: float, everything: float) -> float:
     return float(np.clip((value - nothing) / (everything - nothing), 0.0, 1.0))
 
 
-def _checked(times: ArrayLike, values: ArrayLike, what: str) -> tuple[Array, Array]:
-    """Times (n,) and values (n, c) as floats.
-
-    Raises
-    ------
-    InputError
-        If they do not fit or are shorter than a second.
-    """
+def _check_series(times: ArrayLike, values: ArrayLike, what: str) -> tuple[Array, Array]:
+    """Times (n,) and values (n, c) as floats."""
     t = np.asarray(times, dtype=np.float64)
     v = np.asarray(values, dtype=np.float64)
     v = v[:, np.newaxis] if v.ndim == 1 else v
@@ -377,7 +433,7 @@ def _checked(times: ArrayLike, values: ArrayLike, what: str) -> tuple[Array, Arr
     return t, v
 
 
-def _refined(
+def _refine_by_taps(
     coarse: ClockMap, times: Array, energy: Array, taps: tuple[Tap, ...]
 ) -> tuple[ClockMap, float, tuple[tuple[float, float], ...], float | None]:
     """The clock through the taps, its residual (s), the taps, and how clearly they are seen, 0..1.
@@ -394,9 +450,9 @@ def _refined(
     growth = _growth(energy)
     places = coarse.to_device([tap.time for tap in taps])
     filmed = (places > middle[0]) & (places < middle[-1])
-    felt = np.array([tap.time for tap in taps])[filmed]
+    tap_times = np.array([tap.time for tap in taps])[filmed]
     places = places[filmed]
-    if felt.size == 0:
+    if tap_times.size == 0:
         return coarse, 0.0, (), None
     shifts = np.arange(-SOUGHT, SOUGHT + 5e-4, 1e-3)
     between = np.searchsorted(times, places[:, np.newaxis] + shifts) - 1
@@ -407,24 +463,24 @@ def _refined(
     same = np.flatnonzero((between == between[:, top : top + 1]).all(axis=0))
     shift = float(0.5 * (shifts[same[0]] + shifts[same[-1]]))
     pairs = []
-    for place, time in zip((places + shift).tolist(), felt.tolist(), strict=True):
+    for place, time in zip((places + shift).tolist(), tap_times.tolist(), strict=True):
         near = np.flatnonzero(np.abs(middle - place) <= NEXT * frame)
         if near.size and growth[near].max() > GROWN:
             pairs.append((float(middle[near[np.argmax(growth[near])]]), time))
     if not pairs:
         return coarse, 0.0, (), None
     clock = ClockMap(coarse.offset - coarse.rate * shift, coarse.rate)
-    seen, felt = np.array(pairs).T
-    spread = float(np.sqrt(np.sum((seen - seen.mean()) ** 2)))
+    frame_times, tap_times = np.array(pairs).T
+    spread = float(np.sqrt(np.sum((frame_times - frame_times.mean()) ** 2)))
     if len(pairs) > 1 and spread > 0:
-        fitted = fit_clock(seen.tolist(), felt.tolist()).clock
+        fitted = fit_clock(frame_times.tolist(), tap_times.tolist()).clock
         # A tap is uncertain by a frame's time, evenly.
         unsure = frame / np.sqrt(12.0) / spread
         if 3.0 * unsure < abs(fitted.rate - coarse.rate) and abs(fitted.rate - 1.0) < DRIFT:
             clock = fitted
-    away = np.abs(clock.to_force(seen) - felt)
+    away = np.abs(clock.to_force(frame_times) - tap_times)
     agree = len(pairs) > 1 and bool(np.all(away <= AGREEING * frame))
-    clear = _share(float(votes[top]) / felt.size, FAINT, PLAIN) if agree else None
+    clear = _share(float(votes[top]) / tap_times.size, FAINT, PLAIN) if agree else None
     return clock, float(np.sqrt(np.mean(away**2))), tuple(pairs), clear
 
 

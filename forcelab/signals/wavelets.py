@@ -1,16 +1,14 @@
 """Mother wavelets by their names: Morlets, derivatives of Gaussians, and Haar's.
 
-What a mother wavelet is, as a function of frequency and of time. Time `t` is in units of the scale;
-angular frequency `omega` in radians per unit of scale, with the transform ``psi_hat(omega) =
-integral psi(t) exp(-i omega t) dt``.
-
+Each is a function of frequency and of time. Time `t` is in units of the scale; angular frequency
+`omega` in radians per unit of scale, with ``psi_hat(omega) = integral psi(t) exp(-i omega t) dt``.
 All have zero mean, so that a constant force gives nothing, but for the uncorrected Morlet.
 
-References ---------- .. [1] Torrence, C. and Compo, G. P., "A practical guide to wavelet analysis",
-Bull. Amer. Meteor. Soc. 79 (1998), table 1, sections 3g (e-folding time) and 3h (Fourier period).
-Their Fourier period of the Morlet leaves out the correction term; here it counts where the wavelet
-has it. .. [2] Subramani, G. et al., "Recognizing actions during tactile manipulations through force
-sensing", IROS 2017: the Morlet with p = 5 on which preset ``paper`` rests.
+.. [1] Torrence, C. and Compo, G. P., "A practical guide to wavelet analysis", Bull. Amer. Meteor.
+   Soc. 79 (1998), table 1, sections 3g (e-folding time) and 3h (Fourier period). Their Fourier
+   period of the Morlet leaves out the correction term; here it counts where the wavelet has it.
+.. [2] Subramani, G. et al., "Recognizing actions during tactile manipulations through force
+   sensing", IROS 2017: the Morlet with p = 5 on which preset ``paper`` rests.
 """
 
 from __future__ import annotations
@@ -33,18 +31,11 @@ Complex = NDArray[np.complex128]
 class Wavelet(ABC):
     """A mother wavelet psi.
 
-    Attributes
-    ----------
-    name : str
-        What messages and figures call it.
-    real : bool
-        Whether psi is real; its transform then has no imaginary part.
-    fourier_factor : float
-        Period, in units of the scale, of the sine whose response over all scales is largest at
-        this scale.
-    radius : float
-        Half-width in units of the scale outside of which the wavelet is below 1e-13 of its peak
-        (below 1e-11 for a Morlet with p < 3; Torrence and Compo's has no such width).
+    `name`: what messages and figures call it; `real`: whether psi is real; its transform then has
+    no imaginary part; `fourier_factor`: period, in units of the scale, of the sine whose response
+    over all scales is largest at this scale; `radius`: half-width in units of the scale outside of
+    which the wavelet is below 1e-13 of its peak (below 1e-11 for a Morlet with p < 3; Torrence and
+    Compo's has no such width).
     """
 
     name: str
@@ -74,7 +65,6 @@ TAIL = math.sqrt(2 * math.log(1e13))
 
 
 def gauss(x: Real) -> Real:
-    """``exp(-x^2 / 2)``."""
     return np.exp(-0.5 * x * x)
 
 
@@ -83,19 +73,9 @@ def cone_of_influence(times: Real, bounds: tuple[float, float], e_folding: float
 
     Above it a coefficient rests on held end values by more than exp(-2) of its power [1]_.
 
-    Parameters
-    ----------
-    times : ndarray, shape (n,)
-    bounds : tuple of float
-        Where the recording begins and ends.
-    e_folding : float
-        Of the wavelet, over its scale: the distance at which the power of its envelope has fallen
-        by exp(-2), such as the root of 2 for the Morlet.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        Scales in the unit of the times.
+    `times` (n,); `bounds`: where the recording begins and ends; `e_folding`: of the wavelet, over
+    its scale: the distance at which the power of its envelope has fallen by exp(-2), such as the
+    root of 2 for the Morlet. Gives (n,): scales in the unit of the times.
     """
     return np.minimum(times - bounds[0], bounds[1] - times) / e_folding
 
@@ -198,8 +178,6 @@ class UncorrectedMorlet(Morlet):
 
     ``psi(t) = pi^-1/4 exp(i p t - t^2/2)``
 
-    Notes
-    -----
     It answers a constant with ``sqrt(2 pi) pi^-1/4 exp(-p^2/2)`` times the root of the scale, at
     p = 5 with 3.7e-6 of what it answers the sine that suits it best; at p = 2 with 14 %. The
     transforms take the median of a channel away first, so that they give the answer to what
@@ -231,8 +209,6 @@ class TorrenceCompoMorlet(UncorrectedMorlet):
 
     ``psi_hat(w) = sqrt(2 pi) pi^-1/4 H(w) exp(-(w - p)^2/2)`` with the unit step H, 0 at 0.
 
-    Notes
-    -----
     A constant gives nothing, but of the step at frequency 0 comes a tail that falls like 1 / t
     only: ``pi^-1/4 exp(-p^2/2) / (sqrt(2 pi) |t|)`` far out, at p = 5 the 4e-6 level of [1]_'s
     ``H(w)``, over the distance. So every coefficient hears of every impact, however long ago,
@@ -364,17 +340,8 @@ _MORLETS = {
 def wavelet_named(name: str, parameter: float | None = None) -> Wavelet:
     """Build a wavelet from its name in :data:`WAVELETS` and its parameter.
 
-    Parameters
-    ----------
-    name : str
-        One of :data:`WAVELETS`.
-    parameter : float, optional
-        p of a Morlet (default 5), order of a derivative of Gaussian (default 2); none for Haar.
-
-    Raises
-    ------
-    InputError
-        If the name is unknown or the parameter does not suit it.
+    `name`: one of :data:`WAVELETS`; `parameter`: p of a Morlet (default 5), order of a derivative
+    of Gaussian (default 2); none for Haar.
     """
     if name in _MORLETS:
         return _MORLETS[name](5.0 if parameter is None else parameter)

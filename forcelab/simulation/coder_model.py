@@ -1,10 +1,9 @@
 """How simulated coders label: people with habits of their own, over the same demonstrations.
 
-How simulated coders label: people with habits of their own, over the same demonstration. A coder
-sees an edge where the forces change, some time after it happened. The faster they change, the
-better the coder knows where: on a ramp two people differ by a tenth of a second, at a click hardly
-at all. Now and then a short segment is overlooked or an action taken for another one. What a coder
-did wrong is recorded, so that what finds such mistakes later can be tested against it.
+A coder sees an edge where the forces change, some time after it happened. The faster they change,
+the better the coder knows where: on a ramp two people differ by a tenth of a second, at a click
+hardly at all. Now and then a short segment is overlooked or an action taken for another one. What a
+coder did wrong is recorded, so that what finds such mistakes later can be tested against it.
 """
 
 from __future__ import annotations
@@ -17,42 +16,26 @@ from numpy.typing import NDArray
 
 from forcelab.errors import InputError
 from forcelab.labels import Segment, Segments, Track, is_model
-from forcelab.simulation.motion import Performance
+from forcelab.simulation.scene import Performance
 
 
 def _check_probability(what: str, probability: float) -> None:
-    """Refuse what is no probability."""
     if not 0 <= probability <= 1:
         raise InputError(f"{what} needs a probability from 0 to 1, not {probability}.")
 
 
 @dataclass(frozen=True, slots=True)
 class Confusion:
-    """A habit of taking one action for another.
+    """A habit of taking one action for another."""
 
-    Parameters
-    ----------
-    action, taken_for : str
-        What it is, and what the coder calls it.
-    probability : float
-        Of doing so, where the rest fits.
-    after, before : str, optional
-        Only where this action comes right before, or right after it.
-    shorter : float
-        Only segments shorter than this, s.
-
-    Raises
-    ------
-    InputError
-        If the probability is none.
-    """
-
+    #: action and taken_for: What it is, and what the coder calls it.
     action: str
     taken_for: str
-    probability: float
+    probability: float  # of doing so, where the rest fits
+    #: after and before: Only where this action comes right before, or right after it.
     after: str | None = None
     before: str | None = None
-    shorter: float = float("inf")
+    shorter: float = float("inf")  # only segments shorter than this, s
 
     def __post_init__(self) -> None:
         _check_probability(f"Taking '{self.action}' for '{self.taken_for}'", self.probability)
@@ -60,46 +43,27 @@ class Confusion:
 
 @dataclass(frozen=True, slots=True)
 class Coder:
-    """A simulated coder; the defaults are a careful one who is never wrong.
+    """A simulated coder; the defaults are a careful one who is never wrong."""
 
-    Parameters
-    ----------
-    name : str
-        The author of the coder's tracks.
-    lag : float
-        By which every edge is seen too late, s.
-    starts : dict of str to float
-        By how much more an edge is seen late (early if negative) where this action starts, s.
-    sharp, ramp : float
-        Standard deviation of an edge where the forces jump, and where they change slowly, s.
-    gap, margin : float
-        Mean length of what stays unlabelled between two actions, and at each end of the
-        recording, s.
-    short : float
-        Segments shorter than this, in s, may be overlooked or taken for a neighbour.
-    overlooked, neighbour : float
-        Probability that a short segment stays unlabelled, and that it is taken for the action
-        before or after it.
-    confusions : tuple of Confusion
-        The coder's habits.
-
-    Raises
-    ------
-    InputError
-        If the name is empty or that of a model, or a number is out of its range.
-    """
-
-    name: str
-    lag: float = 0.0
+    name: str  # the author of the coder's tracks
+    lag: float = 0.0  # by which every edge is seen too late, s
+    #: By how much more an edge is seen late (early if negative) where this action starts, s.
     starts: Mapping[str, float] = field(default_factory=dict)
+    #: sharp and ramp: Standard deviation of an edge where the forces jump, and where they change
+    #: slowly, s.
     sharp: float = 0.0
     ramp: float = 0.0
+    #: gap and margin: Mean length of what stays unlabelled between two actions, and at each end of
+    #: the recording, s.
     gap: float = 0.0
     margin: float = 0.0
+    #: Segments shorter than this, in s, may be overlooked or taken for a neighbour.
     short: float = 0.0
+    #: overlooked and neighbour: Probability that a short segment stays unlabelled, and that it is
+    #: taken for the action before or after it.
     overlooked: float = 0.0
     neighbour: float = 0.0
-    confusions: tuple[Confusion, ...] = ()
+    confusions: tuple[Confusion, ...] = ()  # the coder's habits
 
     def __post_init__(self) -> None:
         if not self.name.strip() or is_model(self.name):
@@ -175,66 +139,41 @@ BARE = 0.3
 
 @dataclass(frozen=True, slots=True)
 class Mistake:
-    """A segment that a coder got wrong, other than by its edges.
+    """A segment that a coder got wrong, other than by its edges."""
 
-    Parameters
-    ----------
-    segment : Segment
-        What really happened.
-    taken_for : str or None
-        What the coder called it; None where it was overlooked.
-    """
-
-    segment: Segment
-    taken_for: str | None
+    segment: Segment  # what really happened
+    taken_for: str | None  # what the coder called it; None where it was overlooked
 
 
 @dataclass(frozen=True, slots=True)
 class Coding:
-    """What a coder made of a performance.
+    """What a coder made of a performance."""
 
-    Parameters
-    ----------
-    track : Track
-        By the coder.
-    mistakes : tuple of Mistake
-        In order of time.
-    """
-
-    track: Track
-    mistakes: tuple[Mistake, ...]
+    track: Track  # by the coder
+    mistakes: tuple[Mistake, ...]  # in order of time
 
 
 def code(performance: Performance, coder: Coder, rng: np.random.Generator) -> Coding:
     """Label a performance as a coder would.
 
-    Parameters
-    ----------
-    performance : Performance
-        What is labelled.
-    coder : Coder
-        Who labels.
-    rng : numpy.random.Generator
-        Of mistakes, edges and gaps.
-
-    Returns
-    -------
-    Coding
-        The track lies within the performance's actions and holds every one that is not among the
-        mistakes. Touching actions that the coder calls the same are one segment.
+    `rng`: of mistakes, edges and gaps. The track lies within the performance's actions and
+    holds every one that is not among the mistakes. Touching actions that the coder calls the same
+    are one segment.
     """
     actions = performance.actions
     if not actions:
         return Coding(Track(coder.name), ())
     names = _names(actions, coder, rng.random((len(actions), 2)))
     edges = np.unique([[action.start, action.end] for action in actions])
-    seen = _perceived_edges(performance, edges, coder, rng)
+    perceived = _perceived_edges(performance, edges, coder, rng)
     bare = rng.gamma(2.0, coder.gap / 4, len(edges))
     bare[[0, -1]] = rng.gamma(2.0, coder.margin / 2, 2)
-    sight = dict(zip(edges.tolist(), zip(seen.tolist(), bare.tolist(), strict=True), strict=True))
+    sight = dict(
+        zip(edges.tolist(), zip(perceived.tolist(), bare.tolist(), strict=True), strict=True)
+    )
     pairs = zip(actions, names, strict=True)
     return Coding(
-        Track(coder.name, tuple(_painted(stroke, sight) for stroke in _strokes(actions, names))),
+        Track(coder.name, tuple(_paint(stroke, sight) for stroke in _strokes(actions, names))),
         tuple(Mistake(action, name) for action, name in pairs if name != action.action),
     )
 
@@ -283,9 +222,9 @@ def _perceived_edges(
     spread = coder.ramp + (coder.sharp - coder.ramp) * _sharpness(performance, edges)
     off = (late + spread * rng.standard_normal(len(edges)))[1:-1]
     room = OFF * np.diff(edges)
-    seen = edges.copy()
-    seen[1:-1] += np.clip(off, -room[:-1], room[1:])
-    return seen
+    perceived = edges.copy()
+    perceived[1:-1] += np.clip(off, -room[:-1], room[1:])
+    return perceived
 
 
 def _sharpness(performance: Performance, edges: Array) -> Array:
@@ -297,13 +236,13 @@ def _sharpness(performance: Performance, edges: Array) -> Array:
     step = FLASH / 6
     around = step * np.arange(-round(LOOK / step), round(LOOK / step) + 1)
     times = performance.motion.times
-    felt = np.stack(
+    windows = np.stack(
         [np.interp(edges[:, np.newaxis] + around, times, force) for force in performance.forces.T],
         axis=-1,
     )
-    quickest = np.linalg.norm(felt[:, 6:] - felt[:, :-6], axis=-1).max(axis=1)
-    whole = np.linalg.norm(np.ptp(felt, axis=1), axis=-1)
-    return quickest / np.maximum(whole, FAINT)
+    quickest = np.linalg.norm(windows[:, 6:] - windows[:, :-6], axis=-1).max(axis=1)
+    extent = np.linalg.norm(np.ptp(windows, axis=1), axis=-1)
+    return quickest / np.maximum(extent, FAINT)
 
 
 def _strokes(actions: Segments, names: list[str | None]) -> list[Segment]:
@@ -319,7 +258,7 @@ def _strokes(actions: Segments, names: list[str | None]) -> list[Segment]:
     return strokes
 
 
-def _painted(stroke: Segment, sight: Mapping[float, tuple[float, float]]) -> Segment:
+def _paint(stroke: Segment, sight: Mapping[float, tuple[float, float]]) -> Segment:
     """A stroke as the coder paints it; `sight` is where an edge is seen and how much stays bare."""
     (start, before), (end, after) = sight[stroke.start], sight[stroke.end]
     most = BARE * (end - start)

@@ -8,20 +8,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = [
-    "Array",
-    "bristle_limit",
-    "bristle_rate",
-    "dot",
-    "hunt_crossley",
-    "hunt_crossley_energy",
-    "kelvin_voigt",
-    "length",
-    "lugre",
-    "snap",
-    "snap_energy",
-]
-
 Array = NDArray[np.float64]
 
 #: Bristles bent to this share of what they bear begin to yield.
@@ -36,17 +22,9 @@ def hunt_crossley(
     The damping grows with the depth, so that the force is continuous when contact is made and
     lost, unlike a dashpot's.
 
-    Parameters
-    ----------
-    depth, rate : ndarray
-        How far the bodies overlap (m), and how fast that grows (m/s).
-    stiffness, damping : ndarray
-        K in N/m^n, lambda in s/m.
-    exponent : ndarray, optional
-        n; 1 where it is not given.
+    `depth`, `rate`: how far the bodies overlap (m), and how fast that grows (m/s); `stiffness`,
+    `damping`: K in N/m^n, lambda in s/m; `exponent`: n; 1 where it is not given.
 
-    References
-    ----------
     K. H. Hunt, F. R. E. Crossley, "Coefficient of restitution interpreted as damping in
     vibroimpact", Journal of Applied Mechanics 42 (1975) 440-445.
     """
@@ -83,15 +61,9 @@ def bristle_rate(velocity: Array, bristle: Array, stiffness: Array, limit: Array
     from 0 to 1 as ``3 u^2 - 2 u^3`` while ``s0 |z|`` grows from 0.7 g to g: below that they are
     a spring, so that a trembling hand does not creep along what it holds, as it would with Y = 1.
 
-    Parameters
-    ----------
-    velocity, bristle : ndarray, shape (axes, ...)
-        v (m/s) and z (m) along one or more axes.
-    stiffness, limit : ndarray
-        s0 (1/m), and g from :func:`bristle_limit`.
+    `velocity`, `bristle` (axes, ...): v (m/s) and z (m) along one or more axes; `stiffness`,
+    `limit`: s0 (1/m), and g from :func:`bristle_limit`.
 
-    References
-    ----------
     P. Dupont, V. Hayward, B. Armstrong, F. Altpeter, "Single state elastoplastic friction models",
     IEEE Transactions on Automatic Control 47 (2002) 787-792.
     """
@@ -106,9 +78,9 @@ def bristle_rate(velocity: Array, bristle: Array, stiffness: Array, limit: Array
     return velocity - yields * bristle
 
 
-def dot(one: Array, other: Array) -> Array:
+def dot(first: Array, second: Array) -> Array:
     """Products of vectors along one or two axes, the first of the arrays."""
-    both = one * other
+    both = first * second
     # For so few axes, numpy's own sums cost more than all the rest.
     product: Array = both[0] + both[1] if len(both) == 2 else both[0]
     return product
@@ -146,17 +118,10 @@ def lugre(
     rises stiffens bristles that are bent already, which gives them ``s0 z^2 N' / 2`` for nothing:
     never more than ``mu_static^2 / (2 s0)`` for each newton of a rise, 0.15 mJ with those numbers.
 
-    Parameters
-    ----------
-    normal : ndarray
-        N, newtons.
-    velocity, bristle, rate : ndarray
-        v (m/s), z (m) and z' from :func:`bristle_rate` (m/s).
-    stiffness, damping, viscous : ndarray
-        s0 (1/m), s1 (s/m) and s2 (s/m), per newton of normal force.
+    `normal`: N, newtons; `velocity`, `bristle`, `rate`: v (m/s), z (m) and z' from
+    :func:`bristle_rate` (m/s); `stiffness`, `damping`, `viscous`: s0 (1/m), s1 (s/m) and s2 (s/m),
+    per newton of normal force.
 
-    References
-    ----------
     C. Canudas de Wit, H. Olsson, K. J. Astrom, P. Lischinsky, "A new model for control of systems
     with friction", IEEE Transactions on Automatic Control 40 (1995) 419-425.
     """
@@ -169,14 +134,8 @@ def snap(depth: Array, force: Array, place: Array, width: Array) -> Array:
     It is minus the slope of ``A w exp((1 - u^2) / 2)``, with ``u = (d - place) / w``: up to A
     against the way in before the bump, up to A onwards behind it, and the same on the way out.
 
-    Parameters
-    ----------
-    depth : ndarray
-        m.
-    force : ndarray
-        A, N: the most that it resists.
-    place, width : ndarray
-        Where the bump's top is, and w, m.
+    `depth`: m; `force`: A, N: the most that it resists; `place`, `width`: where the bump's top is,
+    and w, m.
     """
     u = (depth - place) / width
     return force * u * np.exp(0.5 - 0.5 * u * u)

@@ -20,10 +20,9 @@ from forcelab.parallel import map_in_processes
 from forcelab.project import Added, Incoming, Project
 from forcelab.project.records import segments_to_json
 from forcelab.simulation.coder_model import CODERS, Coding, code
-from forcelab.simulation.motion import Performance
 from forcelab.simulation.origin import Origin
-from forcelab.simulation.scene import TASKS
-from forcelab.simulation.sensor import CHANNELS, Recorded, Sensor, record
+from forcelab.simulation.scene import TASKS, Performance
+from forcelab.simulation.sensor import CHANNELS, Sensor, SensorRecord, record
 from forcelab.simulation.tasks import performing, vocabulary
 
 #: Random streams of a demonstration, beside those of its choreography.
@@ -37,54 +36,26 @@ HELD = 24
 
 
 @dataclass(frozen=True)
-class Order:
-    """One demonstration to make.
-
-    Parameters
-    ----------
-    origin : Origin
-    coders : tuple of str
-        Names of the simulated coders who label it.
-    video : bool
-        Whether it is filmed; that changes no force.
-    synchronised : bool
-        Whether the video's clock is known, or is as the camera left it: started by hand.
-    """
-
+class Job:
     origin: Origin
+    #: Names of the simulated coders who label it.
     coders: tuple[str, ...] = tuple(coder.name for coder in CODERS)
-    video: bool = True
+    video: bool = True  # whether it is filmed; that changes no force
+    #: Whether the video's clock is known, or is as the camera left it: started by hand.
     synchronised: bool = True
 
 
-def producing(
-    orders: Sequence[Order], scratch: Path, jobs: int = 1
+def produce_demonstrations(
+    orders: Sequence[Job], scratch: Path, jobs: int = 1
 ) -> Generator[Progress, None, tuple[Incoming, ...]]:
     """Make demonstrations; the same orders give the same bytes, whatever the number of jobs.
 
     A demonstration depends on its own order alone, not on those beside it.
 
-    Parameters
-    ----------
-    orders : sequence of Order
-        No two with the same task, seed and number.
-    scratch : Path
-        An empty folder for the videos, until the demonstrations are in a project.
-    jobs : int
-        Processes that share the work.
+    `orders`: no two with the same task, seed and number; `scratch`: an empty folder for the videos,
+    until the demonstrations are in a project; `jobs`: processes that share the work. They come in
+    the order of `orders`, each with its truth.
 
-    Returns
-    -------
-    tuple of Incoming
-        In the order of `orders`, each with its truth.
-
-    Raises
-    ------
-    InputError
-        If a motion cannot be resolved or a video not be written.
-
-    Notes
-    -----
     The truth is what no recording tells; times are seconds on the force clock::
 
         actions    [start, end, action] of everything that was done
@@ -98,27 +69,27 @@ def producing(
     portions = [orders[first : first + HELD] for first in range(0, len(orders), HELD)]
     total = len(orders) + sum(len(list(_batches(portion))) for portion in portions)
     done = 0
-    made: list[Incoming] = []
+    incoming_demonstrations: list[Incoming] = []
     for portion in portions:
         batches = list(_batches(portion))
-        yield Progress(done, total, _simulating(batches))
+        yield Progress(done, total, _progress_text(batches))
         performances: dict[Origin, Performance] = {}
-        # Closed at once where somebody stops: the processes end then.
-        with closing(map_in_processes(_performed, batches, jobs)) as coming:
+        # Closed at once when the job is cancelled: the processes end then.
+        with closing(map_in_processes(_perform, batches, jobs)) as coming:
             for number, moved in enumerate(coming, start=1):
                 performances.update(zip(batches[number - 1], moved, strict=True))
                 done += 1
-                yield Progress(done, total, _simulating(batches[number:]))
-        given = ((order, performances[order.origin], scratch) for order in portion)
-        with closing(map_in_processes(_finished, given, jobs)) as finished:
+                yield Progress(done, total, _progress_text(batches[number:]))
+        parts = ((order, performances[order.origin], scratch) for order in portion)
+        with closing(map_in_processes(_record, parts, jobs)) as finished:
             for incoming in finished:
-                made.append(incoming)
+                incoming_demonstrations.append(incoming)
                 done += 1
                 yield Progress(done, total, f"recording {incoming.demonstration.name}")
-    return tuple(made)
+    return tuple(incoming_demonstrations)
 
 
-def _batches(orders: Sequence[Order]) -> Iterator[tuple[Origin, ...]]:
+def _batches(orders: Sequence[Job]) -> Iterator[tuple[Origin, ...]]:
     """The origins of orders, in groups that are integrated at once.
 
     The tasks that take longest come last, so that progress is seen soon.
@@ -131,23 +102,23 @@ def _batches(orders: Sequence[Order]) -> Iterator[tuple[Origin, ...]]:
         yield tuple(batch)
 
 
-def _simulating(batches: Sequence[tuple[Origin, ...]]) -> str:
+def _progress_text(batches: Sequence[tuple[Origin, ...]]) -> str:
     """What is still being simulated; it may take seconds until the next batch is done."""
     tasks = dict.fromkeys(batch[0].task for batch in batches)
     return f"simulating {', '.join(tasks)}" if tasks else "recording"
 
 
-def _performed(batch: Sequence[Origin]) -> tuple[Performance, ...]:
+def _perform(batch: Sequence[Origin]) -> tuple[Performance, ...]:
     """What the tongs did in those demonstrations of a batch that are asked for."""
     first = 1 + (batch[0].number - 1) // BATCH * BATCH
-    whole = range(first, first + BATCH)
-    moved = finish(performing(batch[0].task, batch[0].seed, whole, taps=True))
-    return tuple(moved[whole.index(origin.number)] for origin in batch)
+    numbers = range(first, first + BATCH)
+    moved = finish(performing(batch[0].task, batch[0].seed, numbers, taps=True))
+    return tuple(moved[numbers.index(origin.number)] for origin in batch)
 
 
-def _finished(given: tuple[Order, Performance, Path]) -> Incoming:
+def _record(part: tuple[Job, Performance, Path]) -> Incoming:
     """A performance as it comes out of sensors, coders and camera."""
-    order, performance, scratch = given
+    order, performance, scratch = part
     origin = order.origin
     # A seed is a day in the laboratory: all of its demonstrations are made with one pair of tongs.
     sensor = Sensor.drawn(np.random.default_rng(origin.seed))
@@ -162,7 +133,7 @@ def _finished(given: tuple[Order, Performance, Path]) -> Incoming:
     truth = _truth(performance, recorded, codings)
     video = None
     if order.video:
-        path, frames, clock = _filmed(performance, origin, scratch)
+        path, frames, clock = _film(performance, origin, scratch)
         truth["video"] = frames
         video = VideoReference(path, clock if order.synchronised else ClockMap())
     demonstration = Demonstration(
@@ -183,7 +154,7 @@ def _finished(given: tuple[Order, Performance, Path]) -> Incoming:
 
 
 def _truth(
-    performance: Performance, recorded: Recorded, codings: Sequence[Coding]
+    performance: Performance, recorded: SensorRecord, codings: Sequence[Coding]
 ) -> dict[str, Any]:
     """What happened, and what sensors and coders got wrong."""
     beyond = recorded.saturated.sum(axis=0).tolist()
@@ -202,7 +173,7 @@ def _truth(
     }
 
 
-def _filmed(
+def _film(
     performance: Performance, origin: Origin, scratch: Path
 ) -> tuple[Path, dict[str, Any], ClockMap]:
     """Film a performance; gives the file, the truth about its frames, and its clock."""
@@ -255,9 +226,9 @@ def simulating(
     if not new:
         with Project.open(path) as project:
             project.refuse_read_only()  # before the work and not after it
-    orders = [Order(origin, video=video) for origin in origins]
+    orders = [Job(origin, video=video) for origin in origins]
     with tempfile.TemporaryDirectory(prefix="forcelab-") as scratch:
-        given = yield from producing(orders, Path(scratch), jobs)
+        demonstrations = yield from produce_demonstrations(orders, Path(scratch), jobs)
         yield Progress(len(orders), len(orders), f"writing {path.name}")
         with Project.creating(path) if new else Project.open(path) as project:
-            return project.demonstrations.add_all(given)
+            return project.demonstrations.add_all(demonstrations)

@@ -9,8 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-__all__ = ["KNOT_STEP", "Command", "minimum_jerk", "reach", "tremor", "wander"]
-
 Array = NDArray[np.float64]
 
 #: Distance of the splines' knots, s: a sixteenth of the period of the fastest tremor and less than
@@ -21,8 +19,6 @@ KNOT_STEP = 5e-3
 def minimum_jerk(times: Array, start: float, duration: float | Array) -> Array:
     """How far a reach is after `times`, from 0 to 1: ``10 u^3 - 15 u^4 + 6 u^5``.
 
-    References
-    ----------
     T. Flash, N. Hogan, "The coordination of arm movements: an experimentally confirmed
     mathematical model", Journal of Neuroscience 5 (1985) 1688-1703.
     """
@@ -55,30 +51,21 @@ def wander(times: Array, rng: np.random.Generator) -> Array:
 
 
 @dataclass(frozen=True)
-class Command:
-    """Commands of a batch of demonstrations, twice continuously differentiable in time.
+class Trajectory:
+    """Commands of a batch of demonstrations, twice continuously differentiable in time."""
 
-    Parameters
-    ----------
-    coefficients : ndarray, shape (k, m, 4, c)
-        Of the cubics of k splines between their knots, highest power first, one for each of c
-        commands. After the last knot the last cubic goes on.
-    lanes : ndarray of int, shape (b,)
-        Which spline each lane follows: lanes may share one, which is not copied then.
-    """
-
+    #: (k, m, 4, c), of the cubics of k splines between their knots, highest power first, one for
+    #: each of c commands. After the last knot the last cubic goes on.
     coefficients: Array
+    #: (b,), which spline each lane follows: lanes may share one, which is not copied then.
     lanes: NDArray[np.intp]
 
     @classmethod
-    def through(cls, values: Sequence[Array]) -> Command:
+    def through(cls, values: Sequence[Array]) -> Trajectory:
         """Commands through values at the knots.
 
-        Parameters
-        ----------
-        values : sequence of ndarray, each of shape (m_i + 1, c)
-            One for each lane; the shorter ones hold their last value, from where on they are only
-            once continuously differentiable.
+        `values` (m_i + 1, c): one for each lane; the shorter ones hold their last value, from where
+        on they are only once continuously differentiable.
         """
         longest = max(len(value) for value in values)
         cubics = []
@@ -93,34 +80,28 @@ class Command:
 
     @property
     def shape(self) -> tuple[int, int]:
-        """Numbers of lanes and of commands."""
         return len(self.lanes), self.coefficients.shape[-1]
 
-    def subset(self, lanes: NDArray[np.intp]) -> Command:
+    def subset(self, lanes: NDArray[np.intp]) -> Trajectory:
         """The commands of some lanes; one may be taken more than once."""
-        return Command(self.coefficients, self.lanes[lanes])
+        return Trajectory(self.coefficients, self.lanes[lanes])
 
-    def driving(self, stiffness: Array, damping: Array) -> Command:
+    def driving(self, stiffness: Array, damping: Array) -> Trajectory:
         """The commands as the forces ``k c + b c'`` with which springs and dampers drive.
 
-        Parameters
-        ----------
-        stiffness, damping : ndarray, shape (c, b)
-            k and b of each command and lane.
+        `stiffness`, `damping` (c, b): k and b of each command and lane.
         """
         cubic = self.coefficients[self.lanes]
         slope = np.zeros_like(cubic)
         slope[:, :, 1:] = cubic[:, :, :3] * np.array([3.0, 2.0, 1.0])[:, None]
         k, b = stiffness.T[:, None, None], damping.T[:, None, None]
-        return Command(k * cubic + b * slope, np.arange(len(self.lanes)))
+        return Trajectory(k * cubic + b * slope, np.arange(len(self.lanes)))
 
     def at(self, times: Array) -> Array:
         """The commands at some instants, shape (c, b).
 
-        Parameters
-        ----------
-        times : ndarray, shape (b,)
-            One for each lane, from 0 on; any number of times where there is one lane only.
+        `times` (b,): one for each lane, from 0 on; any number of times where there is one lane
+        only.
         """
         splines, pieces, powers, commands = self.coefficients.shape
         interval = (times * (1.0 / KNOT_STEP)).astype(np.intp)

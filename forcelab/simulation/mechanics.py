@@ -1,8 +1,5 @@
 """Equations of motion of the tongs, the body between their jaws and whatever holds it.
 
-What happens at an instant: contact made and lost, slip, and the ways into and out of a socket. An
-event function crosses zero when something happens; see `System`.
-
 Coordinates: the distances s of the two jaws from the tongs' middle, the body's x, the places p of
 tongs and body along each axis of the arm, and the angles a of wrist and cap. With N the normal
 force of a jaw, f its friction on the body and c what the hand commands:
@@ -15,38 +12,222 @@ force of a jaw, f its friction on the body and c what the hand commands:
     cap        I a'' = r (f_left + f_right) - thread
 
 A jaw presses where ``w - s -+ x > 0``, w being the body's half width at the height of the jaws;
-where w varies along z, the contact pushes along z as well ("width"), as energy demands. The laws of
-contact are in :mod:`forcelab.simulation.contact`, table and socket below, the numbers in
-:mod:`forcelab.simulation.scene`.
+where w varies along z, the contact pushes along z as well ("width"), as energy demands. `Layout`
+says which of these states a scene has. Contact made and lost, slip, and the ways into and out of a
+socket are events: functions that cross zero when they happen (see `System`). The laws of contact
+are in :mod:`forcelab.simulation.contact`, the numbers in :mod:`forcelab.simulation.scene`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass, fields, is_dataclass
 from types import SimpleNamespace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.errors import InputError
 from forcelab.simulation import contact
-from forcelab.simulation.hand import Command
-from forcelab.simulation.scene import Jaws, Scene, width_at
-from forcelab.simulation.state_layout import Layout, beside, hand_numbers, stacked, state_scales
+from forcelab.simulation.hand import Trajectory
+from forcelab.simulation.scene import Axis, Jaws, Scene, width_at
 from forcelab.simulation.system import Array
+
+
+def stack_numbers(parts: Sequence[Any]) -> SimpleNamespace:
+    """The numbers of equal parts as arrays.
+
+    `parts` length b: of one class, such as scenes, in which the same parts are ``None``. Gives each
+    number as an array of shape (b,), each part as such a namespace; texts are left out.
+    """
+    result = SimpleNamespace()
+    for field in fields(parts[0]):
+        values = [getattr(part, field.name) for part in parts]
+        if values[0] is None:
+            setattr(result, field.name, None)
+        elif is_dataclass(values[0]):
+            setattr(result, field.name, stack_numbers(values))
+        elif isinstance(values[0], (int, float)):
+            setattr(result, field.name, np.array(values, dtype=np.float64))
+    return result
+
+
+def stack_surfaces(parts: Sequence[SimpleNamespace]) -> SimpleNamespace:
+    """The numbers of equal parts of one scene, such as its surfaces, from `stack_numbers`.
+
+    Gives each number as an array of shape (parts, b).
+    """
+    names = vars(parts[0])
+    return SimpleNamespace(
+        **{name: np.stack([vars(part)[name] for part in parts]) for name in names}
+    )
+
+
+@dataclass(frozen=True)
+class Layout:
+    """The rows of a scene's state: coordinates, their velocities, bristles, and the mode."""
+
+    axes: tuple[Axis, ...]  # axes along which the arm moves
+    #: ground, socket and thread: Whether the scene has them.
+    ground: bool
+    socket: bool
+    thread: bool
+
+    @classmethod
+    def of(cls, scene: Scene) -> Layout:
+        return cls(
+            axes=scene.arm.axes if scene.arm else (),
+            ground=scene.ground is not None,
+            socket=scene.socket is not None,
+            thread=scene.thread is not None,
+        )
+
+    @property
+    def driven(self) -> tuple[str, ...]:
+        """Names of the coordinates that the hand drives."""
+        turning = ("wrist angle",) if self.thread else ()
+        return ("left jaw", "right jaw", *(f"tongs {axis}" for axis in self.axes), *turning)
+
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        """Names of the coordinates: each has a row for itself and one for its velocity."""
+        turning = ("cap angle",) if self.thread else ()
+        return (*self.driven, "body x", *(f"body {axis}" for axis in self.axes), *turning)
+
+    @property
+    def rubbing(self) -> tuple[str, ...]:
+        """Directions in which the jaws rub on the body."""
+        return ("turn",) if self.thread else self.axes
+
+    @property
+    def sliding(self) -> tuple[str, ...]:
+        """Directions in which the body slides on the table."""
+        return ("x", *(axis for axis in self.axes if axis != "z")) if self.ground else ()
+
+    @property
+    def bristles(self) -> tuple[str, ...]:
+        """Names of the bristles: one for each place and direction of friction."""
+        jaws = [f"{side} jaw bristle {d}" for d in self.rubbing for side in ("left", "right")]
+        table = [f"table bristle {direction}" for direction in self.sliding]
+        socket = ["socket bristle"] if self.socket else []
+        thread = ["thread bristle"] if self.thread else []
+        return (*jaws, *table, *socket, *thread)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        rates = tuple(f"{name} rate" for name in self.coordinates)
+        mode = ("in the socket",) if self.socket else ()
+        return (*self.coordinates, *rates, *self.bristles, *mode)
+
+    @property
+    def commands(self) -> tuple[str, ...]:
+        """What is commanded: the driven coordinates (m, rad), and a tap on the left dome (N)."""
+        return (*self.driven, "tap")
+
+
+def left_out(scene: Scene) -> tuple[str, ...]:
+    """What a scene does without, each with the states or forces that this saves."""
+    layout = Layout.of(scene)
+    missing = []
+    if not layout.axes:
+        missing.append("motion along y and z: 8 states")
+    elif "y" not in layout.axes:
+        missing.append("motion along y: 4 states, 2 jaw bristles")
+    if not layout.rubbing:
+        missing.append("friction of the jaws: no bristles")
+    if not layout.ground:
+        missing.append("table: no contact, no table bristles")
+    if not layout.socket:
+        missing.append("socket and snap: no bristle, no mode")
+    if not layout.thread:
+        missing.append("twist: 4 states, no thread bristle")
+    if scene.profile is None:
+        missing.append("width that varies: the body is as wide everywhere")
+    if scene.holder is None:
+        missing.append("holder: nothing holds the body but jaws and table")
+    return tuple(missing)
+
+
+#: Normal force for which the scales of friction and of curved contacts are made, N.
+TYPICAL_GRIP = 10.0
+
+
+def hand_numbers(layout: Layout, numbers: SimpleNamespace) -> tuple[Array, Array, Array]:
+    """Stiffness and damping of the driven coordinates, and the mass of all.
+
+    `numbers`: the numbers of the scenes, from `stack_numbers`. Gives `stiffness`, `damping`
+    (driven, b): N/m and N s/m; of the wrist N m/rad and N m s/rad; `mass` (coordinates, b): kg; of
+    wrist and cap kg m^2.
+    """
+    p, a = numbers, len(layout.axes)
+    stiffness = [p.jaws.stiffness, p.jaws.asymmetry * p.jaws.stiffness]
+    damping = [p.jaws.damping] * 2
+    mass, passive = [p.jaws.mass] * 2, [p.body.mass] * (1 + a)
+    if layout.axes:
+        stiffness += [p.arm.stiffness] * a
+        damping += [p.arm.damping] * a
+        mass += [p.arm.mass] * a
+    if layout.thread:
+        stiffness.append(p.thread.wrist_stiffness)
+        damping.append(p.thread.wrist_damping)
+        mass.append(p.thread.wrist_inertia)
+        passive.append(p.thread.inertia)
+    return np.stack(stiffness), np.stack(damping), np.stack([*mass, *passive])
+
+
+def state_scales(layout: Layout, numbers: SimpleNamespace) -> Array:
+    """The change of each state that moves a force by about one newton.
+
+    `numbers`: the numbers of the scenes, from `stack_numbers`. Gives (s, b): ``1 / k`` for a
+    coordinate that is held by the stiffness k, ``1 / sqrt(k m)`` for its velocity, as of an
+    oscillator, ``1 / (N s0)`` for bristles. The mode has one: it never drifts.
+    """
+    p = numbers
+    n = p.body.exponent
+    grip = n * p.body.stiffness ** (1.0 / n) * TYPICAL_GRIP ** (1.0 - 1.0 / n)
+    mass = dict(zip(layout.coordinates, hand_numbers(layout, p)[2], strict=True))
+    stiff: dict[str, Array] = {"left jaw": grip, "right jaw": grip, "body x": 2.0 * grip}
+    if layout.rubbing:
+        pads = (p.arm or p.thread).pads.stiffness * TYPICAL_GRIP
+    for axis in layout.axes:
+        stiff[f"tongs {axis}"] = stiff[f"body {axis}"] = 2.0 * pads
+    if layout.ground:
+        stiff["body z"] = np.maximum(stiff["body z"], p.ground.stiffness)
+    if layout.socket:
+        stiff["body z"] = np.maximum(stiff["body z"], p.socket.bottom)
+    if layout.thread:
+        radius = p.thread.radius
+        stiff["wrist angle"] = stiff["cap angle"] = 2.0 * pads * radius
+        mass["wrist angle"] = mass["wrist angle"] / radius
+        mass["cap angle"] = mass["cap angle"] / radius
+    rows = [1.0 / stiff[name] for name in layout.coordinates]
+    rows += [1.0 / np.sqrt(stiff[name] * mass[name]) for name in layout.coordinates]
+    for name in layout.bristles:
+        if name.startswith("table"):
+            rows.append(1.0 / (p.ground.friction.stiffness * TYPICAL_GRIP))
+        elif name.startswith("socket"):
+            rows.append(1.0 / (p.socket.rubbing.stiffness * np.maximum(p.socket.friction, 1.0)))
+        elif name.startswith("thread"):
+            rows.append(p.thread.radius / (p.thread.stiffness * p.thread.kinetic))
+        else:
+            rows.append(1.0 / pads)
+    if layout.socket:
+        rows.append(np.ones_like(grip))
+    return np.stack(rows)
+
 
 #: Bristles bent to this share of what they bear slip; below it they stick.
 SLIP = 0.95
 #: Below this normal force, N, nothing is said to slip, as there is nothing to be felt.
-FELT = 0.05
+FAINTEST = 0.05
 #: A body this far above the table has left its socket, m.
 CLEAR = 5e-4
 
 ENTERS, LEAVES = "into the socket", "out of the socket"
 
 
-def meanings(layout: Layout) -> tuple[str, ...]:
+def event_meanings(layout: Layout) -> tuple[str, ...]:
     """What it means that the event functions of a layout cross zero, as `System.events`."""
     jaws = ("left jaw", "right jaw")
     names = [f"{jaw}: contact made|{jaw}: contact lost" for jaw in jaws]
@@ -62,43 +243,30 @@ def meanings(layout: Layout) -> tuple[str, ...]:
     return tuple(names)
 
 
-def entered(event: str, rising: bool) -> bool | None:
+def socket_entered(event: str, rising: bool) -> bool | None:
     """Whether the body is in its socket after an event; None where that changes nothing."""
     return {ENTERS: True, LEAVES: False}.get(event.split("|")[0 if rising else 1])
 
 
-def slipping(bristles: Array, limit: Array, pads: SimpleNamespace, normal: Array) -> Array:
+def slip_margin(bristles: Array, limit: Array, pads: SimpleNamespace, normal: Array) -> Array:
     """Above zero where a jaw slips on the body, shape (2, n).
 
-    Parameters
-    ----------
-    bristles : ndarray, shape (directions, 2, n)
-    limit : ndarray, shape (n,)
-        The coefficient of friction that they can bear.
-    pads : namespace of ndarray, shape (b,)
-        The numbers of `Pads`.
-    normal : ndarray, shape (2, n)
-        N. The function fades with it, so that losing contact ends the slip without a jump.
+    `bristles` (directions, 2, n); `limit` (n,): the coefficient of friction that they can bear;
+    `pads` (b,): the numbers of `Pads`; `normal` (2, n): N. The function fades with it, so that
+    losing contact ends the slip without a jump.
     """
-    felt = np.minimum(normal / FELT, 1.0)
-    slips: Array = contact.length(bristles) * (pads.stiffness / limit) * felt - SLIP
+    fade = np.minimum(normal / FAINTEST, 1.0)
+    slips: Array = contact.length(bristles) * (pads.stiffness / limit) * fade - SLIP
     return slips
 
 
-def passing_socket(
+def socket_margins(
     place: Array, depth: Array, inside: Array, socket: SimpleNamespace
 ) -> tuple[Array, Array, Array]:
     """Above zero where the body goes into its socket, where it leaves, and where it has snapped in.
 
-    Parameters
-    ----------
-    place : ndarray, shape (2, n)
-        y and z of the body, m.
-    depth : ndarray, shape (n,)
-        By how much it is pressed into the table, m.
-    inside : ndarray of bool, shape (n,)
-    socket : namespace of ndarray, shape (b,)
-        The numbers of `Socket`.
+    `place` (2, n): y and z of the body, m; `depth` (n,): by how much it is pressed into the table,
+    m; `inside` (n,); `socket` (b,): the numbers of `Socket`.
     """
     y, z = place
     off, clear = np.abs(y - socket.place), -depth
@@ -118,17 +286,8 @@ class Surfaces:
     They are the left jaw, the right jaw, and the table and the walls of the socket where the scene
     has them, each with axes of its own: see `Layout`.
 
-    Parameters
-    ----------
-    layout : Layout
-        One whose jaws rub.
-    numbers : namespace of ndarray, shape (b,)
-        The numbers of the scenes, from `stacked`.
-
-    Attributes
-    ----------
-    pads : namespace of ndarray, shape (surfaces, b)
-        The numbers of `Pads`.
+    `numbers` (b,): the numbers of the scenes, from `stack_numbers`; `pads` (surfaces, b): the
+    numbers of `Pads`.
     """
 
     def __init__(self, layout: Layout, numbers: SimpleNamespace) -> None:
@@ -138,7 +297,7 @@ class Surfaces:
             pads.append(numbers.ground.friction)
         if layout.socket:
             pads.append(numbers.socket.rubbing)
-        self.pads = beside(pads)
+        self.pads = stack_surfaces(pads)
         self._share = np.stack([np.ones_like(jaws.asymmetry), jaws.asymmetry])
         self._rub, self._slide = len(layout.rubbing), len(layout.sliding)
         self._alone = not layout.ground
@@ -158,12 +317,7 @@ class Surfaces:
     def beside(self, jaws: Array, table: Array, walls: Array | None) -> Array:
         """Velocities or bristles of all surfaces, shape (axes, surfaces, n).
 
-        Parameters
-        ----------
-        jaws : ndarray, shape (axes, 2, n) or (axes, 1, n)
-        table : ndarray, shape (axes, n)
-            Of no axes where there is none.
-        walls : ndarray, shape (n,), optional
+        `jaws` (axes, 2, n); `table` (axes, n): of no axes where there is none; `walls` (n,).
         """
         if self._alone:
             return jaws
@@ -174,13 +328,13 @@ class Surfaces:
             result[0, 3] = walls
         return result
 
-    def jaws(self, beside: Array) -> Array:
+    def jaws(self, rows: Array) -> Array:
         """The jaws' part of such an array, shape (axes, 2, n)."""
-        return beside[: self._rub, :2]
+        return rows[: self._rub, :2]
 
-    def table(self, beside: Array) -> Array:
+    def table(self, rows: Array) -> Array:
         """The table's part of such an array, shape (axes, n)."""
-        return beside[: self._slide, 2]
+        return rows[: self._slide, 2]
 
 
 #: Bristles that bear nothing straighten with this time constant, s.
@@ -205,12 +359,8 @@ def table_under(place: Array, speed: Array, socket: SimpleNamespace | None) -> T
     The surface is flat at z = 0 but for the bumps around a socket, between which it lies:
     ``h/2 (1 - cos(2 pi e / pitch)) exp(-(e / (3 pitch))^4)`` at e from its place.
 
-    Parameters
-    ----------
-    place, speed : ndarray, shape (axes, n)
-        Of the body along y, where it moves so, and z: m and m/s.
-    socket : namespace of ndarray, shape (b,), optional
-        The numbers of `Socket`.
+    `place`, `speed` (axes, n): of the body along y, where it moves so, and z: m and m/s; `socket`
+    (b,): the numbers of `Socket`.
     """
     if socket is None:
         return Table(-place[-1], -speed[-1], None)
@@ -231,21 +381,10 @@ def sliding_friction(
 ) -> tuple[Array, Array, Array]:
     """Friction against a motion along one or more axes that share their bristles' limit.
 
-    Parameters
-    ----------
-    normal : ndarray, shape (..., n)
-        N.
-    velocity, bristles : ndarray, shape (axes, ..., n)
-        m/s and m.
-    pads : namespace of ndarray, shape (b,)
-        The numbers of `Pads`.
-
-    Returns
-    -------
-    force, bristle_rate : ndarray, shape (axes, ..., n)
-        The force along `velocity` that drives the other side, N; and m/s.
-    limit : ndarray, shape (..., n)
-        The coefficient of friction that the bristles can bear at this speed.
+    `normal` (..., n): N; `velocity`, `bristles` (axes, ..., n): m/s and m; `pads` (b,): the numbers
+    of `Pads`. Gives `force`, `bristle_rate` (axes, ..., n): the force along `velocity` that drives
+    the other side, N; and m/s; `limit` (..., n): the coefficient of friction that the bristles can
+    bear at this speed.
     """
     limit = contact.bristle_limit(
         contact.length(velocity), pads.static, pads.kinetic, pads.stribeck
@@ -263,26 +402,12 @@ def socket_push(
 ) -> tuple[Array, Array]:
     """Forces of the socket on a body that is in it, but for the friction of its walls.
 
-    Parameters
-    ----------
-    place, speed : ndarray, shape (3, n)
-        x, y and z of the body, m, and their rates, m/s.
-    inside : ndarray, shape (n,)
-        1 where the body is in the socket, else 0: there it feels nothing of it.
-    socket : namespace of ndarray, shape (b,)
-        The numbers of `Socket`.
-    damping : ndarray, shape (b,)
-        Hunt and Crossley's, of the body on the bottom, s/m.
+    `place`, `speed` (3, n): x, y and z of the body, m, and their rates, m/s; `inside` (n,): 1 where
+    the body is in the socket, else 0: there it feels nothing of it; `socket` (b,): the numbers of
+    `Socket`; `damping` (b,): Hunt and Crossley's, of the body on the bottom, s/m. Gives `force` (3,
+    n): along x, y and z, N; `hold` (n,): how hard the walls press on the body, which rubs along z,
+    N.
 
-    Returns
-    -------
-    force : ndarray, shape (3, n)
-        Along x, y and z, N.
-    hold : ndarray, shape (n,)
-        How hard the walls press on the body, which rubs along z, N.
-
-    Notes
-    -----
     Walls, ends, snap and friction set in over the first quarter of the depth as
     ``e = 3 u^2 - 2 u^3``, so that a body enters without a jump. The force is minus the slope of the
     energy ``e (walls askew^2 / 2 + ends x^2 / 2 + snap)``: a body that is askew at the rim is
@@ -292,18 +417,18 @@ def socket_push(
     rim = RIM * socket.depth
     u = np.maximum(depth / rim, 0.0)
     np.minimum(u, 1.0, out=u)
-    entered = u * u * (3.0 - 2.0 * u) * inside
+    socket_entered = u * u * (3.0 - 2.0 * u) * inside
     click = socket.snap, socket.snap_depth, socket.snap_width
     wall, end = socket.walls * askew, socket.ends * x
     stored = 0.5 * (wall * askew + end * x) + contact.snap_energy(depth, *click)
     chamfer = 6.0 * u * (1.0 - u) / rim * stored
     bottom = contact.hunt_crossley(depth - socket.depth, -speed[2], socket.bottom, damping)
     force = np.empty(place.shape)
-    np.multiply(-entered, end + socket.wall_damping * speed[0], out=force[0])
-    np.multiply(-entered, wall + socket.wall_damping * speed[1], out=force[1])
+    np.multiply(-socket_entered, end + socket.wall_damping * speed[0], out=force[0])
+    np.multiply(-socket_entered, wall + socket.wall_damping * speed[1], out=force[1])
     np.multiply(inside, chamfer + bottom, out=force[2])
-    force[2] -= entered * contact.snap(depth, *click)
-    return force, socket.friction * entered
+    force[2] -= socket_entered * contact.snap(depth, *click)
+    return force, socket.friction * socket_entered
 
 
 #: Left jaw, right jaw: the sign of the force with which each pushes the body along x.
@@ -311,39 +436,30 @@ SIDES = np.array([[1.0], [-1.0]])
 
 
 def dome_forces(
-    seen: SimpleNamespace, acceleration: Array, layout: Layout, numbers: SimpleNamespace, jaws: Jaws
+    instant: SimpleNamespace,
+    acceleration: Array,
+    layout: Layout,
+    numbers: SimpleNamespace,
+    jaws: Jaws,
 ) -> Array:
     """Forces on the domes of one lane.
 
-    Parameters
-    ----------
-    seen : namespace
-        From :meth:`Mechanics.look`.
-    acceleration : ndarray, shape (coordinates, n)
-        m/s^2; of the wrist rad/s^2.
-    layout : Layout
-    numbers : namespace
-        The numbers of the scene, from `stacked`.
-    jaws : Jaws
-        How the sensors are tilted.
-
-    Returns
-    -------
-    ndarray, shape (6, n)
-        As of :meth:`Mechanics.felt`.
+    `instant`: from :meth:`Mechanics.evaluate`; `acceleration` (coordinates, n): m/s^2; of the wrist
+    rad/s^2; `numbers`: the numbers of the scene, from `stack_numbers`; `jaws`: how the sensors are
+    tilted. Gives (6, n): as of :meth:`Mechanics.sensor_forces`.
     """
     dome = numbers.jaws.dome
-    forces = np.zeros((2, 3, seen.tap.size))
-    forces[:, 2] = dome * acceleration[:2] - seen.pressed
-    forces[0, 2] -= seen.tap
+    forces = np.zeros((2, 3, instant.tap.size))
+    forces[:, 2] = dome * acceleration[:2] - instant.pressed
+    forces[0, 2] -= instant.tap
     if layout.thread:
         inertia = dome * numbers.thread.radius * acceleration[2]
-        forces[:, 0] = (seen.friction[0] + inertia) * SIDES
+        forces[:, 0] = (instant.friction[0] + inertia) * SIDES
     for row, axis in enumerate(layout.axes):
         inertia = dome * acceleration[2 + row]
-        forces[:, "yz".index(axis)] = -seen.friction[row] - inertia
+        forces[:, "yz".index(axis)] = -instant.friction[row] - inertia
     if numbers.profile is not None:
-        forces[:, 1] += seen.widening
+        forces[:, 1] += instant.widening
     return (_tilts(jaws) @ forces).reshape(6, -1)
 
 
@@ -367,23 +483,13 @@ def _tilts(jaws: Jaws) -> Array:
 class Mechanics:
     """A batch of demonstrations of scenes with the same parts: a `System` for the solvers.
 
-    Parameters
-    ----------
-    scenes : sequence of Scene
-        One for each lane; they have the same parts but their own numbers.
-    command : Command
-        One lane for each scene, with the commands of :attr:`Layout.commands`.
-    drive : Command, optional
-        The same commands as forces, where they are known already.
-
-    Raises
-    ------
-    InputError
-        If scenes differ in their parts, or the commands do not fit.
+    `scenes`: one for each lane; they have the same parts but their own numbers; `command`: one lane
+    for each scene, with the commands of :attr:`Layout.commands`; `drive`: the same commands as
+    forces, where they are known already.
     """
 
     def __init__(
-        self, scenes: Sequence[Scene], command: Command, drive: Command | None = None
+        self, scenes: Sequence[Scene], command: Trajectory, drive: Trajectory | None = None
     ) -> None:
         self.scenes = tuple(scenes)
         self.command = command
@@ -399,7 +505,7 @@ class Mechanics:
         self._x, self._held, self._along = d, slice(d, d + 1 + a), slice(d + 1, d + 1 + a)
         self._rub = slice(2 * p, 2 * p + 2 * len(layout.rubbing))
         self._slide = slice(self._rub.stop, self._rub.stop + len(layout.sliding))
-        self._p = numbers = stacked(self.scenes)
+        self._p = numbers = stack_numbers(self.scenes)
         self._stiffness, self._damping, self._mass = hand_numbers(layout, numbers)
         self._drive = drive or command.driving(
             np.concatenate([self._stiffness, np.ones((1, self.lanes))]),
@@ -415,25 +521,23 @@ class Mechanics:
             self._screw = SimpleNamespace(**vars(numbers.thread))
             self._screw.static, self._screw.kinetic = numbers.thread.static / kinetic, np.ones(1)
         self.scales = state_scales(layout, numbers)
-        self.events = meanings(layout)
+        self.events = event_meanings(layout)
 
     def rates(self, times: Array, states: Array) -> Array:
         """Derivatives of the states, shape (s, b); see `System`."""
-        rates: Array = self.look(times, states).rates
+        rates: Array = self.evaluate(times, states).rates
         return rates
 
     def lane(self, number: int) -> Mechanics:
-        """One demonstration by itself; see `System`."""
         return self.subset(np.array([number]))
 
     def subset(self, lanes: NDArray[np.intp]) -> Mechanics:
-        """Some of the demonstrations; see `System`."""
         scenes = [self.scenes[i] for i in lanes]
         return Mechanics(scenes, self.command.subset(lanes), self._drive.subset(lanes))
 
     def jump(self, event: int, rising: bool, state: Array) -> Array:
         """The state right after an event: the body enters or leaves the socket."""
-        inside = entered(self.events[event], rising)
+        inside = socket_entered(self.events[event], rising)
         if inside is None:
             return state
         after = state.copy()
@@ -442,70 +546,62 @@ class Mechanics:
 
     def watched(self, times: Array, states: Array) -> Array:
         """The event functions, shape (e, b); see `System`."""
-        seen = self._meet(states)
-        rows = [*seen.depth, seen.touch]
+        instant = self._contacts(states)
+        rows = [*instant.depth, instant.touch]
         if self._p.profile is not None:
             # Closed jaws overlap with the tip, which ends there, by as much as with each other.
-            rows[:2] = np.minimum(seen.depth, seen.width.tip)
+            rows[:2] = np.minimum(instant.depth, instant.width.tip)
         pads = self._pads
         if pads is not None:
             bristles = states[self._rub].reshape(-1, 2, len(times))
             speed = contact.length(self._sliding(states))
             limit = contact.bristle_limit(speed, pads.static, pads.kinetic, pads.stribeck)
-            rows += list(slipping(bristles, limit, pads, seen.normal))
+            rows += list(slip_margin(bristles, limit, pads, instant.normal))
         if self.layout.thread:
             speed, screw = np.abs(states[2 * len(self.positions) - 1]), self._screw
             bears = contact.bristle_limit(speed, screw.static, screw.kinetic, screw.stribeck)
             rows.append(np.abs(states[-1]) * screw.stiffness / bears - SLIP)
         if self.layout.ground:
-            rows.append(seen.table.depth)
+            rows.append(instant.table.depth)
         if self.layout.socket:
             place, inside = states[self._along], states[-1] > 0.5
-            rows += passing_socket(place, seen.table.depth, inside, self._p.socket)
+            rows += socket_margins(place, instant.table.depth, inside, self._p.socket)
         return np.stack(rows)
 
-    def look(self, times: Array, states: Array) -> SimpleNamespace:
+    def evaluate(self, times: Array, states: Array) -> SimpleNamespace:
         """Everything at some instants: the rates of the states, and the forces behind them.
 
-        Parameters
-        ----------
-        times : ndarray, shape (n,)
-            One for each lane, or any number for a system of one lane.
-        states : ndarray, shape (s, n)
-
-        Returns
-        -------
-        SimpleNamespace
-            ``rates`` (s, n); of the jaws ``depth`` and ``normal`` (2, n), m and N, ``touch`` (n,),
-            by how much they overlap, ``pressed`` (2, n), all that presses on them, and ``tap``.
-            Where jaws rub, ``friction`` (directions, 2, n) on the body and its ``limit`` (n,).
-            Where there is a table, ``ground`` (n,), how deep the body stands in it.
+        `times` (n,): one for each lane, or any number for a system of one lane; `states` (s, n).
+        Gives ``rates`` (s, n); of the jaws ``depth`` and ``normal`` (2, n), m and N, ``touch``
+        (n,), by how much they overlap, ``pressed`` (2, n), all that presses on them, and ``tap``.
+        Where jaws rub, ``friction`` (directions, 2, n) on the body and its ``limit`` (n,). Where
+        there is a table, ``ground`` (n,), how deep the body stands in it.
         """
         p, count, d = self._p, len(self.positions), self._x
         q, v = states[:count], states[count : 2 * count]
         rates = np.empty_like(states)
         rates[:count] = v
         force = np.zeros_like(q)
-        seen = self._meet(states)
-        seen.rates = rates
+        instant = self._contacts(states)
+        instant.rates = rates
         drive = self._drive.at(times)
         force[:d] = drive[:-1] - self._stiffness * q[:d] - self._damping * v[:d]
-        pressed = seen.normal
-        if np.count_nonzero(seen.touch > 0.0):
+        pressed = instant.normal
+        if np.count_nonzero(instant.touch > 0.0):
             pressed = pressed + contact.hunt_crossley(
-                seen.touch, -(v[0] + v[1]), p.jaws.touch, p.body.damping
+                instant.touch, -(v[0] + v[1]), p.jaws.touch, p.body.damping
             )
         force[0] += drive[-1]
         force[:2] += pressed
-        np.subtract(seen.normal[0], seen.normal[1], out=force[d])
+        np.subtract(instant.normal[0], instant.normal[1], out=force[d])
         if self.layout.ground:
-            self._stand(seen, states, force)
+            self._stand(instant, states, force)
         if self._surfaces is not None:
-            self._rub_along(seen, states, force, self._surfaces)
+            self._rub_along(instant, states, force, self._surfaces)
         if p.profile is not None:
-            self._widen(seen, force)
+            self._widen(instant, force)
         if self.layout.thread:
-            self._turn(seen, states, force)
+            self._turn(instant, states, force)
         if p.holder is not None:
             held = self._held
             force[held] -= p.holder.stiffness * q[held] + p.holder.damping * v[held]
@@ -514,51 +610,43 @@ class Mechanics:
         np.divide(force, self._mass, out=rates[count : 2 * count])
         if self.layout.socket:
             rates[-1] = 0.0
-        seen.pressed = pressed
-        seen.tap = drive[-1]
-        return seen
+        instant.pressed = pressed
+        instant.tap = drive[-1]
+        return instant
 
-    def felt(self, times: Array, states: Array) -> Array:
+    def sensor_forces(self, times: Array, states: Array) -> Array:
         """What the sensors' domes feel in a system of one lane.
 
-        Parameters
-        ----------
-        times : ndarray, shape (n,)
-        states : ndarray, shape (s, n)
-
-        Returns
-        -------
-        ndarray, shape (6, n)
-            fx, fy, fz of the left sensor, then of the right one: x along the scene's y, y along
-            its z, z normal and negative in compression, as the tilted sensors see them. The
-            domes' own inertia is felt too.
+        `times` (n,); `states` (s, n). Gives (6, n): fx, fy, fz of the left sensor, then of the
+        right one: x along the scene's y, y along its z, z normal and negative in compression, as
+        the tilted sensors see them. The domes' own inertia is felt too.
         """
-        seen = self.look(times, states)
-        acceleration = seen.rates[len(self.positions) :]
-        return dome_forces(seen, acceleration, self.layout, self._p, self.scenes[0].jaws)
+        instant = self.evaluate(times, states)
+        acceleration = instant.rates[len(self.positions) :]
+        return dome_forces(instant, acceleration, self.layout, self._p, self.scenes[0].jaws)
 
-    def _meet(self, states: Array) -> SimpleNamespace:
-        """How jaws, body and table meet: depth, normal, touch, width and table of :meth:`look`."""
+    def _contacts(self, states: Array) -> SimpleNamespace:
+        """How jaws, body and table meet: the first part of :meth:`evaluate`."""
         p, count, d = self._p, len(self.positions), self._x
-        seen = SimpleNamespace()
+        instant = SimpleNamespace()
         # Places and velocities in one: how near each jaw is to the body's middle.
         both = states[: 2 * count].reshape(2, count, -1)
         near, nearing = both[:, :2] + SIDES * both[:, d, None]
         half, stiffness, depth_rate = p.body.half_width, p.body.stiffness, -nearing
         if p.profile is not None:
             along, passing = both[:, d - 1] - both[:, -1]
-            seen.width = width_at(along, half, p.profile)
-            half, stiffness = seen.width.half, stiffness * seen.width.left
-            depth_rate += seen.width.slope * passing
-        seen.depth = half - near
-        seen.normal = contact.hunt_crossley(
-            seen.depth, depth_rate, stiffness, p.body.damping, self._exponent
+            instant.width = width_at(along, half, p.profile)
+            half, stiffness = instant.width.half, stiffness * instant.width.left
+            depth_rate += instant.width.slope * passing
+        instant.depth = half - near
+        instant.normal = contact.hunt_crossley(
+            instant.depth, depth_rate, stiffness, p.body.damping, self._exponent
         )
-        seen.touch = -(states[0] + states[1])
+        instant.touch = -(states[0] + states[1])
         if self.layout.ground:
             place, speed = both[:, self._held]
-            seen.table = table_under(place[1:], speed[1:], p.socket)
-        return seen
+            instant.table = table_under(place[1:], speed[1:], p.socket)
+        return instant
 
     def _sliding(self, states: Array) -> Array:
         """How fast jaws and body slide past each other, shape (directions, n)."""
@@ -569,70 +657,70 @@ class Mechanics:
         return v[2:d] - v[self._along]
 
     def _rub_along(
-        self, seen: SimpleNamespace, states: Array, force: Array, surfaces: Surfaces
+        self, instant: SimpleNamespace, states: Array, force: Array, surfaces: Surfaces
     ) -> None:
         """Friction of jaws, table and socket: the jaws' holds back tongs and wrist."""
         count, d = len(self.positions), self._x
         sliding, slides, table, walls = self._sliding(states), states[self._slide], None, None
         bristles, rubbing = states[self._rub].reshape(len(sliding), 2, -1), slides
         if self.layout.ground:
-            table, rubbing = seen.load, states[count + d : count + d + len(slides)]
+            table, rubbing = instant.load, states[count + d : count + d + len(slides)]
         if self.layout.socket:
             walls = states[-1] * states[2 * count - 1], states[-2]
         friction, rate, limit = sliding_friction(
-            surfaces.normal(seen.normal, table, seen.hold if walls else None),
+            surfaces.normal(instant.normal, table, instant.hold if walls else None),
             surfaces.beside(sliding[:, None], rubbing, walls[0] if walls else None),
             surfaces.beside(bristles, slides, walls[1] if walls else None),
             surfaces.pads,
         )
-        seen.limit, seen.friction = limit[0], surfaces.jaws(friction)
-        seen.rates[self._rub] = surfaces.jaws(rate).reshape(2 * len(sliding), -1)
+        instant.limit, instant.friction = limit[0], surfaces.jaws(friction)
+        instant.rates[self._rub] = surfaces.jaws(rate).reshape(2 * len(sliding), -1)
         if not self.layout.thread:
-            both = seen.friction[:, 0] + seen.friction[:, 1]
+            both = instant.friction[:, 0] + instant.friction[:, 1]
             force[2:d] -= both
             force[self._along] += both
         if self.layout.ground:
-            seen.rates[self._slide] = surfaces.table(rate)
+            instant.rates[self._slide] = surfaces.table(rate)
             force[d : d + len(slides)] -= surfaces.table(friction)
         if walls:
-            seen.rates[-2] = rate[0, 3]
+            instant.rates[-2] = rate[0, 3]
             force[d + 2] -= friction[0, 3]
 
-    def _widen(self, seen: SimpleNamespace, force: Array) -> None:
+    def _widen(self, instant: SimpleNamespace, force: Array) -> None:
         """Push tongs and body apart along z where the body's width varies."""
-        body, width = self._p.body, seen.width
-        stored = contact.hunt_crossley_energy(seen.depth, body.stiffness, self._exponent)
-        seen.widening = -seen.normal * width.slope - stored * width.left_slope
-        both = seen.widening.sum(axis=0)
+        body, width = self._p.body, instant.width
+        stored = contact.hunt_crossley_energy(instant.depth, body.stiffness, self._exponent)
+        instant.widening = -instant.normal * width.slope - stored * width.left_slope
+        both = instant.widening.sum(axis=0)
         force[self._x - 1] += both
         force[-1] -= both
 
-    def _turn(self, seen: SimpleNamespace, states: Array, force: Array) -> None:
+    def _turn(self, instant: SimpleNamespace, states: Array, force: Array) -> None:
         """Turn the cap: the jaws' friction turns it, the thread holds it back."""
-        torque = self._p.thread.radius * seen.friction[0].sum(axis=0)
+        torque = self._p.thread.radius * instant.friction[0].sum(axis=0)
         cap_rate = states[2 * len(force) - 1]
         held, rate, _ = sliding_friction(
             self._p.thread.kinetic, cap_rate[None], states[-1:], self._screw
         )
-        seen.rates[-1] = rate[0]
+        instant.rates[-1] = rate[0]
         force[self._x - 1] -= torque
         force[-1] = torque - held[0]
 
-    def _stand(self, seen: SimpleNamespace, states: Array, force: Array) -> None:
+    def _stand(self, instant: SimpleNamespace, states: Array, force: Array) -> None:
         """Table and socket press on the body."""
-        p, table = self._p, seen.table
-        seen.ground = table.depth
+        p, table = self._p, instant.table
+        instant.ground = table.depth
         normal = contact.kelvin_voigt(table.depth, table.rate, p.ground.stiffness, p.ground.damping)
         push = force[self._held]
         if p.socket is not None:
             inside = states[-1]
             normal = normal * (1.0 - inside)
-            seen.hold = None
+            instant.hold = None
             if np.count_nonzero(inside > 0.0):
                 place, speed = states[: 2 * len(force)].reshape(2, len(force), -1)[:, self._held]
-                socket, seen.hold = socket_push(place, speed, inside, p.socket, p.body.damping)
+                socket, instant.hold = socket_push(place, speed, inside, p.socket, p.body.damping)
                 push += socket
-        seen.load = normal
+        instant.load = normal
         push[-1] += normal
         if table.slope is not None:
             push[1] -= normal * table.slope

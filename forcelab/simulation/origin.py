@@ -11,8 +11,6 @@ import numpy as np
 from forcelab.errors import InputError
 from forcelab.simulation.scene import TASKS, Task
 
-__all__ = ["MOST", "RATES", "Origin", "origins", "task_named"]
-
 #: Slowest and fastest recording, Hz; the fastest is as fast as the motion itself is sampled.
 RATES = (50.0, 4000.0)
 #: Demonstrations that are made at one go.
@@ -22,13 +20,7 @@ _SOURCE = re.compile(r"simulated: task (\w+), seed (\d+), number (\d+), (\d+(?:\
 
 
 def task_named(name: str) -> Task:
-    """The task of a name, whatever its case.
-
-    Raises
-    ------
-    InputError
-        If there is no such task.
-    """
+    """The task of a name, whatever its case."""
     for task in TASKS:
         if task.casefold() == name.casefold():
             return task
@@ -40,27 +32,12 @@ class Origin:
     """What a simulated demonstration is made from.
 
     ``str(origin)`` is the demonstration's source in a project, and :meth:`parsed` its inverse.
-
-    Parameters
-    ----------
-    task : str
-        One of :data:`~forcelab.simulation.scene.TASKS`.
-    seed : int
-        Of everything random, together with task and number.
-    number : int
-        Of the demonstration among those of the task and seed, from 1.
-    rate : float
-        Samples a second of the recording. It changes no motion.
-
-    Raises
-    ------
-    InputError
-        If a number is out of its range.
     """
 
-    task: Task
-    seed: int
-    number: int
+    task: Task  # one of :data:`~forcelab.simulation.scene.TASKS`
+    seed: int  # of everything random, together with task and number
+    number: int  # of the demonstration among those of the task and seed, from 1
+    #: Samples a second of the recording. It changes no motion.
     rate: float = 1000.0
 
     def __post_init__(self) -> None:
@@ -107,13 +84,7 @@ class Origin:
 
 
 def origins(task: Task, count: int, seed: int, rate: float = 1000.0) -> tuple[Origin, ...]:
-    """The first `count` demonstrations of a task and seed.
-
-    Raises
-    ------
-    InputError
-        If the count or a number is out of its range.
-    """
+    """The first `count` demonstrations of a task and seed."""
     if not 1 <= count <= MOST:
         raise InputError(f"From 1 to {MOST} demonstrations can be made at one go, not {count}.")
     return tuple(Origin(task, seed, number, rate) for number in range(1, count + 1))

@@ -38,8 +38,7 @@ from numpy.typing import NDArray
 
 from forcelab.clock import ClockMap
 from forcelab.errors import InputError
-from forcelab.simulation.motion import Performance
-from forcelab.simulation.scene import Profile, Scene, Shape, Socket, width_at
+from forcelab.simulation.scene import Performance, Profile, Scene, Shape, Socket, width_at
 
 #: Seconds over which a frame's forces are averaged, as a camera's shutter does.
 EXPOSURE = 0.012
@@ -47,33 +46,14 @@ EXPOSURE = 0.012
 
 @dataclass(frozen=True)
 class State:
-    """One instant of a performance.
-
-    Parameters
-    ----------
-    jaws : tuple of float
-        Distance of the left and the right jaw from the tongs' middle, m.
-    tongs : tuple of float
-        y (m), z (m) and angle (rad).
-    body : tuple of float
-        x, y, z (m) and angle (rad).
-    normal : tuple of float
-        What presses on the left and on the right jaw, N.
-    drag : tuple of float
-        Force on both domes together along y and z, N.
-    torsion : float
-        Force along y on the left dome less that on the right one, N: what a twist makes of it.
-    sliding : float
-        How fast the tongs rise along the body, m/s.
-    """
-
-    jaws: tuple[float, ...]
-    tongs: tuple[float, ...]
-    body: tuple[float, ...]
-    normal: tuple[float, ...]
-    drag: tuple[float, ...]
+    jaws: tuple[float, ...]  # distance of the left and the right jaw from the tongs' middle, m
+    tongs: tuple[float, ...]  # y (m), z (m) and angle (rad)
+    body: tuple[float, ...]  # x, y, z (m) and angle (rad)
+    normal: tuple[float, ...]  # what presses on the left and on the right jaw, N
+    drag: tuple[float, ...]  # force on both domes together along y and z, N
+    #: Force along y on the left dome less that on the right one, N: what a twist makes of it.
     torsion: float
-    sliding: float
+    sliding: float  # how fast the tongs rise along the body, m/s
 
 
 class States:
@@ -85,10 +65,10 @@ class States:
         self.tracks = np.column_stack([motion.jaws, motion.tongs, motion.body])
         drag = np.column_stack([forces[:, 0] + forces[:, 3], forces[:, 1] + forces[:, 4]])
         torsion = forces[:, 0] - forces[:, 3]
-        felt = np.column_stack([motion.normal, drag, torsion])
+        forces = np.column_stack([motion.normal, drag, torsion])
         self.risen = motion.tongs[:, 1] - motion.body[:, 2]
         # The mean over a shutter's time is a difference of the running sum.
-        self.sums = np.concatenate([np.zeros((1, 5)), np.cumsum(felt, axis=0)])
+        self.sums = np.concatenate([np.zeros((1, 5)), np.cumsum(forces, axis=0)])
         self.step = float(self.times[1] - self.times[0])
 
     def at(self, time: float) -> State:
@@ -100,15 +80,15 @@ class States:
         track = ((1.0 - part) * self.tracks[row] + part * self.tracks[row + 1]).tolist()
         half = max(1, round(0.5 * EXPOSURE / self.step))
         first, end = max(row - half, 0), min(row + half + 1, last + 1)
-        felt = ((self.sums[end] - self.sums[first]) / (end - first)).tolist()
+        forces = ((self.sums[end] - self.sums[first]) / (end - first)).tolist()
         climbed = float(self.risen[end - 1] - self.risen[first])
         return State(
             jaws=tuple(track[:2]),
             tongs=tuple(track[2:5]),
             body=tuple(track[5:]),
-            normal=tuple(felt[:2]),
-            drag=tuple(felt[2:4]),
-            torsion=felt[4],
+            normal=tuple(forces[:2]),
+            drag=tuple(forces[2:4]),
+            torsion=forces[4],
             sliding=climbed / max((end - 1 - first) * self.step, self.step),
         )
 
@@ -131,9 +111,9 @@ def colour(code: str) -> Colour:
     return blue, green, red
 
 
-def mixed(one: Colour, other: Colour, share: float) -> Colour:
+def mix_colours(first: Colour, second: Colour, share: float) -> Colour:
     """The colour that holds `share` of the other one."""
-    blue, green, red = (round(a + share * (b - a)) for a, b in zip(one, other, strict=True))
+    blue, green, red = (round(a + share * (b - a)) for a, b in zip(first, second, strict=True))
     return blue, green, red
 
 
@@ -145,12 +125,8 @@ def _fixed(values: Any) -> NDArray[np.int32]:
 class Canvas:
     """Shapes on an image, anti-aliased to a sixteenth of a pixel.
 
-    Parameters
-    ----------
-    image : ndarray of uint8, shape (height, width, 3)
-        What is drawn on.
-    zoom : float
-        Pixels of the image per pixel of line widths.
+    `image` (height, width, 3): what is drawn on; `zoom`: pixels of the image per pixel of line
+    widths.
     """
 
     def __init__(self, image: Image, zoom: float = 1.0) -> None:
@@ -253,31 +229,16 @@ CLOSEST = 7000.0
 
 @dataclass(frozen=True)
 class Proportions:
-    """Sizes of what is drawn that the mechanics do not know, m.
+    """Sizes of what is drawn that the mechanics do not know, m."""
 
-    Parameters
-    ----------
-    grip : float
-        Where the jaws touch the body, above its lower face; with a holder, above the place of
-        the first grip.
-    dome : float
-        Radius of a sensor's dome.
-    reach : float
-        From the domes up to the tongs' hinge.
-    back : float
-        How far the body reaches away from the viewer.
-    foot : float
-        From the body's lower face, or the place of the first grip, down to the table.
-    height : float
-        Of the body; with a holder, of what of it is above the place of the first grip.
-    """
-
+    #: Where the jaws touch the body, above its lower face; with a holder, above the place of the
+    #: first grip.
     grip: float
-    dome: float
-    reach: float
-    back: float
-    foot: float
-    height: float
+    dome: float  # radius of a sensor's dome
+    reach: float  # from the domes up to the tongs' hinge
+    back: float  # how far the body reaches away from the viewer
+    foot: float  # from the body's lower face, or the place of the first grip, down to the table
+    height: float  # of the body; with a holder, of what of it is above the place of the first grip
 
     @classmethod
     def of(cls, scene: Scene) -> Proportions:
@@ -316,50 +277,24 @@ def drawn_height(up: Points, profile: Profile) -> Points:
 
 @dataclass(frozen=True)
 class View:
-    """A parallel projection: x to the right, z up, y to the lower right, towards the viewer.
+    """A parallel projection: x to the right, z up, y to the lower right, towards the viewer."""
 
-    Parameters
-    ----------
-    scale : float
-        Pixels a metre.
-    origin : tuple of float
-        Pixel, from the left and from the top, of x = y = z = 0 of the stage.
-    place : float
-        y around which distances are drawn in full, m.
-    ground : bool
-        Whether there is a table under z = 0, so that heights are shortened.
-    sink : float
-        By how much depths below z = 0 are stretched.
-    depth : tuple of float
-        How far right and down a metre along y goes, as shares of a metre.
-    profile : Profile, optional
-        Of a body along which heights are drawn.
-    tilt : float
-        By how much what is seen is turned to the right, rad.
-    pivot : tuple of float
-        Pixel about which it is turned.
-    """
-
-    scale: float
+    scale: float  # pixels a metre
+    #: Pixel, from the left and from the top, of x = y = z = 0 of the stage.
     origin: tuple[float, float]
-    place: float
-    ground: bool
-    sink: float
-    depth: tuple[float, float]
-    profile: Profile | None = None
-    tilt: float = 0.0
-    pivot: tuple[float, float] = (0.0, 0.0)
+    place: float  # y around which distances are drawn in full, m
+    ground: bool  # whether there is a table under z = 0, so that heights are shortened
+    sink: float  # by how much depths below z = 0 are stretched
+    depth: tuple[float, float]  # how far right and down a metre along y goes, as shares of a metre
+    profile: Profile | None = None  # of a body along which heights are drawn
+    tilt: float = 0.0  # by how much what is seen is turned to the right, rad
+    pivot: tuple[float, float] = (0.0, 0.0)  # pixel about which it is turned
 
     @classmethod
     def fitted(cls, performance: Performance, sizes: Proportions, size: tuple[int, int]) -> View:
         """The view in which the whole motion is seen as large as it goes.
 
-        Parameters
-        ----------
-        performance : Performance
-        sizes : Proportions
-        size : tuple of int
-            Width and height of the picture, pixels.
+        `size`: width and height of the picture, pixels.
         """
         scene, motion = performance.scene, performance.motion
         socket = scene.socket
@@ -459,33 +394,18 @@ SUNK = 0.0006
 
 @dataclass(frozen=True)
 class Pose:
-    """What is where on the stage: lengths in m of the picture, not of the motion.
+    """What is where on the stage: lengths in m of the picture, not of the motion."""
 
-    Parameters
-    ----------
-    tongs : tuple of float
-        y and z of the place between the domes, and the angle, rad.
-    body : tuple of float
-        x, y, z and angle, rad.
-    jaws : tuple of float
-        Distance of the left and the right jaw from the tongs' middle.
-    tilt : float
-        By how much the body leans to the right, rad, about the place between the domes.
-    lead : float
-        By how much the hand has turned further than the arms that it twists, rad.
-    inside : bool
-        Whether the domes press on the middle of the body's sides, so that it hides the right one.
-    """
-
-    tongs: tuple[float, float, float]
-    body: tuple[float, float, float, float]
-    jaws: tuple[float, ...]
-    tilt: float
-    lead: float = 0.0
+    tongs: tuple[float, float, float]  # y and z of the place between the domes, and the angle, rad
+    body: tuple[float, float, float, float]  # x, y, z and angle, rad
+    jaws: tuple[float, ...]  # distance of the left and the right jaw from the tongs' middle
+    tilt: float  # by how much the body leans to the right, rad, about the place between the domes
+    lead: float = 0.0  # by how much the hand has turned further than the arms that it twists, rad
+    #: Whether the domes press on the middle of the body's sides, so that it hides the right one.
     inside: bool = False
 
 
-def posed(scene: Scene, sizes: Proportions, view: View, state: State) -> Pose:
+def pose_of(scene: Scene, sizes: Proportions, view: View, state: State) -> Pose:
     """The pose in which a state is drawn."""
     y, z, angle = state.tongs
     x, body_y, body_z, turn = state.body
@@ -533,7 +453,7 @@ SPARK_EDGE = colour("3a2b00")
 STREAK = colour("0f5c73")
 
 #: Newtons at which a dome is flattened by two thirds of what it can be; and how far, as a share
-#: of its radius. Real silicone gives less than a millimetre, which nobody would see.
+#: of its radius. Real silicone gives less than a millimetre, which could not be seen.
 SOFTNESS = 5.0
 FLATTENING = 0.38
 #: How far a dome leans at first, m, for each newton that drags at both, and at most, as a share of
@@ -643,11 +563,7 @@ class Tongs:
     def tapping(self, since: float, canvas: Canvas) -> None:
         """A fingertip of the other hand on the left dome, or on its way to it.
 
-        Parameters
-        ----------
-        since : float
-            Seconds since the tap's middle, negative before it.
-        canvas : Canvas
+        `since`: seconds since the tap's middle, negative before it.
         """
         away = abs(since)
         if away >= COMING:
@@ -745,12 +661,12 @@ PORES = np.column_stack(
 
 def dark(paint: Colour, share: float = 0.45) -> Colour:
     """The shade of a colour in which edges are drawn."""
-    return mixed(paint, colour("1a1d24"), share)
+    return mix_colours(paint, colour("1a1d24"), share)
 
 
 def light(paint: Colour, share: float = 0.35) -> Colour:
     """The tint of a colour on faces that the light falls on."""
-    return mixed(paint, WHITE, share)
+    return mix_colours(paint, WHITE, share)
 
 
 def box(
@@ -841,7 +757,6 @@ def _stylus(scene: Scene, sizes: Proportions, view: View, pose: Pose, canvas: Ca
     heights, end = view.climbed(heights), float(view.climbed(np.array(end)))
 
     def bar(low: float, high: float, paint: Colour) -> None:
-        """The stretch between two heights."""
         inner = heights[(heights > low) & (heights < high)]
         ups = np.concatenate([[low], inner, [high]])
         left = foot + s * np.column_stack([-np.interp(ups, heights, widths[0]), -ups])
@@ -951,17 +866,7 @@ FINER = 3
 def background(scene: Scene, sizes: Proportions, view: View, size: tuple[int, int]) -> Image:
     """Everything that stands still, drawn once.
 
-    Parameters
-    ----------
-    scene : Scene
-    sizes : Proportions
-    view : View
-    size : tuple of int
-        Width and height, pixels.
-
-    Returns
-    -------
-    ndarray of uint8, shape (height, width, 3)
+    `size`: width and height, pixels. Gives (height, width, 3).
     """
     width, height = size
     large = view.zoomed(FINER)
@@ -1082,36 +987,18 @@ RATE = 30.0
 
 @dataclass(frozen=True, slots=True)
 class Camera:
-    """A camera with a clock of its own.
+    """A camera with a clock of its own."""
 
-    Parameters
-    ----------
-    offset : float
-        Force time at which the video begins, s; negative when the camera ran before the sensors.
-    drift : float
-        By what share the camera's second is longer than the sensors', such as 30e-6. At most 1e-3
-        either way.
-    jitter : float
-        Standard deviation of the instants at which the shutter opens, s; at most 1 ms.
-    late : int
-        Number of frames that come late: by 0.3 to 0.8 of a frame's time.
-    tail : float
-        Seconds for which the camera goes on after the force recording's end.
-    seed : int
-        Of jitter and late frames.
-
-    Raises
-    ------
-    InputError
-        If a number is out of its range.
-    """
-
+    #: Force time at which the video begins, s; negative when the camera ran before the sensors.
     offset: float = 0.0
+    #: By what share the camera's second is longer than the sensors', such as 30e-6. At most 1e-3
+    #: either way.
     drift: float = 0.0
+    #: Standard deviation of the instants at which the shutter opens, s; at most 1 ms.
     jitter: float = 0.0
-    late: int = 0
-    tail: float = 0.0
-    seed: int = 0
+    late: int = 0  # number of frames that come late: by 0.3 to 0.8 of a frame's time
+    tail: float = 0.0  # seconds for which the camera goes on after the force recording's end
+    seed: int = 0  # of jitter and late frames
 
     def __post_init__(self) -> None:
         for name, low, high in (
@@ -1152,22 +1039,8 @@ class Camera:
     def shots(self, duration: float) -> tuple[Array, NDArray[np.intp]]:
         """The frames of a force recording.
 
-        Parameters
-        ----------
-        duration : float
-            Of the force recording, s.
-
-        Returns
-        -------
-        force : ndarray, shape (n,)
-            The force time of the instant that each frame shows, rising.
-        late : ndarray of int, shape (m,)
-            Which frames are late.
-
-        Raises
-        ------
-        InputError
-            If the camera starts after the recording's end.
+        `duration`: of the force recording, s. Gives `force` (n,): the force time of the instant
+        that each frame shows, rising; `late` (m,): which frames are late.
         """
         length = float(self.clock.to_device(duration + self.tail))
         count = int(np.ceil(length * RATE))
@@ -1195,11 +1068,7 @@ FADING = 0.022
 class Stage:
     """Draws a performance; what stands still is drawn once.
 
-    Parameters
-    ----------
-    performance : Performance
-    size : tuple of int
-        Width and height of the pictures, pixels.
+    `size`: width and height of the pictures, pixels.
     """
 
     def __init__(self, performance: Performance, size: tuple[int, int] = SIZE) -> None:
@@ -1215,7 +1084,7 @@ class Stage:
     def frame(self, time: float) -> Image:
         """The picture at a time on the force clock, s; shape (height, width, 3), BGR."""
         state = self.states.at(time)
-        pose = posed(self.scene, self.sizes, self.view, state)
+        pose = pose_of(self.scene, self.sizes, self.view, state)
         canvas = Canvas(self.background.copy())
         if self.scene.holder is None:
             self._lay_shadow(pose, canvas.image)
@@ -1274,23 +1143,8 @@ def render(performance: Performance, path: Path, camera: Camera) -> tuple[Array,
     The file has the even timestamps n / 30 s that OpenCV writes. The same arguments give the same
     bytes on one machine.
 
-    Parameters
-    ----------
-    performance : Performance
-    path : Path
-        The video to write, ending in ``.mp4``, which tells OpenCV the container.
-    camera : Camera
-        Its clock.
-
-    Returns
-    -------
-    force, late : ndarray
-        As of :meth:`Camera.shots`.
-
-    Raises
-    ------
-    InputError
-        If the camera starts after the end, the video cannot be written, or OpenCV lacks the codec.
+    `path`: the video to write, ending in ``.mp4``, which tells OpenCV the container. Gives `force`,
+    `late`: as of :meth:`Camera.shots`.
     """
     force, late = camera.shots(float(performance.motion.times[-1]))
     stage = Stage(performance)

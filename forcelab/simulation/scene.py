@@ -1,7 +1,8 @@
-"""Scenes: what is on the table and how it is held, numbers only, checked as they are written down.
+"""Scenes: what is on the table and how it is held; and what a simulated demonstration did there.
 
-A scene holds only the parts it has. A part that is ``None`` has no state, no force and no cost:
-without an arm nothing moves tangentially and there is no friction; without a socket nothing snaps.
+A scene holds only the parts it has, in numbers that are checked as they are written down. A part
+that is ``None`` has no state, no force and no cost: without an arm nothing moves tangentially and
+there is no friction; without a socket nothing snaps.
 
 Axes: x is the grip axis (left jaw to right jaw), y lateral along the table, z upwards; metres,
 newtons, kilograms, seconds and radians throughout. The middle between the jaws of the resting
@@ -17,27 +18,22 @@ from typing import ClassVar, Literal, NamedTuple, get_args
 import numpy as np
 
 from forcelab.errors import InputError
-from forcelab.simulation.system import Array
+from forcelab.labels import Segments
+from forcelab.simulation.system import Array, Event
 
 
 class Width(NamedTuple):
-    """The body where the jaws are, each array of shape (2, n) or (n,).
+    """The body where the jaws are, each array of shape (2, n) or (n,)."""
 
-    Parameters
-    ----------
-    half, slope : ndarray, shape (2, n)
-        Half width (m) that the left and the right jaw see, and how it changes along z.
-    left, left_slope : ndarray, shape (n,)
-        How much of the body is left for the jaws to press on, from 1 to 0, and how that changes
-        along z, 1/m.
-    tip : ndarray, shape (n,)
-        How far the jaws are from the tip, m; beyond it, where it is negative, nothing is left.
-    """
-
+    #: half and slope: (2, n), half width (m) that the left and the right jaw see, and how it
+    #: changes along z.
     half: Array
     slope: Array
+    #: left and left_slope: (n,), how much of the body is left for the jaws to press on, from 1 to
+    #: 0, and how that changes along z, 1/m.
     left: Array
     left_slope: Array
+    #: (n,), how far the jaws are from the tip, m; beyond it, where it is negative, nothing is left.
     tip: Array
 
 
@@ -47,14 +43,8 @@ def width_at(up: Array, half_width: Array, profile: SimpleNamespace) -> Width:
     ``(w0 + (1 -+ lopsided) (waviness w0 sin(2 pi up / wavelength) + rim R(up))) left(up)``, where
     R rises and `left` falls like a minimum-jerk reach over the lengths of rim and taper.
 
-    Parameters
-    ----------
-    up : ndarray, shape (n,)
-        Height of the jaws over where they first gripped, m.
-    half_width : ndarray, shape (b,)
-        w0, m.
-    profile : namespace of ndarray, shape (b,)
-        The numbers of `Profile`.
+    `up` (n,): height of the jaws over where they first gripped, m; `half_width` (b,): w0, m;
+    `profile` (b,): the numbers of `Profile`.
     """
     over = up - profile.end
     rim_length = profile.rim_length
@@ -112,74 +102,43 @@ class _Part:
 
 @dataclass(frozen=True)
 class Jaws(_Part):
-    """Two jaws, each pulled towards its commanded place by a finger.
-
-    Parameters
-    ----------
-    mass : float
-        Of one jaw with its sensor and its share of the hand, kg.
-    stiffness, damping : float
-        Of a finger: N/m and N s/m. Closing the command beyond the surface by d gives a grip of
-        about ``stiffness * d``.
-    asymmetry : float
-        Stiffness of the right finger over that of the left one.
-    touch : float
-        Stiffness in N/m with which the jaws meet when nothing is between them.
-    dome : float
-        Mass in front of each sensor, kg: the sensor feels its inertia.
-    tilt_left, tilt_right : float
-        Angle between each sensor's normal and the grip axis, rad: fingers squeeze obliquely, so
-        that part of the grip is felt as a tangential force.
-    azimuth_left, azimuth_right : float
-        Direction towards which each is tilted, rad, 0 along y and a right angle along z.
-    """
+    """Two jaws, each pulled towards its commanded place by a finger."""
 
     _positive = ("mass",)
 
-    mass: float = 0.05
+    mass: float = 0.05  # of one jaw with its sensor and its share of the hand, kg
+    #: stiffness and damping: Of a finger: N/m and N s/m. Closing the command beyond the surface by
+    #: d gives a grip of about ``stiffness * d``.
     stiffness: float = 1200.0
     damping: float = 12.0
-    asymmetry: float = 1.0
-    touch: float = 2e4
-    dome: float = 0.004
+    asymmetry: float = 1.0  # stiffness of the right finger over that of the left one
+    touch: float = 2e4  # stiffness in N/m with which the jaws meet when nothing is between them
+    dome: float = 0.004  # mass in front of each sensor, kg: the sensor feels its inertia
+    #: tilt_left and tilt_right: Angle between each sensor's normal and the grip axis, rad: fingers
+    #: squeeze obliquely, so that part of the grip is felt as a tangential force.
     tilt_left: float = 0.0
     tilt_right: float = 0.0
+    #: azimuth_left and azimuth_right: Direction towards which each is tilted, rad, 0 along y and a
+    #: right angle along z.
     azimuth_left: float = 0.0
     azimuth_right: float = 0.0
 
 
 @dataclass(frozen=True)
 class Body(_Part):
-    """What lies between the jaws.
-
-    Parameters
-    ----------
-    shape : str
-        How it is drawn.
-    mass : float
-        kg.
-    half_width : float
-        From its middle to the surface that a jaw touches, m.
-    stiffness : float
-        Of the contact with one jaw, N/m^exponent.
-    damping : float
-        Hunt and Crossley's, s/m: the force is ``stiffness * depth**exponent * (1 + damping *
-        rate)`` and never negative. Against a socket's bottom it is the same.
-    exponent : float
-        1 for a linear spring, 1.5 for Hertz's sphere on a plane.
-    height : float
-        m; drawn only.
-    """
+    """What lies between the jaws."""
 
     _positive = ("mass", "half_width", "stiffness")
 
-    shape: Shape
-    mass: float
-    half_width: float
-    stiffness: float
+    shape: Shape  # how it is drawn
+    mass: float  # kg
+    half_width: float  # from its middle to the surface that a jaw touches, m
+    stiffness: float  # of the contact with one jaw, N/m^exponent
+    #: Hunt and Crossley's, s/m: the force is ``stiffness * depth**exponent * (1 + damping * rate)``
+    #: and never negative. Against a socket's bottom it is the same.
     damping: float = 1.0
-    exponent: float = 1.0
-    height: float = 0.02
+    exponent: float = 1.0  # 1 for a linear spring, 1.5 for Hertz's sphere on a plane
+    height: float = 0.02  # m; drawn only
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -188,29 +147,21 @@ class Body(_Part):
 
 @dataclass(frozen=True)
 class Pads(_Part):
-    """Friction between the jaws' silicone domes and the body (LuGre).
-
-    Parameters
-    ----------
-    static, kinetic : float
-        Coefficients of friction at rest and in steady motion; ``static >= kinetic``.
-    stribeck : float
-        Speed at which the one passes into the other, m/s.
-    stiffness, damping, viscous : float
-        Of the bristles, per newton of normal force: 1/m, s/m and s/m.
-    asymmetry : float
-        Friction of the right jaw over that of the left one.
-    """
+    """Friction between the jaws' silicone domes and the body (LuGre)."""
 
     _positive = ("kinetic", "stribeck", "stiffness")
 
+    #: static and kinetic: Coefficients of friction at rest and in steady motion; ``static >=
+    #: kinetic``.
     static: float = 1.1
     kinetic: float = 0.8
-    stribeck: float = 0.01
+    stribeck: float = 0.01  # speed at which the one passes into the other, m/s
+    #: stiffness, damping and viscous: Of the bristles, per newton of normal force: 1/m, s/m and
+    #: s/m.
     stiffness: float = 4000.0
     damping: float = 3.0
     viscous: float = 0.4
-    asymmetry: float = 1.0
+    asymmetry: float = 1.0  # friction of the right jaw over that of the left one
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -219,27 +170,16 @@ class Pads(_Part):
 
 @dataclass(frozen=True)
 class Arm(_Part):
-    """The arm that carries the tongs tangentially, and the axes along which it moves.
-
-    Parameters
-    ----------
-    axes : tuple of "y" and "z"
-        Those of the scene; ``("z",)`` or ``("y", "z")``.
-    mass : float
-        Of tongs, hand and forearm as they feel at the tip, kg.
-    stiffness, damping : float
-        N/m and N s/m.
-    pads : Pads
-        How the jaws rub.
-    """
+    """The arm that carries the tongs tangentially, and the axes along which it moves."""
 
     _positive = ("mass",)
 
-    axes: tuple[Axis, ...] = ("z",)
-    mass: float = 0.35
+    axes: tuple[Axis, ...] = ("z",)  # those of the scene; ``("z",)`` or ``("y", "z")``
+    mass: float = 0.35  # of tongs, hand and forearm as they feel at the tip, kg
+    #: stiffness and damping: N/m and N s/m.
     stiffness: float = 700.0
     damping: float = 18.0
-    pads: Pads = Pads()
+    pads: Pads = Pads()  # how the jaws rub
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -248,76 +188,47 @@ class Arm(_Part):
 
 @dataclass(frozen=True)
 class Ground(_Part):
-    """The table.
-
-    Parameters
-    ----------
-    stiffness, damping : float
-        Kelvin and Voigt's: N/m and N s/m. The table never pulls.
-    friction : Pads
-        Between table and body.
-    """
-
+    #: stiffness and damping: Kelvin and Voigt's: N/m and N s/m. The table never pulls.
     stiffness: float = 4e4
     damping: float = 4.0
-    friction: Pads = Pads(static=0.45, kinetic=0.35)
+    friction: Pads = Pads(static=0.45, kinetic=0.35)  # between table and body
 
 
 @dataclass(frozen=True)
 class Holder(_Part):
-    """The other hand, or a vice, that holds the body in place along x and along the arm's axes.
+    """The other hand, or a vice, that holds the body in place along x and along the arm's axes."""
 
-    Parameters
-    ----------
-    stiffness, damping : float
-        N/m and N s/m.
-    """
-
+    #: stiffness and damping: N/m and N s/m.
     stiffness: float = 6000.0
     damping: float = 6.0
 
 
 @dataclass(frozen=True)
 class Socket(_Part):
-    """A socket in the table that the body snaps into: LEGO studs, or a cartridge's connector.
-
-    Parameters
-    ----------
-    place : float
-        Where it is along y, m.
-    depth : float
-        From the rim to the bottom, m.
-    friction : float
-        Force of the walls when the body is in, N.
-    snap, snap_depth, snap_width : float
-        The click: force of the barrier in N, the depth at which it is crossed and its width, m.
-        Less than three widths below the rim, getting that far takes more than this force.
-    bottom, walls, ends : float
-        Stiffness of the bottom, of the walls (along y) and of the ends (along x), N/m.
-    wall_damping : float
-        Of walls and ends, N s/m.
-    rubbing : Pads
-        How the walls rub, as a share of `friction`.
-    tolerance : float
-        How far off the place along y the body may be and still go in, m.
-    studs, pitch : float
-        Height and distance of the bumps around the socket, m; they are what searching feels.
-    """
+    """A socket in the table that the body snaps into: LEGO studs, or a cartridge's connector."""
 
     _positive = ("depth", "snap_width", "pitch")
 
-    place: float
-    depth: float
-    friction: float
+    place: float  # where it is along y, m
+    depth: float  # from the rim to the bottom, m
+    friction: float  # force of the walls when the body is in, N
+    #: snap, snap_depth and snap_width: The click: force of the barrier in N, the depth at which it
+    #: is crossed and its width, m. Less than three widths below the rim, getting that far takes
+    #: more than this force.
     snap: float
     snap_depth: float
     snap_width: float
+    #: bottom, walls and ends: Stiffness of the bottom, of the walls (along y) and of the ends
+    #: (along x), N/m.
     bottom: float = 1e5
     walls: float = 2e4
     ends: float = 2e3
-    wall_damping: float = 10.0
+    wall_damping: float = 10.0  # of walls and ends, N s/m
+    #: How the walls rub, as a share of `friction`.
     rubbing: Pads = Pads(static=1.35, kinetic=1.0, stiffness=3000.0, damping=1.0, viscous=1.0)
-    tolerance: float = 3e-4
+    tolerance: float = 3e-4  # how far off the place along y the body may be and still go in, m
+    #: studs and pitch: Height and distance of the bumps around the socket, m; they are what
+    #: searching feels.
     studs: float = 3e-4
     pitch: float = 8e-3
 
@@ -329,33 +240,20 @@ class Socket(_Part):
 
 @dataclass(frozen=True)
 class Profile(_Part):
-    """A width that varies along z, measured from where the jaws first grip.
-
-    Parameters
-    ----------
-    end : float
-        Where the taper to the tip begins, m.
-    taper : float
-        Length of the taper, m; beyond it there is nothing between the jaws.
-    waviness : float
-        Share of the half width by which it swells and shrinks before the end.
-    wavelength : float
-        m.
-    rim, rim_length : float
-        How much thicker the body gets towards its end, and over which length before it, m.
-    lopsided : float
-        How unevenly the jaws see all this: the right one ``1 + lopsided`` times, the left one
-        ``1 - lopsided`` times; below 1.
-    """
+    """A width that varies along z, measured from where the jaws first grip."""
 
     _positive = ("taper", "wavelength", "rim_length")
 
-    end: float
-    taper: float
-    waviness: float
-    wavelength: float
+    end: float  # where the taper to the tip begins, m
+    taper: float  # length of the taper, m; beyond it there is nothing between the jaws
+    waviness: float  # share of the half width by which it swells and shrinks before the end
+    wavelength: float  # m
+    #: rim and rim_length: How much thicker the body gets towards its end, and over which length
+    #: before it, m.
     rim: float = 0.0
     rim_length: float = 2e-3
+    #: How unevenly the jaws see all this: the right one ``1 + lopsided`` times, the left one ``1 -
+    #: lopsided`` times; below 1.
     lopsided: float = 0.0
 
     def __post_init__(self) -> None:
@@ -368,39 +266,26 @@ class Thread(_Part):
     """A cap that turns on the body with stick-slip, and the wrist that turns it.
 
     They turn about z, positive anticlockwise as seen from above.
-
-    Parameters
-    ----------
-    radius : float
-        From the axis to the jaws, m.
-    inertia : float
-        Of the cap, kg m^2.
-    static, kinetic : float
-        Torques at rest and in motion, N m.
-    stribeck : float
-        rad/s.
-    stiffness, damping, viscous : float
-        Of the bristles in the thread, per newton metre: 1/rad, s/rad and s/rad.
-    wrist_inertia, wrist_stiffness, wrist_damping : float
-        kg m^2, N m/rad and N m s/rad.
-    pads : Pads
-        How the jaws rub on the cap.
     """
 
     _positive = ("radius", "inertia", "kinetic", "stribeck", "stiffness", "wrist_inertia")
 
-    radius: float
-    inertia: float
+    radius: float  # from the axis to the jaws, m
+    inertia: float  # of the cap, kg m^2
+    #: static and kinetic: Torques at rest and in motion, N m.
     static: float
     kinetic: float
-    stribeck: float = 0.3
+    stribeck: float = 0.3  # rad/s
+    #: stiffness, damping and viscous: Of the bristles in the thread, per newton metre: 1/rad, s/rad
+    #: and s/rad.
     stiffness: float = 40.0
     damping: float = 0.05
     viscous: float = 0.01
+    #: wrist_inertia, wrist_stiffness and wrist_damping: kg m^2, N m/rad and N m s/rad.
     wrist_inertia: float = 6e-4
     wrist_stiffness: float = 0.9
     wrist_damping: float = 0.02
-    pads: Pads = Pads()
+    pads: Pads = Pads()  # how the jaws rub on the cap
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -415,35 +300,18 @@ TASKS: tuple[Task, ...] = get_args(Task)
 
 @dataclass(frozen=True)
 class Scene:
-    """A task's scene.
-
-    Parameters
-    ----------
-    task : str
-        Such as ``"LEGO"``.
-    jaws, body
-        Always there.
-    arm, ground, holder, socket, profile, thread
-        Where the scene has them.
-    gravity : float
-        m/s^2.
-
-    Raises
-    ------
-    InputError
-        If parts are missing that other parts need.
-    """
-
-    task: str
+    task: str  # such as ``"LEGO"``
+    #: jaws and body: Always there.
     jaws: Jaws
     body: Body
+    #: arm, ground, holder, socket, profile and thread: Where the scene has them.
     arm: Arm | None = None
     ground: Ground | None = None
     holder: Holder | None = None
     socket: Socket | None = None
     profile: Profile | None = None
     thread: Thread | None = None
-    gravity: float = 9.81
+    gravity: float = 9.81  # m/s^2
 
     @property
     def parts(self) -> tuple[object, ...]:
@@ -462,3 +330,32 @@ class Scene:
         for part, met, sentence in needs:
             if part is not None and not met:
                 raise InputError(f"The scene of '{self.task}' does not fit together: {sentence}.")
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Where jaws, tongs and body are; what a scene does not have stays zero."""
+
+    times: Array  # (n,), seconds on the force clock, evenly spaced
+    jaws: Array  # (n, 2), distance of the left and the right jaw from the tongs' middle, m
+    tongs: Array  # (n, 3), y (m), z (m) and angle (rad) of the tongs
+    #: (n, 4), x, y, z (m) and angle (rad) of the body; z is that of its lower face above the table.
+    body: Array
+    normal: Array  # (n, 2), force that presses on the left and on the right jaw, N, not negative
+
+
+@dataclass(frozen=True)
+class Performance:
+    """One simulated demonstration, before sensors, coders and camera had a look at it."""
+
+    scene: Scene  # with the numbers of this demonstration
+    motion: Motion
+    #: (n, 6), what the two sensors' domes feel, N: fx, fy, fz of the left one, then of the right
+    #: one; fz is normal and negative in compression, fx along y, fy along z.
+    forces: Array
+    rate: float  # of `forces` and `motion`, Hz; several times that of the recording
+    actions: Segments  # what was done when, without gaps
+    events: tuple[Event, ...]  # in order of time
+    #: Times at which a fingertip taps the left dome, so that force and video can be synchronised,
+    #: s.
+    taps: tuple[float, ...] = ()

@@ -18,8 +18,6 @@ from scipy.signal import butter, lfilter, sosfilt, sosfilt_zi
 
 from forcelab.errors import InputError
 
-__all__ = ["CHANNELS", "Recorded", "Sensor", "record"]
-
 Array = NDArray[np.float64]
 
 #: Names of the six channels, left sensor first; all in newtons.
@@ -36,73 +34,51 @@ SINCE_ZERO = 10.0
 
 @dataclass(frozen=True, eq=False)
 class Sensor:
-    """The numbers of one device, two 3-axis sensors; the defaults are an ideal typical one.
+    """The numbers of one device, two 3-axis sensors; the defaults are an ideal typical one."""
 
-    Parameters
-    ----------
-    response : array_like, shape (6, 6)
-        Recorded over true force: gains on the diagonal, cross-talk beside it.
-    counts : array_like, shape (6,)
-        Counts per newton. Measured: 767.5, 812.5 and 158.6 of the one sensor, 429.8, 467.8 and
-        165.9 of the other.
-    noise : array_like, shape (6,)
-        White noise of a raw sample before rounding, N rms. Measured: 3.1, 2.9, 7.2 and 5.8, 4.9,
-        7.6 mN, which is 2.4 to 2.6 counts laterally and 1.2 counts normally.
-    offset : array_like, shape (6,)
-        Reading without force, N. Measured: up to 0.2 N.
-    drift : array_like, shape (6,)
-        How the offset walks, N/sqrt(s). Measured: the spectrum at 0.5 to 2 Hz without contact, 0.4
-        to 3.7 mN/sqrt(Hz), is that of a random walk of 2 to 16 mN/sqrt(s).
-    creep, creep_time : float
-        Share of the force that comes late, and its time constant in s. Measured: the zero is 0.06
-        to 0.1 N off after holding 3 N and comes back in 0.3 to 1.3 s.
-    hum : array_like, shape (6,)
-        Amplitude of the mains' hum, N. Measured: 0.5 to 1.5 mN.
-    mains : float
-        Its frequency, Hz.
-    bandwidth : float
-        Corner of the low-pass, Hz; a choice, below the 500 Hz that 1 kHz can hold. The recordings
-        show spikes of 3 ms.
-    limits : array_like, shape (6,)
-        The sensor saturates at this force of either sign, N. A choice: now and then reached by
-        the largest forces that recordings show, 23 N laterally and 29 N normally.
-    losses : float
-        Losses of samples per second; each takes one sample or a few. Measured: 0 to 2.
-    loss_length : float
-        Mean number of samples lost at once, from 1. Measured: 3, at most 14.
-
-    Raises
-    ------
-    InputError
-        If a number is missing, not finite, or negative where it must not be.
-    """
-
+    #: (6, 6), recorded over true force: gains on the diagonal, cross-talk beside it.
     response: Array = field(default_factory=lambda: np.eye(6))
+    #: (6,), counts per newton. Measured: 767.5, 812.5 and 158.6 of the one sensor, 429.8, 467.8 and
+    #: 165.9 of the other.
     counts: Array = field(default_factory=lambda: np.tile([600.0, 640.0, 162.0], 2))
+    #: (6,), white noise of a raw sample before rounding, N rms. Measured: 3.1, 2.9, 7.2 and 5.8,
+    #: 4.9, 7.6 mN, which is 2.4 to 2.6 counts laterally and 1.2 counts normally.
     noise: Array = field(default_factory=lambda: np.tile([0.0042, 0.0039, 0.0074], 2))
+    #: (6,), reading without force, N. Measured: up to 0.2 N.
     offset: Array = field(default_factory=lambda: np.zeros(6))
+    #: (6,), how the offset walks, N/sqrt(s). Measured: the spectrum at 0.5 to 2 Hz without contact,
+    #: 0.4 to 3.7 mN/sqrt(Hz), is that of a random walk of 2 to 16 mN/sqrt(s).
     drift: Array = field(default_factory=lambda: np.full(6, 0.006))
+    #: creep and creep_time: Share of the force that comes late, and its time constant in s.
+    #: Measured: the zero is 0.06 to 0.1 N off after holding 3 N and comes back in 0.3 to 1.3 s.
     creep: float = 0.033
     creep_time: float = 0.6
+    #: (6,), amplitude of the mains' hum, N. Measured: 0.5 to 1.5 mN.
     hum: Array = field(default_factory=lambda: np.full(6, 0.001))
-    mains: float = 60.0
+    mains: float = 60.0  # its frequency, Hz
+    #: Corner of the low-pass, Hz; a choice, below the 500 Hz that 1 kHz can hold. The recordings
+    #: show spikes of 3 ms.
     bandwidth: float = 350.0
+    #: (6,), the sensor saturates at this force of either sign, N. A choice: now and then reached by
+    #: the largest forces that recordings show, 23 N laterally and 29 N normally.
     limits: Array = field(default_factory=lambda: np.tile([22.0, 22.0, 32.0], 2))
+    #: Losses of samples per second; each takes one sample or a few. Measured: 0 to 2.
     losses: float = 0.1
+    #: Mean number of samples lost at once, from 1. Measured: 3, at most 14.
     loss_length: float = 2.0
 
     def __post_init__(self) -> None:
-        for one in fields(self):
-            shape = _SHAPES.get(one.name, ())
-            values = np.array(getattr(self, one.name), dtype=np.float64)
+        for item in fields(self):
+            shape = _SHAPES.get(item.name, ())
+            values = np.array(getattr(self, item.name), dtype=np.float64)
             if values.shape != shape or not np.isfinite(values).all():
                 what = "a finite number" if shape == () else f"finite, of shape {shape}"
-                raise InputError(f"Sensor.{one.name} must be {what}.")
-            if (values < _LEAST.get(one.name, 0.0)).any():
-                raise InputError(f"Sensor.{one.name} must not be {values.min():g}.")
+                raise InputError(f"Sensor.{item.name} must be {what}.")
+            if (values < _LEAST.get(item.name, 0.0)).any():
+                raise InputError(f"Sensor.{item.name} must not be {values.min():g}.")
             if shape:
                 values.flags.writeable = False
-                object.__setattr__(self, one.name, values)
+                object.__setattr__(self, item.name, values)
 
     @classmethod
     def drawn(cls, rng: np.random.Generator) -> Sensor:
@@ -147,49 +123,26 @@ _LEAST = {"response": -np.inf, "offset": -np.inf, "loss_length": 1.0} | dict.fro
 
 
 @dataclass(frozen=True)
-class Recorded:
-    """What is stored of one demonstration.
+class SensorRecord:
+    """What is stored of one demonstration."""
 
-    Parameters
-    ----------
-    times : ndarray, shape (n,)
-        Stamps in seconds from the first sample; a lost sample has none.
-    signals : ndarray, shape (n, 6)
-        N, whole counts; columns as in :data:`CHANNELS`.
-    saturated : ndarray of bool, shape (n, 6)
-        Where the sensor would have read more than it can.
-    """
-
-    times: Array
-    signals: Array
-    saturated: NDArray[np.bool_]
+    times: Array  # (n,), stamps in seconds from the first sample; a lost sample has none
+    signals: Array  # (n, 6), N, whole counts; columns as in :data:`CHANNELS`
+    saturated: NDArray[np.bool_]  # (n, 6), where the sensor would have read more than it can
 
 
 def record(
     forces: Array, rate: float, recording_rate: float, sensor: Sensor, rng: np.random.Generator
-) -> Recorded:
+) -> SensorRecord:
     """Record forces: filter, mix, sample, disturb, round to counts, clip, lose a few.
 
     The low-pass is causal and comes before the sampling: a force at the recording's rate less the
     corner, which would fold onto the corner, is 40 times smaller by then. Samples that are lost
     change nothing in the others.
 
-    Parameters
-    ----------
-    forces : ndarray, shape (m, 6)
-        What the domes feel, N; columns as in :data:`CHANNELS`.
-    rate : float
-        Of `forces`, Hz.
-    recording_rate : float
-        Samples a second that the device stores, Hz; not above `rate`. Any ratio goes.
-    sensor : Sensor
-    rng : numpy.random.Generator
-        The same state gives the same bytes.
-
-    Raises
-    ------
-    InputError
-        If the forces are not six finite columns, or a rate cannot be recorded at.
+    `forces` (m, 6): what the domes feel, N; columns as in :data:`CHANNELS`; `rate`: of `forces`,
+    Hz; `recording_rate`: samples a second that the device stores, Hz; not above `rate`. Any ratio
+    goes; `rng`: the same state gives the same bytes.
     """
     forces = np.asarray(forces, dtype=np.float64)
     if forces.ndim != 2 or forces.shape[1] != 6 or not np.isfinite(forces).all():
@@ -205,20 +158,20 @@ def record(
     if count < 2:
         raise InputError(f"{len(forces)} forces at {rate:g} Hz are too short to be recorded.")
     times = np.arange(count) / recording_rate
-    felt = _low_passed(_crept(forces, rate, sensor), rate, recording_rate, sensor.bandwidth)
-    sampled = CubicSpline(true, felt @ sensor.response.T)(np.minimum(times, true[-1]))
+    filtered = _low_pass(_creep(forces, rate, sensor), rate, recording_rate, sensor.bandwidth)
+    sampled = CubicSpline(true, filtered @ sensor.response.T)(np.minimum(times, true[-1]))
     disturbed = sampled + _disturbances(times, sensor, rng)
     counts = np.rint(disturbed * sensor.counts)
     most = np.floor(sensor.limits * sensor.counts)
-    kept = ~_lost(count, recording_rate, sensor, rng)
-    return Recorded(
-        times=times[kept],
-        signals=(np.clip(counts, -most, most) / sensor.counts)[kept],
-        saturated=(np.abs(counts) > most)[kept],
+    delivered = ~_draw_losses(count, recording_rate, sensor, rng)
+    return SensorRecord(
+        times=times[delivered],
+        signals=(np.clip(counts, -most, most) / sensor.counts)[delivered],
+        saturated=(np.abs(counts) > most)[delivered],
     )
 
 
-def _crept(forces: Array, rate: float, sensor: Sensor) -> Array:
+def _creep(forces: Array, rate: float, sensor: Sensor) -> Array:
     """Forces of which a share comes late, by an exact first-order lag at the forces' rate."""
     if sensor.creep == 0:
         return forces
@@ -227,7 +180,7 @@ def _crept(forces: Array, rate: float, sensor: Sensor) -> Array:
     return (1.0 - sensor.creep) * forces + sensor.creep * late
 
 
-def _low_passed(forces: Array, rate: float, recording_rate: float, bandwidth: float) -> Array:
+def _low_pass(forces: Array, rate: float, recording_rate: float, bandwidth: float) -> Array:
     """Forces below the corner; before the first sample they were what it is."""
     corner = min(bandwidth, CORNER * recording_rate)
     sections = butter(ORDER, corner, fs=rate, output="sos")
@@ -248,7 +201,9 @@ def _disturbances(times: Array, sensor: Sensor, rng: np.random.Generator) -> Arr
     )
 
 
-def _lost(count: int, rate: float, sensor: Sensor, rng: np.random.Generator) -> NDArray[np.bool_]:
+def _draw_losses(
+    count: int, rate: float, sensor: Sensor, rng: np.random.Generator
+) -> NDArray[np.bool_]:
     """Which samples are lost; never the first and the last: a recording begins with a sample."""
     lost = np.zeros(count, dtype=np.bool_)
     happened = rng.poisson(sensor.losses * count / rate)

@@ -1,12 +1,12 @@
-"""Solvers of the equations of motion behind one interface.
+"""Solvers of the equations of motion behind one interface: a Rosenbrock method, and SciPy's.
 
-The coefficients of RODAS4P2: a Rosenbrock method of order 4 with six stages, L-stable. G.
-Steinebach, "Improvement of Rosenbrock-Wanner method RODASP", in: Progress in Differential-Algebraic
-Equations II, Springer (2020) 165-184; in the form without products of the Jacobian of E. Hairer and
-G. Wanner, *Solving Ordinary Differential Equations II*, section IV.7. Its order does not fall where
+The tasks use RODAS4P2: a Rosenbrock method of order 4 with six stages, L-stable. G. Steinebach,
+"Improvement of Rosenbrock-Wanner method RODASP", in: Progress in Differential-Algebraic Equations
+II, Springer (2020) 165-184; in the form without products of the Jacobian of E. Hairer and G.
+Wanner, *Solving Ordinary Differential Equations II*, section IV.7. Its order does not fall where
 stiff parts follow slow forces, and falls to no less than 2 where the Jacobian is wrong.
 
-Steps of many lanes at once, each lane with its own time and its own step. Steps are accepted or
+It integrates many lanes at once, each with its own time and its own step. Steps are accepted or
 rejected lane by lane, so that a stiff lane does not slow the others' motion down. numpy is called a
 fixed number of times per round, whatever the number of lanes.
 """
@@ -26,8 +26,7 @@ from scipy.integrate import Radau as RadauIIA
 
 from forcelab.errors import InputError
 from forcelab.jobs import Progress, finish
-from forcelab.simulation.motion import Event
-from forcelab.simulation.system import Array, System
+from forcelab.simulation.system import Array, Event, System
 
 #: Width in seconds to which a crossing is bracketed.
 _WIDTH = 1e-10
@@ -37,25 +36,16 @@ _PARTS = 64
 
 
 @dataclass(frozen=True)
-class Passage:
-    """How event functions passed through a step, as far as the first event.
+class StepEvents:
+    """How event functions passed through a step, as far as the first event."""
 
-    Parameters
-    ----------
-    share : float
-        Of the step, from 0 to 1: just after the first event, or 1 where there is none.
-    sides : ndarray, shape (e,)
-        The sides on which the event functions are there.
-    happened : tuple of (int, bool)
-        Event functions that crossed at that instant, and whether they rose.
-    """
-
-    share: float
-    sides: Array
+    share: float  # of the step, from 0 to 1: just after the first event, or 1 where there is none
+    sides: Array  # (e,), the sides on which the event functions are there
+    #: Event functions that crossed at that instant, and whether they rose.
     happened: tuple[tuple[int, bool], ...]
 
 
-class Watch:
+class EventLocator:
     """Watches the event functions of a system.
 
     The *side* of an event function is its last sign that was not zero, and 0 only while it has
@@ -71,7 +61,7 @@ class Watch:
             [[bool(falling), bool(rising)] for falling, rising in self._meanings]
         ).reshape(-1, 2)
 
-    def kinds(self, passage: Passage) -> tuple[str, ...]:
+    def kinds(self, passage: StepEvents) -> tuple[str, ...]:
         """What the events of a passage are called."""
         return tuple(self._meanings[event][rising] for event, rising in passage.happened)
 
@@ -81,28 +71,16 @@ class Watch:
         path: Callable[[Array], tuple[Array, Array]],
         length: float,
         sides: Array,
-    ) -> Passage:
+    ) -> StepEvents:
         """The first event in a step of one lane, bracketed to a tenth of a nanosecond.
 
         All event functions are looked at on a grid of the step, then on a grid of that part of it
         where the first crossing is, and so on: crossings there and back within a step are found
         if they are further apart than a 64th of it.
 
-        Parameters
-        ----------
-        lane : System
-            The lane.
-        path : callable
-            From shares of the step, shape (n,), to times (n,) and states (s, n).
-        length : float
-            Of the step, s.
-        sides : ndarray, shape (e,)
-            Where the event functions come from.
-
-        Raises
-        ------
-        FloatingPointError
-            If an event function is not finite.
+        `path`: from shares of the step, shape (n,), to times (n,) and states (s, n); `length`: of
+        the step, s; `sides` (e,): where the event functions come from. `FloatingPointError` if an
+        event function is not finite.
         """
         low, high = 0.0, 1.0
         decided = sides != 0
@@ -121,7 +99,7 @@ class Watch:
             columns = np.flatnonzero(crossed.any(axis=0))
             if not len(columns):
                 # Rounding may hide on the finer grid what the coarser one showed at its edge.
-                return Passage(high, trace[:, -1], happened)
+                return StepEvents(high, trace[:, -1], happened)
             part = columns[0]
             happened = tuple(
                 (int(event), bool(trace[event, part + 1] > 0))
@@ -129,12 +107,12 @@ class Watch:
             )
             low, high = float(shares[part]), float(shares[part + 1])
             if (high - low) * length <= _WIDTH or high - low < 1e-14:
-                return Passage(high, np.where(decided, trace[:, part + 1], 0), happened)
+                return StepEvents(high, np.where(decided, trace[:, part + 1], 0), happened)
             sides = np.where(decided, trace[:, part], 0)
 
     @staticmethod
     def after(
-        lane: System, passage: Passage, time: float, state: Array
+        lane: System, passage: StepEvents, time: float, state: Array
     ) -> tuple[Array, Array, Array]:
         """The state (s,) right after the events of a passage, its event functions, and their sides.
 
@@ -158,11 +136,9 @@ def _sides(before: Array, values: Array) -> Array:
 def calm_lanes(traces: Array) -> NDArray[np.bool_]:
     """In which lanes no event function can have changed sides within the step, shape (b,).
 
-    Parameters
-    ----------
-    traces : ndarray, shape (e, looks, b)
-        Event functions times their sides, evenly spaced over the step: all but the first are above
-        zero where nothing happened. No parabola through three of them may dip below zero either.
+    `traces` (e, looks, b): event functions times their sides, evenly spaced over the step: all but
+    the first are above zero where nothing happened. No parabola through three of them may dip below
+    zero either.
     """
     before, halfway, after = traces[:, :-2], traces[:, 1:-1], traces[:, 2:]
     bend = before + after - 2 * halfway
@@ -179,21 +155,13 @@ RELATIVE = 1e-12
 
 @dataclass(frozen=True)
 class _Settings:
-    """Settings of a solver that chooses its steps.
+    """Settings of a solver that chooses its steps."""
 
-    Parameters
-    ----------
-    tolerance : float
-        Error allowed in one step, newtons: for each state, `tolerance` times the system's scale.
-    longest : float
-        Longest step, s. What the hand does for a shorter time cannot be overlooked.
-    max_steps : int
-        Steps one lane may take, rejected ones included.
-    """
-
+    #: Error allowed in one step, newtons: for each state, `tolerance` times the system's scale.
     tolerance: float = 1e-4
+    #: Longest step, s. What the hand does for a shorter time cannot be overlooked.
     longest: float = 0.01
-    max_steps: int = 1_000_000
+    max_steps: int = 1_000_000  # steps one lane may take, rejected ones included
 
     def __post_init__(self) -> None:
         for field in fields(self):
@@ -230,30 +198,16 @@ Solver = Rosenbrock | Explicit | Lsoda | Radau
 
 @dataclass(frozen=True)
 class Solution:
-    """What a solver found.
-
-    Parameters
-    ----------
-    states : ndarray, shape (n, s, b)
-        At the sample times; where a sample time is that of a jump, the state before it.
-    events : tuple of tuple of Event, length b
-        What happened in each lane, in order of time.
-    steps : ndarray of int, shape (b,)
-        Steps tried in each lane, rejected ones included.
-    """
-
+    #: (n, s, b), at the sample times; where a sample time is that of a jump, the state before it.
     states: Array
-    events: tuple[tuple[Event, ...], ...]
-    steps: NDArray[np.intp]
+    events: tuple[tuple[Event, ...], ...]  # length b, what happened in each lane, in order of time
+    steps: NDArray[np.intp]  # (b,), steps tried in each lane, rejected ones included
 
 
 class Course:
     """The solution while it comes into being.
 
-    Parameters
-    ----------
-    start : ndarray, shape (s, b)
-    times : ndarray, shape (n,)
+    `start` (s, b); `times` (n,).
     """
 
     def __init__(self, start: Array, times: Array) -> None:
@@ -270,18 +224,11 @@ class Course:
         return Progress(int(self.filled.sum()), self.states.shape[0] * len(self.filled), "moving")
 
     def solution(self) -> Solution:
-        """The result."""
         events = tuple(tuple(happened) for happened in self.events)
         return Solution(self.states, events, self.steps)
 
     def happen(self, lane: int, time: float, kinds: tuple[str, ...]) -> None:
-        """Note events of one instant.
-
-        Raises
-        ------
-        InputError
-            If events follow each other without end.
-        """
+        """Note events of one instant."""
         happened = self.events[lane]
         happened.extend(Event(time, kind) for kind in kinds)
         if len(happened) > 100 and time - happened[-100].time < 1e-6:
@@ -291,13 +238,7 @@ class Course:
             )
 
     def spend(self, lane: int, time: float, steps: int, budget: int) -> None:
-        """Count the steps tried in a lane.
-
-        Raises
-        ------
-        InputError
-            If there are more than the budget allows.
-        """
+        """Count the steps tried in a lane."""
         self.steps[lane] += steps
         if self.steps[lane] > budget:
             raise unresolved(
@@ -346,7 +287,7 @@ class _Walk:
         self.lane = lane
         self.course = course
         self.solver = solver
-        self.watch = Watch(system)
+        self.watch = EventLocator(system)
         self.end = float(course.times[-1])
         self.tolerances = solver.tolerance * system.scales[:, 0]
         self.finished = False
@@ -357,13 +298,6 @@ class _Walk:
         self._start(float(course.times[0]), state)
 
     def advance(self) -> None:
-        """Some steps.
-
-        Raises
-        ------
-        InputError
-            If they cannot be resolved.
-        """
         with np.errstate(all="ignore"), warnings.catch_warnings():
             # What scipy warns of ends in a failed step, which is refused.
             warnings.simplefilter("ignore")
@@ -403,40 +337,40 @@ class _Walk:
     def _step(self) -> None:
         """One step, ended at the first event in it."""
         method = self.method
-        begun = float(method.t)
-        self.course.spend(self.lane, begun, 1, self.solver.max_steps)
+        began = float(method.t)
+        self.course.spend(self.lane, began, 1, self.solver.max_steps)
         try:
             method.step()
         except ValueError:
             # scipy's linear algebra refuses what follows from rates that are not finite.
             if self.sound:
                 raise
-            raise self._lost(begun) from None
+            raise self._lost(began) from None
         if method.status == "failed" or not np.isfinite(method.y).all():
-            raise self._lost(begun)
+            raise self._lost(began)
         after, within = float(method.t), method.dense_output()
-        passage = self._passage(begun, after, within)
+        passage = self._passage(began, after, within)
         self.sides = passage.sides
         if passage.happened:
-            after = begun + passage.share * (after - begun)
+            after = began + passage.share * (after - began)
         self.finished = bool(self.end - after <= 8 * np.finfo(float).eps * abs(self.end))
         self._sample(after, within)
         if passage.happened:
             self._start(after, self._happened(after, within(after), passage))
 
-    def _passage(self, begun: float, after: float, within: DenseOutput) -> Passage:
+    def _passage(self, began: float, after: float, within: DenseOutput) -> StepEvents:
         """How the event functions pass through a step."""
         if not len(self.sides):
-            return Passage(1.0, self.sides, ())
+            return StepEvents(1.0, self.sides, ())
 
         def path(shares: Array) -> tuple[Array, Array]:
-            times = begun + shares * (after - begun)
+            times = began + shares * (after - began)
             return times, within(times)
 
         try:
-            return self.watch.first(self.system, path, after - begun, self.sides)
+            return self.watch.first(self.system, path, after - began, self.sides)
         except FloatingPointError:
-            raise self._lost(begun) from None
+            raise self._lost(began) from None
 
     def _sample(self, after: float, within: DenseOutput) -> None:
         """The states at the sample times that were passed in a step."""
@@ -449,7 +383,7 @@ class _Walk:
             course.states[first:last, :, lane] = within(course.times[first:last]).T
             course.filled[lane] = last
 
-    def _happened(self, time: float, state: Array, passage: Passage) -> Array:
+    def _happened(self, time: float, state: Array, passage: StepEvents) -> Array:
         """The state right after an event."""
         self.course.happen(self.lane, time, self.watch.kinds(passage))
         state, _, self.sides = self.watch.after(self.system, passage, time, state)
@@ -545,15 +479,10 @@ class Batch(ABC):
     A method with one step behind it (Runge-Kutta, Rosenbrock) says how it tries a step, and
     inherits everything else.
 
-    Attributes
-    ----------
-    DENSE : ndarray, shape (p, stages)
-        Within the step, the state grows by the sum over k = 1..p of ``share**k`` times (row k - 1
-        of this) @ stages, times whatever the method multiplies its stages with.
-    EXPONENT, MEMORY : float
-        A step's error, and that of the step before, to these powers choose the next step.
-    LANEWISE : tuple of str
-        Names of the arrays that go with the lanes, their last axis.
+    `DENSE` (p, stages): within the step, the state grows by the sum over k = 1..p of ``share**k``
+    times (row k - 1 of this) @ stages, times whatever the method multiplies its stages with;
+    `EXPONENT`, `MEMORY`: A step's error, and that of the step before, to these powers choose the
+    next step; `LANEWISE`: names of the arrays that go with the lanes, their last axis.
     """
 
     DENSE: ClassVar[Array]
@@ -573,12 +502,12 @@ class Batch(ABC):
     def __init__(self, system: System, solver: Rosenbrock, course: Course) -> None:
         self.solver = solver
         self.course = course
-        self.watch = Watch(system)
+        self.watch = EventLocator(system)
         self.end = float(course.times[-1])
         #: Below this a step cannot be told from rounding.
         self.floor = max(1e-13, 8 * np.finfo(float).eps * abs(self.end))
         self.powers = np.arange(1, len(self.DENSE) + 1)
-        self.looks = _LOOKS[:, None] ** self.powers
+        self.powers_at_looks = _LOOKS[:, None] ** self.powers
         lanes = system.lanes
         self.lanes: NDArray[np.intp] = np.arange(lanes)
         self.time = np.full(lanes, course.times[0])
@@ -606,7 +535,6 @@ class Batch(ABC):
         """A lane, `alone` as a system of its own, starts afresh from its time and state."""
 
     def run(self) -> Iterator[Progress]:
-        """Follow all lanes to the end."""
         while self.lanes.size:
             self._advance()
             yield self.course.progress()
@@ -622,7 +550,7 @@ class Batch(ABC):
         self.undecided = bool((self.sides == 0).any())
         self.growth = np.empty((_ROUNDS, len(self.DENSE), *shape))
         self.before = np.empty((_ROUNDS, *shape))
-        self.begun = np.empty((_ROUNDS, shape[1]))
+        self.starts = np.empty((_ROUNDS, shape[1]))
         self.lengths = np.empty((_ROUNDS, shape[1]))
         self.ended = np.empty((_ROUNDS, shape[1]))
         self._weigh()
@@ -662,7 +590,7 @@ class Batch(ABC):
         passages = self._passages(slot, length, after, good) if len(self.sides) else {}
 
         self.before[slot] = self.state
-        self.begun[slot] = self.time
+        self.starts[slot] = self.time
         self.lengths[slot] = length
         self.ended[slot] = np.where(good, after, -np.inf)
         self._accept(good)
@@ -687,19 +615,19 @@ class Batch(ABC):
 
     def _passages(
         self, slot: int, length: Array, after: Array, good: NDArray[np.bool_]
-    ) -> dict[int, Passage]:
+    ) -> dict[int, StepEvents]:
         """The lanes whose step ends at an event; longer steps into an event are to be retried."""
         count, lanes = self.state.shape
-        grown = self.looks @ self.growth[slot].reshape(len(self.powers), -1)
+        grown = self.powers_at_looks @ self.growth[slot].reshape(len(self.powers), -1)
         states = self.state[:, None] + grown.reshape(-1, count, lanes).transpose(1, 0, 2)
         states[:, -1] = self.trial
         times = self.time + np.multiply.outer(_LOOKS, length)
         times[-1] = after
-        seen = self.looking.watched(times.ravel(), states.reshape(count, -1))
-        values = seen.reshape(-1, len(_LOOKS), lanes)
+        watched = self.looking.watched(times.ravel(), states.reshape(count, -1))
+        values = watched.reshape(-1, len(_LOOKS), lanes)
         traces = np.concatenate([self.values[:, None], values], axis=1) * self.sides[:, None]
         busy = ~calm_lanes(traces) & (length > 0)
-        passages: dict[int, Passage] = {}
+        passages: dict[int, StepEvents] = {}
         for lane in np.flatnonzero(busy & ~good).tolist():
             self._approach(lane, traces[:, :, lane], length[lane])
         for lane in np.flatnonzero(busy & good).tolist():
@@ -730,27 +658,27 @@ class Batch(ABC):
             if crossed * length > CLOSE:
                 self.step[lane] = (1 - _NEAR) * crossed * length
 
-    def _first(self, lane: int, slot: int, length: float) -> Passage:
+    def _first(self, lane: int, slot: int, length: float) -> StepEvents:
         """How a lane's event functions pass through its trial step."""
-        begun, state = self.time[lane], self.state[:, lane, None]
+        began, state = self.time[lane], self.state[:, lane, None]
         growth = self.growth[slot, :, :, lane]
 
         def path(shares: Array) -> tuple[Array, Array]:
             powers = shares ** self.powers[:, None]
-            return begun + shares * length, state + growth.T @ powers
+            return began + shares * length, state + growth.T @ powers
 
         try:
             return self.watch.first(self._alone(lane), path, length, self.sides[:, lane].copy())
         except FloatingPointError as error:
             raise unresolved(
-                int(self.lanes[lane]), begun, str(error), "look at the scene's numbers"
+                int(self.lanes[lane]), began, str(error), "look at the scene's numbers"
             ) from None
 
-    def _happen(self, lane: int, passage: Passage, slot: int) -> None:
+    def _happen(self, lane: int, passage: StepEvents, slot: int) -> None:
         """End a lane's step at an event and start afresh from there."""
         number = int(self.lanes[lane])
-        begun, length = self.begun[slot, lane], self.lengths[slot, lane]
-        time = float(begun + passage.share * length)
+        began, length = self.starts[slot, lane], self.lengths[slot, lane]
+        time = float(began + passage.share * length)
         growth = self.growth[slot, :, :, lane]
         state = self.before[slot, :, lane] + passage.share**self.powers @ growth
         self.course.happen(number, time, self.watch.kinds(passage))
@@ -779,9 +707,9 @@ class Batch(ABC):
             first, last = course.filled[number], len(course.times)
             if self.end - ended[-1] >= self.floor:
                 last = int(np.searchsorted(course.times, ended[-1], "right"))
-            wanted = course.times[first:last]
-            slot = done[np.minimum(np.searchsorted(ended, wanted), len(done) - 1)]
-            shares = (wanted - self.begun[slot, lane]) / self.lengths[slot, lane]
+            sample_times = course.times[first:last]
+            slot = done[np.minimum(np.searchsorted(ended, sample_times), len(done) - 1)]
+            shares = (sample_times - self.starts[slot, lane]) / self.lengths[slot, lane]
             growth = self.growth[slot, :, :, lane]
             course.states[first:last, :, number] = self.before[slot, :, lane] + np.einsum(
                 "nps,np->ns", growth, shares[:, None] ** self.powers
@@ -919,7 +847,6 @@ class RosenbrockBatch(Batch):
         back[:, self.positions, self.positions] += share[:, 0]
 
     def _accept(self, good: NDArray[np.bool_]) -> None:
-        """Remember where the lanes went."""
         np.copyto(self.heading, self.trial - self.state, where=good)
 
 
@@ -935,21 +862,7 @@ def _inverse(matrices: Array) -> Array:
 def integrate(system: System, start: Array, times: Array, solver: Solver) -> Solution:
     """Follow the motion of every lane and locate its events.
 
-    Parameters
-    ----------
-    system : System
-    start : ndarray, shape (s, b)
-        States at the first sample time.
-    times : ndarray, shape (n,)
-        Sample times, evenly spaced, s.
-    solver : Rosenbrock, Explicit, Lsoda or Radau
-        What to integrate with.
-
-    Raises
-    ------
-    InputError
-        If the motion cannot be resolved: it would need steps below the resolution of time or more
-        steps than allowed, or it is not finite.
+    `start` (s, b): states at the first sample time; `times` (n,): sample times, evenly spaced, s.
     """
     return finish(integrating(system, start, times, solver))
 

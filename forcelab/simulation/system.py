@@ -1,56 +1,44 @@
-"""What a solver needs to know of a mechanical system: a batch of initial value problems."""
+"""What solvers and mechanics agree on: a batch of initial value problems, and their events."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Array", "System"]
-
 Array = NDArray[np.float64]
 
 
+@dataclass(frozen=True, slots=True, order=True)
+class Event:
+    """Something that happened at an instant, located to less than a microsecond."""
+
+    time: float  # seconds from the start of the force recording
+    kind: str  # such as ``"left jaw: contact made"``, ``"left jaw: slip begins"`` or ``"snap in"``
+
+
 class System(Protocol):
-    """A batch of independent problems of one structure; each is a lane, a column of the state.
+    """A batch of independent problems of one structure; each is a lane, a column of the state."""
 
-    Attributes
-    ----------
-    names : tuple of str, length s
-        What the states are.
-    lanes : int
-        Number of problems, b.
-    positions, velocities : ndarray of int, shape (p,)
-        Rows such that ``rates(t, y)[positions] == y[velocities]`` exactly.
-    events : tuple of str, length e
-        What it means when an event function falls and rises through zero, as
-        ``"rising meaning|falling meaning"``; an empty meaning is no event.
-    scales : ndarray, shape (s, b)
-        How large a change of each state moves a force of the lane by about one newton: what turns
-        a tolerance in newtons into one for each state.
-    """
-
-    names: tuple[str, ...]
-    lanes: int
+    names: tuple[str, ...]  # length s, what the states are
+    lanes: int  # number of problems, b
+    #: positions and velocities: (p,), rows such that ``rates(t, y)[positions] == y[velocities]``
+    #: exactly.
     positions: NDArray[np.intp]
     velocities: NDArray[np.intp]
+    #: Length e, what it means when an event function falls and rises through zero, as ``"rising
+    #: meaning|falling meaning"``; an empty meaning is no event.
     events: tuple[str, ...]
+    #: (s, b), how large a change of each state moves a force of the lane by about one newton: what
+    #: turns a tolerance in newtons into one for each state.
     scales: Array
 
     def rates(self, times: Array, states: Array) -> Array:
         """Derivatives of the states.
 
-        Parameters
-        ----------
-        times : ndarray, shape (b,)
-            Each lane has its own time.
-        states : ndarray, shape (s, b)
-
-        Returns
-        -------
-        ndarray, shape (s, b)
-            A new array.
+        `times` (b,): each lane has its own time; `states` (s, b). Gives (s, b): a new array.
         """
 
     def watched(self, times: Array, states: Array) -> Array:

@@ -16,10 +16,7 @@ from forcelab.errors import InputError
 def opencv() -> ModuleType:
     """OpenCV's module, silent: what goes wrong with a video is told as one sentence instead.
 
-    Raises
-    ------
-    ImportError
-        If OpenCV is not installed, or lacks a library of the system.
+    `ImportError` if OpenCV is not installed, or lacks a library of the system.
     """
     # Read once, when the first video is opened: -8 is FFmpeg's AV_LOG_QUIET.
     os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")
@@ -32,14 +29,8 @@ def opencv() -> ModuleType:
 
 @dataclass(frozen=True, slots=True)
 class Codec:
-    """A way to store frames.
-
-    Parameters
-    ----------
-    name, fourcc, suffix : str
-        What people call it, its four letters, and the file ending of its container.
-    """
-
+    #: name, fourcc and suffix: What people call it, its four letters, and the file ending of its
+    #: container.
     name: str
     fourcc: str
     suffix: str
@@ -61,12 +52,7 @@ def try_codec(codec: Codec) -> bool:
 
     A codec that opens may still give no frame, so that nothing short of trying tells.
 
-    Raises
-    ------
-    ImportError
-        If OpenCV is not installed, or lacks a library of the system.
-    InputError
-        If no temporary folder can be made.
+    `ImportError` if OpenCV is not installed, or lacks a library of the system.
     """
     cv2 = opencv()
     with _temporary_folder() as folder:

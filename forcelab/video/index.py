@@ -16,8 +16,6 @@ from forcelab.errors import InputError
 from forcelab.jobs import Progress
 from forcelab.video.codecs import opencv
 
-__all__ = ["Index", "indexing", "last_at", "open_video", "told_length", "told_rate"]
-
 #: Packets, and frames, between two reports of progress, after which the job can be cancelled.
 STRETCH, DECODED = 500, 50
 #: Frames at the beginning that are decoded to see that their timestamps are the packets'.
@@ -49,23 +47,14 @@ SAME = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class Index:
-    """The frames of a video in the order in which they are shown; n of them.
+    """The frames of a video in the order in which they are shown; n of them."""
 
-    Parameters
-    ----------
-    times : ndarray of float64, shape (n,)
-        Timestamp of each frame in seconds, strictly increasing, from 0 for the first frame.
-    keys : ndarray of int64, shape (m,)
-        Numbers of the frames from which decoding can begin, rising; the first is 0.
-    origin : float
-        What the file itself calls the first frame's time, s.
-    remark : str
-        What is to be said about the file, such as where it ends too early; empty where nothing is.
-    """
-
+    #: (n,), timestamp of each frame in seconds, strictly increasing, from 0 for the first frame.
     times: NDArray[np.float64]
+    #: (m,), numbers of the frames from which decoding can begin, rising; the first is 0.
     keys: NDArray[np.int64]
-    origin: float = 0.0
+    origin: float = 0.0  # what the file itself calls the first frame's time, s
+    #: What is to be said about the file, such as where it ends too early; empty where nothing is.
     remark: str = ""
 
     def number_at(self, stamp: float) -> int:
@@ -78,18 +67,14 @@ class Index:
 def last_at(times: NDArray[np.float64], time: float) -> int:
     """The last frame at or before a time; -1 before the first.
 
-    Parameters
-    ----------
-    times : ndarray of float64, shape (n,)
-        Timestamps of the frames, s, strictly increasing.
-    time : float
-        On the same clock. A frame's own time gives that frame, also when it is off by up to a
-        microsecond from being carried to another clock and back.
+    `times` (n,): timestamps of the frames, s, strictly increasing; `time`: on the same clock. A
+    frame's own time gives that frame, also when it is off by up to a microsecond from being carried
+    to another clock and back.
     """
     return int(np.searchsorted(times, time + SAME, side="right")) - 1
 
 
-def told_rate(path: Path) -> float:
+def nominal_fps(path: Path) -> float:
     """Frames a second that a video says it has, to be told to others; 0 where it does not say."""
     try:
         capture = open_video(path)
@@ -100,7 +85,7 @@ def told_rate(path: Path) -> float:
     return rate if 0 < rate < 1e6 else 0.0
 
 
-def told_length(path: Path) -> float:
+def stated_length(path: Path) -> float:
     """Seconds that a video says it lasts, to be told to others; 0 where it does not say."""
     try:
         capture = open_video(path)
@@ -115,21 +100,7 @@ def told_length(path: Path) -> float:
 def open_video(path: Path, *, packets: bool = False) -> Any:
     """Open a video.
 
-    Parameters
-    ----------
-    path : Path
-        The file.
-    packets : bool
-        Whether to read compressed packets rather than frames.
-
-    Returns
-    -------
-    cv2.VideoCapture
-
-    Raises
-    ------
-    InputError
-        If there is no such file, or it is no video.
+    `packets`: whether to read compressed packets rather than frames.
     """
     if not path.is_file():
         raise InputError(
@@ -175,26 +146,8 @@ def indexing(path: Path) -> Generator[Progress, None, Index]:
 
     Packets are listed, which takes microseconds each; where they do not tell the frames'
     timestamps, all frames are decoded.
-
-    Parameters
-    ----------
-    path : Path
-        The video.
-
-    Yields
-    ------
-    Progress
-
-    Returns
-    -------
-    Index
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read, has no frame, or its codec cannot be decoded.
     """
-    listed = yield from _listing(path, packets=True)
+    listed = yield from _list_packets(path, packets=True)
     shown, codec = _beginning(path)
     if not shown:
         _refuse(path, codec, bool(listed.stamps))
@@ -206,20 +159,20 @@ def indexing(path: Path) -> Generator[Progress, None, Index]:
         and bool(np.allclose(known[: len(shown)], shown, rtol=0.0, atol=SAME))
     )
     if not exact:
-        decoded = yield from _listing(path, packets=False)
+        decoded = yield from _list_packets(path, packets=False)
         decoded.keys = sorted(set(listed.keys) & set(decoded.stamps))
         listed = decoded
     elif _is_cut(listed):
         # The last packets may be cut or lack what they refer to. What is shown after the first of
         # them is left out too: there is no telling what should be between.
-        decoded = yield from _listing(path, packets=False)
+        decoded = yield from _list_packets(path, packets=False)
         lost = set(listed.stamps) - set(decoded.stamps) | {listed.stamps[-1]}
         listed.stamps = [stamp for stamp in listed.stamps if stamp < min(lost)]
     return _index(path, listed)
 
 
 @dataclass
-class _Listed:
+class _PacketList:
     """What was read from a file from its beginning to its end, in the file's order."""
 
     stamps: list[float]
@@ -228,7 +181,7 @@ class _Listed:
     length: float
 
 
-def _listing(path: Path, *, packets: bool) -> Generator[Progress, None, _Listed]:
+def _list_packets(path: Path, *, packets: bool) -> Generator[Progress, None, _PacketList]:
     """Read all timestamps (s), and those of the key frames."""
     cv2 = opencv()
     capture = open_video(path, packets=packets)
@@ -236,7 +189,7 @@ def _listing(path: Path, *, packets: bool) -> Generator[Progress, None, _Listed]
         rate, count = capture.get(cv2.CAP_PROP_FPS), capture.get(cv2.CAP_PROP_FRAME_COUNT)
         rate = rate if math.isfinite(rate) and rate > 0 else 30.0
         length = max(count, 0.0) / rate
-        listed = _Listed([], [], rate, length)
+        listed = _PacketList([], [], rate, length)
         stretch = STRETCH if packets else DECODED
         while capture.grab():
             stamp = capture.get(cv2.CAP_PROP_POS_MSEC) / 1000
@@ -269,13 +222,7 @@ def _beginning(path: Path) -> tuple[list[float], str]:
 
 
 def _refuse(path: Path, codec: str, packets: bool) -> None:
-    """Say why there is no frame.
-
-    Raises
-    ------
-    InputError
-        Always.
-    """
+    """Say why there is no frame."""
     if not packets:
         raise InputError(f"The video '{path}' has no frame; record or copy it again.")
     kind = "AV1" if codec.casefold() == "av01" else codec or "unknown"
@@ -285,20 +232,14 @@ def _refuse(path: Path, codec: str, packets: bool) -> None:
     )
 
 
-def _is_cut(listed: _Listed) -> bool:
+def _is_cut(listed: _PacketList) -> bool:
     """Whether a file ends clearly before what it says is its length."""
     end = max(listed.stamps) + 1 / listed.rate
     return len(listed.stamps) > 1 and listed.length - end > max(0.5, 3 / listed.rate)
 
 
-def _index(path: Path, listed: _Listed) -> Index:
-    """The index of what was read, with what is to be said of it.
-
-    Raises
-    ------
-    InputError
-        If nothing was read.
-    """
+def _index(path: Path, listed: _PacketList) -> Index:
+    """The index of what was read, with what is to be said of it."""
     times = np.unique(np.array(listed.stamps))
     if not len(times):
         _refuse(path, "", packets=False)

@@ -14,8 +14,6 @@ from forcelab.jobs import Progress
 from forcelab.video.codecs import opencv
 from forcelab.video.index import SAME, open_video
 
-__all__ = ["MotionEnergy", "measuring_motion"]
-
 #: Blocks across and down that a frame is looked at in, and pixels along the side of each.
 BLOCKS, SIDE = (16, 9), 10
 #: Differences of grey levels up to this one are the noise of sensor and compression.
@@ -26,44 +24,16 @@ STRETCH = 15
 
 @dataclass(frozen=True, eq=False)
 class MotionEnergy:
-    """The motion in a video.
-
-    Parameters
-    ----------
-    times : ndarray of float64, shape (n,)
-        Timestamps of the frames on the video's own clock, s, strictly increasing, from 0.
-    energy : ndarray of float64, shape (n,)
-        How much each frame differs from the one before it, in grey levels of 0..255; the first is
-        0.
-    """
-
+    #: (n,), timestamps of the frames on the video's own clock, s, strictly increasing, from 0.
     times: NDArray[np.float64]
+    #: (n,), how much each frame differs from the one before it, in grey levels of 0..255; the first
+    #: is 0.
     energy: NDArray[np.float64]
 
 
 def measuring_motion(path: Path) -> Generator[Progress, None, MotionEnergy]:
     """Measure the motion in a video; every frame is decoded once, small and grey.
 
-    Parameters
-    ----------
-    path : Path
-        The video.
-
-    Yields
-    ------
-    Progress
-
-    Returns
-    -------
-    MotionEnergy
-
-    Raises
-    ------
-    InputError
-        If it cannot be read, or has fewer than two frames.
-
-    Notes
-    -----
     A frame is scaled to 160 x 90 pixels. In each of 16 x 9 blocks the mean absolute difference
     above :data:`NOISE` grey levels is taken, once the change common to all of the frame (its
     median, as of a lamp or of automatic exposure) is away. The energy is the square of the mean of

@@ -1,14 +1,11 @@
 """Frames of a video by their own timestamps: verified seek, a small cache, thumbnails.
 
-Where decoding goes on in a video: at one place in it, or at several that were left as they were.
-Where key frames are far apart, a frame costs the decoding of all since the one before it. Who jumps
-about in a video comes near places where he was before: decoders that were left there are nearer to
-what is wanted than the key frame is. With sixteen of them half of the jumps in a video of 1500
-frames, 250 from key frame to key frame, decode fewer than 42 frames, and one in twenty more than
-135; with a single one it is 129 and 251.
-
-Where key frames are far apart, a frame somewhere in the middle costs the decoding of all since the
-last key frame: half a second for 250 frames of 1280x720. A thumbnail of it is there in 2 ms.
+Where key frames are far apart, a frame costs the decoding of all since the one before it: half a
+second for 250 frames of 1280x720. A thumbnail of it is there in 2 ms. A coder who jumps about in a
+video comes near places of before: decoders that were left there are nearer to what is wanted than
+the key frame is. With sixteen of them half of the jumps in a video of 1500 frames, 250 from key
+frame to key frame, decode fewer than 42 frames, and one in twenty more than 135; with a single one
+it is 129 and 251.
 """
 
 from __future__ import annotations
@@ -44,24 +41,8 @@ SHORT = 60
 class Decoder:
     """One place in a video, from which frames are decoded one after the other.
 
-    Parameters
-    ----------
-    path : Path
-        The video.
-    index : Index
-        Its index.
-
-    Attributes
-    ----------
-    at : int
-        The frame that was decoded last; -1 before the first one.
-    lost : bool
-        Whether it is where no frame is known.
-
-    Raises
-    ------
-    InputError
-        If there is no such file, or it is no video.
+    `at`: the frame that was decoded last; -1 before the first one; `lost`: whether it is where no
+    frame is known.
     """
 
     def __init__(self, path: Path, index: Index) -> None:
@@ -101,38 +82,19 @@ class Decoder:
         return picture if read else None
 
     def restart(self) -> None:
-        """Go to the beginning, whatever went wrong.
-
-        Raises
-        ------
-        InputError
-            If the file is not there any more.
-        """
+        """Go to the beginning, whatever went wrong."""
         self.close()
         self._capture = open_video(self._path)
         self.at, self.lost = -1, False
 
     def close(self) -> None:
-        """Let go of the file."""
         self._capture.release()
 
 
-class Decoders:
+class DecoderPool:
     """The decoders of one video; never empty.
 
-    Parameters
-    ----------
-    path : Path
-        The video.
-    index : Index
-        Its index.
-    room : int
-        Bytes that all but the first may take, about.
-
-    Raises
-    ------
-    InputError
-        If there is no such file, or it is no video.
+    `room`: bytes that all but the first may take, about.
     """
 
     def __init__(self, path: Path, index: Index, room: int = ROOM) -> None:
@@ -148,7 +110,6 @@ class Decoders:
         return self._all[place]
 
     def close(self) -> None:
-        """Let go of the file."""
         for decoder in self._all:
             decoder.close()
 
@@ -159,14 +120,8 @@ class Decoders:
     def near(self, number: int, last: Decoder, behind: int) -> Decoder | None:
         """The one that is nearest before a frame; None where its key frame is nearer.
 
-        Parameters
-        ----------
-        number : int
-            The frame.
-        last : Decoder
-            That went on last.
-        behind : int
-            How many of the frames before are wanted, too: another decoder has to come by them.
+        `behind`: how many of the frames before are wanted, too: another decoder has to come by
+        them.
         """
         first = self._keys[self.start(number)] - LEAD
         fit = [
@@ -201,7 +156,6 @@ class Decoders:
         return max(min(behind) - places[i], 0) * max(places[i] - before, 0)
 
     def _affordable(self, room: int) -> int:
-        """How many there may be."""
         cv2 = opencv()
         if max(np.diff([*self._keys, len(self._index.times)]), default=0) <= SHORT:
             return 1
@@ -235,29 +189,11 @@ class VideoReader:
     A frame is known by its timestamp, never by counting: each one that the decoder gives is looked
     up in the index of timestamps.
 
-    Parameters
-    ----------
-    path : Path
-        The video.
-    index : Index, optional
-        Its index, if it was read before with :func:`~forcelab.video.index.indexing`.
-    cache : int
-        Bytes that kept frames may take; at least two frames are kept.
+    `index`: its index, if it was read before with :func:`~forcelab.video.index.indexing`; `cache`:
+    bytes that kept frames may take; at least two frames are kept; `times` (n,): timestamp of each
+    frame in seconds, strictly increasing, from 0 for the first frame; `remark`: what is to be said
+    about the file; empty where nothing is.
 
-    Attributes
-    ----------
-    times : ndarray of float64, shape (n,)
-        Timestamp of each frame in seconds, strictly increasing, from 0 for the first frame.
-    remark : str
-        What is to be said about the file; empty where nothing is.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read, has no frame, or its codec cannot be decoded.
-
-    Notes
-    -----
     Not for several threads at once.
     """
 
@@ -267,14 +203,14 @@ class VideoReader:
         self.index = finish(indexing(self.path)) if index is None else index
         self.times = self.index.times
         self.remark = self.index.remark
-        self._decoders = Decoders(self.path, self.index)
+        self._decoders = DecoderPool(self.path, self.index)
         self._decoder = self._decoders[0]  # the one that goes on
         rate = self._decoder.get(cv2.CAP_PROP_FPS)
         self._period = 1 / rate if rate > 0 else 1 / 30
         self._room = cache
         self._bytes = 0
-        self._kept: OrderedDict[int, Frame] = OrderedDict()
-        self._asked = -1
+        self._cache: OrderedDict[int, Frame] = OrderedDict()
+        self._requested = -1
 
     def __len__(self) -> int:
         return len(self.times)
@@ -288,7 +224,7 @@ class VideoReader:
     def close(self) -> None:
         """Let go of the file and of what is kept."""
         self._decoders.close()
-        self._kept.clear()
+        self._cache.clear()
         self._bytes = 0
 
     @property
@@ -310,39 +246,25 @@ class VideoReader:
     @property
     def capacity(self) -> int:
         """How many frames are kept at most."""
-        frame = next(iter(self._kept.values()), None)
+        frame = next(iter(self._cache.values()), None)
         return max(2, self._room // frame.nbytes) if frame is not None else 2
 
     def index_at(self, time: float) -> int:
         """The last frame at or before a time (s); -1 before the first."""
         return last_at(self.times, time)
 
-    def kept(self, number: int) -> Frame | None:
+    def cached_frame(self, number: int) -> Frame | None:
         """A frame if it is decoded already."""
-        frame = self._kept.get(number)
+        frame = self._cache.get(number)
         if frame is not None:
-            self._kept.move_to_end(number)
+            self._cache.move_to_end(number)
         return frame
 
     def frame(self, number: int) -> Frame:
         """One frame.
 
-        Parameters
-        ----------
-        number : int
-            From 0, in the order of their times.
-
-        Returns
-        -------
-        ndarray of uint8, shape (height, width, 3)
-            Red, green, blue; contiguous and read-only.
-
-        Raises
-        ------
-        IndexError
-            If there is no such frame.
-        InputError
-            If it cannot be decoded.
+        `number`: from 0, in the order of their times. Gives (height, width, 3): red, green, blue;
+        contiguous and read-only. `IndexError` if there is no such frame.
         """
         result: list[Frame] = []
 
@@ -356,33 +278,19 @@ class VideoReader:
     def reaching(self, number: int, passed: int | None = None) -> Generator[None, None, Frame]:
         """Decode up to a frame as a job that yields after each frame that is passed.
 
-        Whoever stops iterating loses nothing: the next request goes on from there.
+        To stop iterating loses nothing: the next request goes on from there.
 
-        Parameters
-        ----------
-        number : int
-            From 0, in the order of their times.
-        passed : int, optional
-            How many of the frames before it are kept when they are passed; by default a few, and
-            many once somebody goes backwards.
-
-        Returns
-        -------
-        ndarray of uint8, shape (height, width, 3)
-            As of :meth:`frame`.
-
-        Raises
-        ------
-        IndexError, InputError
-            As :meth:`frame`.
+        `number`: from 0, in the order of their times; `passed`: how many of the frames before it
+        are kept when they are passed; by default a few, and many once requests go backwards.
+        Gives (height, width, 3): as of :meth:`frame`. `IndexError, InputError` as :meth:`frame`.
         """
         if not 0 <= number < len(self):
             raise IndexError(f"no frame {number} in a video of {len(self)}")
-        back = 0 < self._asked - number <= BACKWARDS
-        self._asked = number
-        kept = self.kept(number)
-        if kept is not None:
-            return kept
+        back = 0 < self._requested - number <= BACKWARDS
+        self._requested = number
+        cached_frame = self.cached_frame(number)
+        if cached_frame is not None:
+            return cached_frame
         behind = 0 if passed is None else passed
         if passed is None:
             behind = self.capacity // 2 if back else 0
@@ -391,12 +299,12 @@ class VideoReader:
         decoder = self._decoder = near or self._decoders.spare()
         if near is None:
             yield from self._go_before(decoder, number, passed)
-        while number not in self._kept:
+        while number not in self._cache:
             if not self._step(decoder, number - passed, number) or decoder.at > number:
                 decoder.lost = True
                 raise self._undecodable(number)
             yield
-        return self._kept[number]
+        return self._cache[number]
 
     def _go_before(self, decoder: Decoder, number: int, passed: int) -> Generator[None, None, None]:
         """Bring a decoder to a frame at or before the wanted one, as near as may be."""
@@ -416,7 +324,7 @@ class VideoReader:
         """Decode the next frame, and keep it if it is in low .. high."""
         if not decoder.step():
             return False
-        if low <= decoder.at <= high and decoder.at not in self._kept:
+        if low <= decoder.at <= high and decoder.at not in self._cache:
             self._keep(decoder.at, decoder.picture())
         return True
 
@@ -426,10 +334,10 @@ class VideoReader:
             return
         frame = as_rgb(picture)
         frame.flags.writeable = False
-        self._kept[number] = frame
+        self._cache[number] = frame
         self._bytes += frame.nbytes
-        while self._bytes > self._room and len(self._kept) > 2:
-            self._bytes -= self._kept.popitem(last=False)[1].nbytes
+        while self._bytes > self._room and len(self._cache) > 2:
+            self._bytes -= self._cache.popitem(last=False)[1].nbytes
 
     def _undecodable(self, number: int) -> InputError:
         """What is said of a frame that cannot be decoded."""
@@ -449,17 +357,10 @@ DENSITY, NARROW = 0.25, 240
 SHORT_VIDEO = 30
 
 
-class Sketches:
+class Thumbnails:
     """Small pictures of the frames of a video.
 
-    Parameters
-    ----------
-    path : Path
-        The video.
-    index : Index
-        Its index.
-    room : int
-        Bytes that they may take.
+    `room`: bytes that they may take.
     """
 
     def __init__(self, path: Path, index: Index, room: int = THUMBNAIL_ROOM) -> None:
@@ -478,7 +379,7 @@ class Sketches:
         starts = np.append(self.index.keys, len(self.index.times))
         return bool(np.diff(starts).max() > SHORT_VIDEO)
 
-    def sketching(self) -> Generator[None, None, None]:
+    def making(self) -> Generator[None, None, None]:
         """Go through the video once as a job that yields after each frame; ends where room does."""
         cv2 = opencv()
         capture = open_video(self.path)

@@ -19,7 +19,7 @@ PATIENCE = 4.0
 SHORT = 0.5
 #: Frames come evenly if this share of the steps between them is off the usual one by at most that
 #: part of it, or by what files round to (s). Among such, nothing for longer than :data:`GAP`
-#: seconds and so many steps is missing; where frames come as they like, nobody can tell.
+#: seconds and so many steps is missing; where frames come as they like, that cannot be told.
 EVEN, OFF, ROUNDED = 0.9, 0.2, 1.5e-3
 GAP, STEPS = 0.4, 5
 
@@ -29,33 +29,19 @@ def check_video(path: Path, seconds: float) -> str:
 
     The packets are listed and a few frames decoded, never a long film.
 
-    Parameters
-    ----------
-    path : Path
-        The file.
-    seconds : float
-        How long the recording is that it shows.
-
-    Returns
-    -------
-    str
-        A sentence on what cannot be shown of it; empty where nothing was found.
-
-    Raises
-    ------
-    InputError
-        If there is no such file, or it is no video.
+    `seconds`: how long the recording is that it shows. Gives a sentence on what cannot be shown of
+    it; empty where nothing was found.
     """
     if not path.is_file():
         raise InputError(f"There is no file '{path}'; look at its name.")
     open_video(path).release()
     until = monotonic() + PATIENCE
     try:
-        index = _indexed(path, until)
+        index = _read_index(path, until)
         remark = (
             ""
             if index is None
-            else (index.remark or _gap(path, index) or _hole(path, index, until))
+            else (index.remark or _gap_remark(path, index) or _hole_remark(path, index, until))
         )
     except InputError as error:  # such as a codec that this machine lacks
         return str(error)
@@ -70,7 +56,7 @@ def check_video(path: Path, seconds: float) -> str:
     return ""
 
 
-def _indexed(path: Path, until: float) -> Index | None:
+def _read_index(path: Path, until: float) -> Index | None:
     """The index; None where finding it out takes too long."""
     job = indexing(path)
     try:
@@ -82,7 +68,7 @@ def _indexed(path: Path, until: float) -> Index | None:
     return None
 
 
-def _gap(path: Path, index: Index) -> str:
+def _gap_remark(path: Path, index: Index) -> str:
     """What is said of a video that lacks a stretch, as Matroska files do that lost a part."""
     steps = np.diff(index.times)
     if len(steps) < PLACES:
@@ -98,7 +84,7 @@ def _gap(path: Path, index: Index) -> str:
     )
 
 
-def _hole(path: Path, index: Index, until: float) -> str:
+def _hole_remark(path: Path, index: Index, until: float) -> str:
     """What is said of a video with a place where nothing can be decoded; empty if none is found."""
     last = len(index.times) - 1
     spread = np.linspace(0, len(index.keys) - 1, PLACES).round().astype(int)
@@ -107,7 +93,7 @@ def _hole(path: Path, index: Index, until: float) -> str:
         for number in np.unique(np.minimum(index.keys[spread] + LEAD + 2, last)).tolist():
             if monotonic() > until:
                 break
-            if not _is_there(reader, number):
+            if not _can_decode(reader, number):
                 return (
                     f"'{path.name}' is damaged: of {index.times[last]:.2f} s nothing can be shown "
                     f"around {index.times[number]:.2f} s, perhaps not elsewhere either; copy it "
@@ -116,8 +102,7 @@ def _hole(path: Path, index: Index, until: float) -> str:
     return ""
 
 
-def _is_there(reader: VideoReader, number: int) -> bool:
-    """Whether a frame can be decoded."""
+def _can_decode(reader: VideoReader, number: int) -> bool:
     try:
         reader.frame(number)
     except InputError:

@@ -23,8 +23,7 @@ from forcelab.cli.commands.measure import table_text
 from forcelab.cli.output import printable, progress_bar, table
 from forcelab.errors import ForcelabError
 from forcelab.jobs import finish
-from forcelab.measure.recognition import FOLDS
-from forcelab.measure.recognition_tasks import rows_of_tasks
+from forcelab.measure.recognition import FOLDS, rows_of_tasks
 from forcelab.measure.rows import Table, with_front
 from forcelab.project import Project
 from forcelab.recognition.presets import PRESETS

@@ -23,7 +23,7 @@ import numpy as np
 
 from forcelab.errors import InputError
 from forcelab.jobs import Progress, finish
-from forcelab.measure.recognition_spent import remembered, timed, usual
+from forcelab.measure.recognition import measure_peak, measure_seconds, median_and_spread
 from forcelab.measure.rows import Row, with_front
 from forcelab.recognition.cross_validation import tested_by
 from forcelab.recognition.examples import Examples, Labelled, actions_of
@@ -176,8 +176,8 @@ def _chosen(
     if urgency is None:
         return int(random.integers(len(waiting)))
     if not course.seconds:
-        _, course.peak_bytes = remembered(lambda: urgency(recogniser, waiting))
-    found, taken = timed(lambda: urgency(recogniser, waiting))
+        _, course.peak_bytes = measure_peak(lambda: urgency(recogniser, waiting))
+    found, taken = measure_seconds(lambda: urgency(recogniser, waiting))
     course.seconds.append(taken)
     return int(np.argmax(found))
 
@@ -205,7 +205,7 @@ def _row(name: str, courses: dict[str, _Course], size: str, against: str) -> Row
     errors = np.array(course.errors)
     gains = np.array(courses[RANDOM].errors).mean(axis=1) - errors.mean(axis=1)
     deviation = float(gains.std(ddof=1) / np.sqrt(len(gains))) if len(gains) > 1 else 0.0
-    seconds, spread = usual(course.seconds or [0.0])  # to draw at random takes none
+    seconds, spread = median_and_spread(course.seconds or [0.0])  # to draw at random takes none
     return Row(
         "next",
         name,

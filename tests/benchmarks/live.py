@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from forcelab.demonstration import Demonstration
 from forcelab.jobs import Progress
-from forcelab.measure.recognition_spent import remembered
+from forcelab.measure.cwt import made_up_demonstration
+from forcelab.measure.recognition import measure_peak
 from forcelab.measure.rows import Row, Table, with_front
-from forcelab.measure.streams import performed
 from forcelab.recognition.examples import Labelled
 from forcelab.recognition.live import OnlineRecogniser
 from forcelab.recognition.presets import preset
@@ -34,9 +34,9 @@ def tabulate(*, quick: bool = False) -> Generator[Progress, None, Table]:
     Then one stream of a million samples, 30,000 with `quick`: whether it stays as it is.
     """
     yield Progress(0, 1, "training")
-    trained = [Labelled(*performed(20.0, RATE, seed)) for seed in (1, 2)]
+    trained = [Labelled(*made_up_demonstration(20.0, RATE, seed)) for seed in (1, 2)]
     recogniser = train(trained, preset("paper").replace(stride=10))
-    demonstration, _ = performed(10.0 if quick else 60.0, RATE, 3)
+    demonstration, _ = made_up_demonstration(10.0 if quick else 60.0, RATE, 3)
     repetitions = 3 if quick else 5
     rows = yield from measuring(recogniser, demonstration, BLOCKS, LATENCIES, repetitions)
     windows = train(trained, preset("fast"))
@@ -93,7 +93,7 @@ def measuring(
     settings = [(latency, block) for latency in latencies for block in blocks]
     # The most memory that a stream of some seconds holds at once.
     peaks = {
-        s: remembered(partial(_streamed, recogniser, demonstration, *s, 3.0))[1] for s in settings
+        s: measure_peak(partial(_streamed, recogniser, demonstration, *s, 3.0))[1] for s in settings
     }
     runs: dict[tuple[int, int], list[_Run]] = {setting: [] for setting in settings}
     total = repetitions * len(settings)

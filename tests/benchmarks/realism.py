@@ -34,7 +34,7 @@ from forcelab.recognition.settings import Settings
 from forcelab.signals.channels import channel_map
 from forcelab.signals.grid import on_grid
 from forcelab.simulation.coder_model import CODERS
-from forcelab.simulation.generate import Order, producing
+from forcelab.simulation.generate import Job, produce_demonstrations
 from forcelab.simulation.origin import Origin, origins
 from forcelab.simulation.scene import TASKS, Task
 
@@ -608,9 +608,9 @@ def simulated_beside(
         By the first of the simulated coders.
     """
     coder = CODERS[0].name
-    orders = [Order(origin, coders=(coder,), video=False) for origin in wanted]
+    orders = [Job(origin, coders=(coder,), video=False) for origin in wanted]
     with tempfile.TemporaryDirectory() as scratch:
-        made = yield from producing(orders, Path(scratch), jobs)
+        made = yield from produce_demonstrations(orders, Path(scratch), jobs)
     return [
         Labelled(_task_only(one.demonstration, one.tracks[0].segments), one.tracks[0].segments)
         for one in made

@@ -36,18 +36,18 @@ from numpy.typing import NDArray
 from forcelab.errors import InputError
 from forcelab.jobs import Progress
 from forcelab.labels import UNLABELLED
-from forcelab.measure.recognition_spent import (
-    Seen,
+from forcelab.measure.cwt import Library
+from forcelab.measure.recognition import (
+    Prepared,
     Spent,
-    enough,
+    measure_peak,
+    measure_seconds,
     recognise,
-    reference,
-    remembered,
+    reference_text,
+    require_labelled,
     row_of,
-    timed,
 )
 from forcelab.measure.rows import Row
-from forcelab.measure.wavelet_ways import Library
 from forcelab.recognition.examples import Examples, Labelled, actions_of, common_rate, prepare
 from forcelab.recognition.features import window_features
 from forcelab.recognition.forest import softmax
@@ -361,45 +361,23 @@ def measuring_peers(
     folds: int | None,
     peers: Sequence[Peer] | None = None,
 ) -> Generator[Progress, None, tuple[Row, ...]]:
-    """Measure other people's recognisers as :func:`forcelab.measure.recognition.measuring` ours.
+    """Measure other people's recognisers as `measure_variants` does ours: two rows a peer.
 
-    Parameters
-    ----------
-    labelled : sequence of Labelled
-    size : str
-        As for ours.
-    folds : int or None
-        As for ours.
-    peers : sequence of Peer, optional
-        :data:`PEERS` by default.
-
-    Yields
-    ------
-    Progress
-
-    Returns
-    -------
-    tuple of Row
-        Two for each peer; one with a refusal for each that is not installed.
-
-    Raises
-    ------
-    InputError
-        If fewer than two demonstrations are labelled.
+    One row with a refusal for each peer that is not installed.
     """
     asked = PEERS if peers is None else tuple(peers)
-    used = enough(labelled)
+    used = require_labelled(labelled)
     parts = groups([item.demonstration for item in used], folds)
-    against = reference(len(used), len(parts))
+    against = reference_text(len(used), len(parts))
     rows: list[Row] = []
     for number, peer in enumerate(asked):
         yield Progress(number * len(parts), len(asked) * len(parts), peer.name)
         try:
             peer.check()
-            seen = _seen(peer, used)
+            prepared = _seen(peer, used)
             spent = {way: Spent() for way in WAYS}
             for i, part in enumerate(parts):
-                _fold(peer, seen, part, spent)
+                _fold(peer, prepared, part, spent)
                 yield Progress(number * len(parts) + i + 1, len(asked) * len(parts), peer.name)
         except (InputError, ImportError) as error:
             why = error if isinstance(error, InputError) else f"{peer.name}: {error}."
@@ -409,7 +387,7 @@ def measuring_peers(
     return tuple(rows)
 
 
-def _seen(peer: Peer, labelled: Sequence[Labelled]) -> Seen:
+def _seen(peer: Peer, labelled: Sequence[Labelled]) -> Prepared:
     """What a peer knows of all demonstrations, each on the clock."""
     rate = common_rate([item.demonstration for item in labelled], DECODED)
     looked = [_steps(item, rate) for item in labelled]
@@ -418,9 +396,9 @@ def _seen(peer: Peer, labelled: Sequence[Labelled]) -> Seen:
         example, channels, places = looked[i]
         return replace(example, features=peer.look(channels, example.rate, places))
 
-    _, peak = remembered(lambda: look(0))
-    found = [timed(lambda i=i: look(i)) for i in range(len(looked))]  # type: ignore[misc]
-    return Seen(labelled, [made for made, _ in found], [taken for _, taken in found], peak)
+    _, peak = measure_peak(lambda: look(0))
+    found = [measure_seconds(lambda i=i: look(i)) for i in range(len(looked))]  # type: ignore[misc]
+    return Prepared(labelled, [made for made, _ in found], [taken for _, taken in found], peak)
 
 
 def _steps(item: Labelled, rate: float) -> tuple[Examples, Real, NDArray[np.int64]]:
@@ -432,18 +410,18 @@ def _steps(item: Labelled, rate: float) -> tuple[Examples, Real, NDArray[np.int6
     return example, channels.apply(grid.signals), places
 
 
-def _fold(peer: Peer, seen: Seen, part: Sequence[int], spent: dict[str, Spent]) -> None:
+def _fold(peer: Peer, prepared: Prepared, part: Sequence[int], spent: dict[str, Spent]) -> None:
     """Let a peer learn from all demonstrations but some, and recognise those."""
-    every = actions_of(seen.examples)
-    train = [example for i, example in enumerate(seen.examples) if i not in part]
+    every = actions_of(prepared.examples)
+    train = [example for i, example in enumerate(prepared.examples) if i not in part]
     actions = actions_of(train)
     codes = [example.codes(actions) for example in train]
     known = np.unique(np.concatenate(codes))
     if len(known[known != UNLABELLED]) < 2:
         raise InputError("Training needs samples of two actions; label more.")
     task = Task([e.features for e in train], codes, len(actions), len(train[0].channels))
-    fitted, taken = timed(lambda: _limited(peer, task))
-    minutes = sum(m for i, m in enumerate(seen.minutes) if i not in part)
+    fitted, taken = measure_seconds(lambda: _limited(peer, task))
+    minutes = sum(m for i, m in enumerate(prepared.minutes) if i not in part)
     for way, found in spent.items():
         settings = WAYS[way]
         recogniser = Recogniser(
@@ -460,7 +438,7 @@ def _fold(peer: Peer, seen: Seen, part: Sequence[int], spent: dict[str, Spent]) 
         found.fit += taken
         found.trained += minutes
         for i in part:
-            recognise(recogniser, seen, i, every, found)
+            recognise(recogniser, prepared, i, every, found)
 
 
 def _limited(peer: Peer, task: Task) -> Fitted:

@@ -20,17 +20,17 @@ from numpy.typing import NDArray
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.jobs import Progress, finish
 from forcelab.measure.rows import Judgement, Row, Table, timed_row, with_front
-from forcelab.measure.timing import Timed, Way, timed_ways
+from forcelab.measure.timing import Method, Timed, timed_methods
 from forcelab.signals.cwt import cwt
 from forcelab.signals.scalogram import (
     LONG,
     Scalogram,
     Step,
     Survey,
-    keep,
-    kept,
+    load_tiles,
     row_scales,
     scalogram,
+    store_tiles,
     survey,
 )
 from forcelab.signals.scalogram_frames import Columns
@@ -96,12 +96,12 @@ def measuring(
             for kind in kinds:
                 run = partial(_picture, view, first, span, columns, kind, Path(folder))
                 judged = partial(_judged, x, first, span)
-                ways.append((span, kind, Way(f"{kind}, {span}", run, judged)))
+                ways.append((span, kind, Method(f"{kind}, {span}", run, judged)))
         if spans[-1] > LONG:
             tiles = view.tiles(row_scales(ROWS, LARGEST))
             finish(tiles.building(tiles.missing(0, len(x))))
-            keep(Path(folder), view, tiles.scales)
-        timed = yield from timed_ways([way for _, _, way in ways], repetitions)
+            store_tiles(Path(folder), view, tiles.scales)
+        timed = yield from timed_methods([way for _, _, way in ways], repetitions)
     megabytes = view.tiles(row_scales(ROWS, LARGEST)).nbytes / 1e6
     return with_front(
         [
@@ -163,7 +163,7 @@ def _picture(
         view = view.without_tiles()
     elif kind == FILE:
         source, scales = view.source, row_scales(ROWS, LARGEST)
-        again = kept(folder, source.demonstration, source.channel, scales, view.wavelet)
+        again = load_tiles(folder, source.demonstration, source.channel, scales, view.wavelet)
         assert again is not None
         view = again
     job = _job(view, first, span, columns)

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.jobs import Progress
+from forcelab.measure.cwt import made_up_forces
 from forcelab.measure.rows import Judgement, Row, Table, timed_row, with_front
-from forcelab.measure.streams import forces
-from forcelab.measure.timing import Way, timed_ways
+from forcelab.measure.timing import Method, timed_methods
 from forcelab.runtime import one_blas_thread
 from forcelab.signals.cwt import cwt, geometric_scales
 from forcelab.signals.streaming import StreamingCwt
@@ -36,10 +36,10 @@ def tabulate(*, quick: bool = False) -> Generator[Progress, None, Table]:
     long, live, repetitions = (50_000, 12_000, 1) if quick else (1_000_000, 30_000, 3)
     scales = geometric_scales(4.0, 1024.0)
     rows: list[Row] = []
-    made = yield from measuring(forces(long, 1), scales, TOLERANCES, (), 0, repetitions)
+    made = yield from measuring(made_up_forces(long, 1), scales, TOLERANCES, (), 0, repetitions)
     rows += made
     dense = np.geomspace(4.0, 1024.0, 40)
-    made = yield from measuring(forces(live, 6), dense, TOLERANCES, SHARES, 20, repetitions)
+    made = yield from measuring(made_up_forces(live, 6), dense, TOLERANCES, SHARES, 20, repetitions)
     return Table(
         "Streaming wavelet transform",
         "error (of largest)",
@@ -91,8 +91,8 @@ def measuring(
         *(_Run.of(x, scales, tolerance, None, block, out) for tolerance in tolerances),
         *(_Run.of(x, scales, 3e-7, share, block, out) for share in shares),
     ]
-    ways = [Way(run.name, run.stream, partial(run.look, wanted)) for run in runs]
-    timed = yield from timed_ways(ways, repetitions)
+    ways = [Method(run.name, run.stream, partial(run.look, wanted)) for run in runs]
+    timed = yield from timed_methods(ways, repetitions)
     rows = []
     for run, found in zip(runs, timed, strict=True):
         name = "early" if run.name.startswith("after") else "complete"

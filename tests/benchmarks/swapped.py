@@ -21,7 +21,12 @@ from numpy.typing import NDArray
 from forcelab.errors import InputError
 from forcelab.jobs import Progress, finish
 from forcelab.labels import Segments
-from forcelab.measure.recognition_spent import enough, remembered, timed, usual
+from forcelab.measure.recognition import (
+    measure_peak,
+    measure_seconds,
+    median_and_spread,
+    require_labelled,
+)
 from forcelab.measure.rows import Row
 from forcelab.recognition.cross_validation import tested_by
 from forcelab.recognition.examples import Examples, Labelled, actions_of
@@ -130,7 +135,7 @@ def measuring_swapped(
     InputError
         If fewer than two demonstrations are labelled, or there are no two actions.
     """
-    used = enough(labelled)
+    used = require_labelled(labelled)
     examples = yield from preparing(used, settings)
     found, right = _Found(), _Found()
     for draw in range(draws):
@@ -142,7 +147,7 @@ def measuring_swapped(
         _drawn(used, wrong, places, examples, own, found)
     accuracy = float(np.mean(found.accuracies))
     lost = 100 * np.subtract(right.accuracies, found.accuracies)
-    seconds, spread = usual(found.seconds)
+    seconds, spread = median_and_spread(found.seconds)
     return Row(
         "swapped",
         settings.preset,
@@ -187,10 +192,10 @@ def _drawn(
     taken = 0.0
     for i, item in enumerate(wrong):
         others = [*learnt[:i], *learnt[i + 1 :]]
-        recogniser, fitted = timed(lambda: finish(fit_examples(others, settings)))  # noqa: B023
+        recogniser, fitted = measure_seconds(lambda: finish(fit_examples(others, settings)))  # noqa: B023
         taken += fitted
         if not found.peak_bytes:
-            _, found.peak_bytes = remembered(lambda: recogniser.predict_examples(examples[0]))  # noqa: B023
+            _, found.peak_bytes = measure_peak(lambda: recogniser.predict_examples(examples[0]))  # noqa: B023
         prediction = recogniser.predict_examples(examples[i], certainty=True)
         counts.append(tested_by(right[i], examples[i], prediction, actions).counts("filtered"))
         everything.append(_heard(item, learnt[i].segments, prediction, actions))

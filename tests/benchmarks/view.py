@@ -45,7 +45,7 @@ from forcelab.gui.time_panel import TimePanel
 from forcelab.gui.window import Window
 from forcelab.jobs import Progress
 from forcelab.labels import Segment, Segments, Track
-from forcelab.measure.streams import performed
+from forcelab.measure.cwt import made_up_demonstration
 from forcelab.project import Incoming, Project
 from forcelab.recognition.examples import Labelled
 from forcelab.recognition.presets import preset
@@ -1153,7 +1153,7 @@ def measuring_capture(
         Of the window in pixels.
     """
     yield Progress(0, 1, "training a recogniser")
-    performances = [performed(SECONDS, CAPTURED_RATE, seed) for seed in (1, 2)]
+    performances = [made_up_demonstration(SECONDS, CAPTURED_RATE, seed) for seed in (1, 2)]
     recogniser = folder / "measured.skops"
     save(train([Labelled(*one) for one in performances], preset("fast")), recogniser)
     project = folder / "captured.forcelab"

@@ -8,7 +8,8 @@ from trained_project import FAST, make
 
 from forcelab.errors import InputError
 from forcelab.jobs import Progress
-from forcelab.measure import contact, cwt
+from forcelab.measure import contact, cwt, recognition
+from forcelab.measure.recognition import Variant
 from forcelab.measure.rows import Row, Table, with_front
 
 ROWS = with_front(
@@ -119,21 +120,15 @@ def test_something_else_to_measure_is_refused_with_what_there_is(forcelab):
 
 @pytest.fixture
 def project(tmp_path, monkeypatch):
-    from forcelab.measure import recognition_tasks
-    from forcelab.measure.recognition_settings import Variant
-
-    monkeypatch.setattr(recognition_tasks, "QUICK", (Variant("preset", "cheap", FAST),))
+    monkeypatch.setattr(recognition, "QUICK", (Variant("preset", "cheap", FAST),))
     return make(tmp_path / "study.forcelab", labelled=2, bare=0)
 
 
 def test_recognition_is_measured_on_a_project_that_stays_as_it_is(
     forcelab, project, tmp_path, monkeypatch
 ):
-    from forcelab.measure import recognition_tasks
-    from forcelab.measure.recognition_settings import Variant
-
-    few = (*recognition_tasks.QUICK, Variant("filters", "none", FAST.replace(median=None)))
-    monkeypatch.setattr(recognition_tasks, "QUICK", few)
+    few = (*recognition.QUICK, Variant("filters", "none", FAST.replace(median=None)))
+    monkeypatch.setattr(recognition, "QUICK", few)
     file, figure = tmp_path / "rows.json", tmp_path / "front.svg"
     said = forcelab(
         "measure", "recognition", project, "--quick", "--json", file, "--figure", figure

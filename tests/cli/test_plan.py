@@ -12,30 +12,30 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from synthetic import synthetic_demonstration
 
-from forcelab.cli.commands import plan as planning
+from forcelab.cli.commands import plan
+from forcelab.cli.commands.plan import FEATURES, REST, recognition_parts, viewing_parts
 from forcelab.demonstration import VideoReference
 from forcelab.errors import InputError
 from forcelab.jobs import Progress, finish
-from forcelab.measure import loading, needs
-from forcelab.measure.loading import Loaded
+from forcelab.measure import timing
+from forcelab.measure.timing import Cost, measure_works
 from forcelab.project import Incoming, Project
 from forcelab.recognition.examples import Labelled, prepare
-from forcelab.recognition.planning import planned
 from forcelab.recognition.presets import preset
 from forcelab.recognition.settings import Settings
 from forcelab.signals.channels import channel_map
+from forcelab.simulation.mechanics import Layout
 from forcelab.simulation.origin import Origin
 from forcelab.simulation.scene import TASKS
-from forcelab.simulation.state_layout import Layout
 from forcelab.simulation.tasks import scene_of
 
 FOAM, _ = synthetic_demonstration(1, rate=200.0)
 CHANNELS = channel_map(FOAM.channels).names
 
 
-def parts_of(plan):
+def parts_of(content):
     """The parts of a plan by name."""
-    every = plan["viewing"] + plan["recognition"]
+    every = content["viewing"] + content["recognition"]
     parts = {part["name"]: part for part in every}
     assert len(parts) == len(every)
     return parts
@@ -51,7 +51,7 @@ def parts_of(plan):
 )
 @settings(max_examples=15, deadline=None)
 def test_the_plan_counts_what_the_features_hold(channels, phase, low, high, spacing, rate):
-    wanted = Settings(
+    chosen = Settings(
         channels=tuple(channels),
         phase=phase,
         min_scale=low,
@@ -59,14 +59,11 @@ def test_the_plan_counts_what_the_features_hold(channels, phase, low, high, spac
         spacing=spacing,
         rate=rate,
     )
-    parts = {part.name: part for part in planned(FOAM, wanted)}
-    counted = sum(
-        int(parts[name].why.split()[0])
-        for name in ("log magnitudes", "phases")
-        if parts[name].computed
-    )
-    assert prepare(Labelled(FOAM), wanted).features.shape[1] == counted
-    assert f"{len(wanted.scales)} scales" in parts
+    parts = {part.name: part for part in recognition_parts(FOAM, chosen)}
+    counted = int(parts[FEATURES].why.split()[0])
+    assert prepare(Labelled(FOAM), chosen).features.shape[1] == counted
+    assert f"{len(chosen.scales)} scales" in parts
+    assert parts["phases"].computed == phase
 
 
 @pytest.mark.parametrize(
@@ -78,20 +75,19 @@ def test_the_plan_counts_what_the_features_hold(channels, phase, low, high, spac
     ],
 )
 def test_columns_that_are_left_out_change_nothing(channels, columns):
-    wanted = Settings(channels=channels, max_scale=64.0)
-    parts = planned(FOAM, wanted)
-    left_out = {part.name for part in parts if not part.computed}
+    chosen = Settings(channels=channels, max_scale=64.0)
+    left_out = {part.name for part in recognition_parts(FOAM, chosen) if not part.computed}
     assert {name for name in left_out if name.startswith("column")} == {
         f"column {column}" for column in columns
     }
     spoilt = FOAM.signals.copy()
     spoilt[:, [channel.name in columns for channel in FOAM.channels]] = np.nan
-    one, other = (
-        prepare(Labelled(replace(FOAM, signals=signals)), wanted)
+    clean, spoilt = (
+        prepare(Labelled(replace(FOAM, signals=signals)), chosen)
         for signals in (FOAM.signals, spoilt)
     )
-    assert np.array_equal(one.features, other.features)
-    assert other.valid.all()
+    assert np.array_equal(clean.features, spoilt.features)
+    assert spoilt.valid.all()
 
 
 def test_every_part_says_why(forcelab, project):
@@ -108,20 +104,21 @@ def test_every_part_says_why(forcelab, project):
 def test_what_the_settings_switch_off_is_left_out(forcelab, project):
     words = ["--threshold", "off", "--median", "off", "--drop", "off", "--no-phase"]
     parts = parts_of(forcelab("plan", project, "foam-01", *words, "--json").json)
-    off = ("threshold filter", "median filter", "drop filter", "probabilities", "phases")
+    filters = ("probability threshold", "median filter", "drop segments shorter than")
+    off = (*filters, "probabilities", "phases")
     assert not any(parts[name]["computed"] for name in off)
-    said = forcelab("plan", project, "foam-01", *words).out
-    assert "left out  probabilities" in said
-    assert "computed  log magnitudes" in said
+    printed = forcelab("plan", project, "foam-01", *words).out
+    assert "left out  probabilities" in printed
+    assert "computed  features" in printed
 
 
-def test_an_option_that_changes_nothing_is_told(forcelab, project):
+def test_an_option_without_effect_is_named(forcelab, project):
     words = ["plan", project, "foam-01", "--json", "--changes", "--max-scale", "256"]
-    said = forcelab(*words, "--no-calibrated", "--threshold", "off")
-    assert said.err == (
+    result = forcelab(*words, "--no-calibrated", "--threshold", "off")
+    assert result.err == (
         "forcelab: --changes has no effect with decoder filters; it needs decoder semi-markov.\n"
     )
-    assert "recognition" in said.json
+    assert "recognition" in result.json
     assert forcelab("plan", project, "foam-01", "--preset", "best").err == ""
 
 
@@ -139,7 +136,7 @@ def test_a_recogniser_brings_its_own_settings(forcelab, project, tmp_path):
     assert forcelab("train", project, "--task", "foam", "--out", file, *options).status == 0
     words = ["plan", project, "foam-01", "--recogniser", file]
     parts = parts_of(forcelab(*words, "--json").json)
-    assert parts["classifier naive-bayes"]["computed"]
+    assert parts["classifier"]["why"] == "naive-bayes"
     assert parts["channel normal 2"]["computed"]
     assert not parts["channel tangential 1"]["computed"]
     assert not parts["column fx2"]["computed"]
@@ -148,7 +145,7 @@ def test_a_recogniser_brings_its_own_settings(forcelab, project, tmp_path):
 
 
 @pytest.mark.parametrize("task", TASKS)
-def test_a_simulated_demonstration_tells_its_mechanics(forcelab, tmp_path, task):
+def test_the_mechanics_of_a_simulated_demonstration_are_listed(forcelab, tmp_path, task):
     origin = Origin(task, 3, 2)
     project = tmp_path / "lab.forcelab"
     with Project.create(project) as opened:
@@ -162,8 +159,8 @@ def test_a_simulated_demonstration_tells_its_mechanics(forcelab, tmp_path, task)
     assert ("twist" in left_out) == (scene.thread is None)
     assert ("table: " in left_out) == (scene.ground is None)
     assert ("width that varies" in left_out) == (scene.profile is None)
-    said = forcelab("plan", project, FOAM.name).out
-    assert all(what in said for what in mechanics["left out"])
+    printed = forcelab("plan", project, FOAM.name).out
+    assert all(missing in printed for missing in mechanics["left out"])
 
 
 def test_a_demonstration_that_is_not_there_is_refused(forcelab, project):
@@ -180,7 +177,7 @@ def test_planning_loads_neither_opencv_nor_qt(project):
     subprocess.run([sys.executable, "-c", script, *words], check=True, capture_output=True)
 
 
-def test_what_the_window_needs_and_does_without_is_told(forcelab, project, tmp_path):
+def test_the_window_loads_a_decoder_only_for_a_video(forcelab, project, tmp_path):
     film = tmp_path / "film.mp4"
     film.write_bytes(b"no video, but nothing looks into it")
     with Project.open(project) as opened:
@@ -205,74 +202,77 @@ def test_every_preset_is_planned_as_it_computes(forcelab, project, name):
     parts = parts_of(forcelab("plan", project, "foam-01", "--preset", name, "--json").json)
     chosen = preset(name)
     windows = chosen.features == "windows"
-    assert parts["semi-Markov decoder"]["computed"] == chosen.decodes
+    assert parts["choreography"]["computed"] == chosen.decodes
+    assert parts["median filter"]["computed"] != chosen.decodes
     assert parts["probabilities"]["computed"] == chosen.needs_probabilities
-    assert ("phases" in parts) == (not windows)
+    assert parts["phases"]["computed"] == (not windows)
     assert ("wavelets" in parts and not parts["wavelets"]["computed"]) == windows
     if windows:
         assert "decided at 50 Hz" in parts["every time step"]["why"]
 
 
 def test_measured_costs_are_those_of_what_is_needed_and_of_what_is_left_out(monkeypatch):
-    def without_processes(stages, repetitions):
+    def without_processes(stages):
         loaded.extend(stages)
-        yield Progress(0, 1, "modules")
-        return tuple(Loaded(0.1, 1_000_000) for _ in stages)
+        return [Cost(0.1, 1_000_000) for _ in stages]
 
     loaded = []
-    monkeypatch.setattr(needs, "loading", without_processes)
-    monkeypatch.setattr(needs, "ROWS", 20)
-    monkeypatch.setattr(needs, "COLUMNS", 200)
+    monkeypatch.setattr(timing, "load_in_process", without_processes)
+    monkeypatch.setattr(plan, "ROWS", 20)
+    monkeypatch.setattr(plan, "COLUMNS", 200)
+    few = Settings(channels=(CHANNELS[0],), max_scale=16.0, phase=False)
     for video in (None, VideoReference(Path("film.mp4"))):
         loaded.clear()
         filmed = replace(FOAM, video=video)
-        few = Settings(channels=(CHANNELS[0],), max_scale=16.0, phase=False)
-        costs = {cost.name: cost for cost in finish(needs.measuring_needs(filmed, few, 1))}
-        parts = {part.name: part for part in needs.viewed(filmed, ())}
-        for name in parts.keys() & costs.keys():
-            assert parts[name].computed == costs[name].computed
-        assert costs["OpenCV"].computed == (video is not None)
+        parts = [*viewing_parts(filmed, ()), *recognition_parts(filmed, few)]
+        costs = {cost["name"]: cost for cost in finish(plan.measure_parts(parts))}
+        named = {part.name: part for part in parts}
+        assert all(named[name].computed == cost["computed"] for name, cost in costs.items())
+        assert costs["OpenCV"]["computed"] == (video is not None)
         assert ("video:film.mp4" in loaded) == (video is not None)
         # More channels and scales than are computed cost more than those that are.
-        assert costs["channels, scales, phases, steps left out"].seconds > costs["features"].seconds
-        hidden = costs["scalograms of the other channels"].seconds
-        assert hidden > costs["scalogram of 1 channel"].seconds
+        assert costs[REST]["seconds"] > costs[FEATURES]["seconds"]
+        hidden = costs[f"scalograms of {len(CHANNELS) - 1} more"]["seconds"]
+        assert hidden > costs["scalogram of 1 channel"]["seconds"]
 
 
 def test_modules_are_loaded_in_a_process_of_its_own_and_trouble_is_a_sentence(tmp_path):
     stages = ("json", "forcelab.no_such_room", f"video:{tmp_path / 'none.mp4'}")
-    found = finish(loading.loading(stages, 1))
-    assert found[0].seconds < 0.5
-    assert found[0].resident >= 0
-    assert "no_such_room" in found[1].refusal
-    assert "none.mp4" in found[2].refusal
-    assert found[1].seconds is None
+    module, missing, video = finish(
+        measure_works(dict(zip("abc", stages, strict=True)), 1)
+    ).values()
+    assert module.seconds < 0.5
+    assert module.bytes >= 0
+    assert "no_such_room" in missing.refusal
+    assert "none.mp4" in video.refusal
+    assert missing.seconds is None
 
 
 def test_a_module_that_takes_for_ever_is_a_sentence(monkeypatch):
-    monkeypatch.setattr(loading, "PATIENCE", 0.01)
+    monkeypatch.setattr(timing, "PATIENCE", 0.01)
     with pytest.raises(InputError, match=r"more than 0.01 s"):
-        finish(loading.loading(("json",), 1))
+        finish(measure_works({"json": "json"}, 1))
 
 
 def test_the_command_prints_costs_with_their_sums(forcelab, project, monkeypatch):
-    costs = (
-        needs.Cost("Qt and the window", True, 0.5, 48_000_000),
-        needs.Cost("video decoder, first picture", True, None, None, "There is no film."),
-        needs.Cost("OpenCV", False, 0.25, 20_000_000),
-        needs.Cost("pyserial", False, 0.25, 1_500_000),
-    )
+    costs = {
+        "Qt and the window": Cost(0.5, 48_000_000),
+        "OpenCV": Cost(0.25, 20_000_000),
+        "pyserial": Cost(0.25, 1_500_000),
+        FEATURES: Cost(refusal="There is no signal."),
+        REST: Cost(0.0, 0),
+    }
 
     def measured(*_):
         yield Progress(0, 1, "modules")
-        return costs
+        return dict(costs)
 
-    monkeypatch.setattr(planning, "measuring_needs", measured)
+    monkeypatch.setattr(plan, "measure_works", measured)
     words = ["plan", project, "foam-01", "--measure"]
     lines = [line.split() for line in forcelab(*words).out.splitlines()]
     assert ["left", "out", "all", "of", "this", "0.500", "21.5"] in lines
     assert ["computed", "all", "of", "this", "0.500", "48.0"] in lines
-    assert lines[-1][-4:] == ["There", "is", "no", "film."]
+    assert lines[-1][-4:] == ["There", "is", "no", "signal."]
     assert forcelab(*words, "--json").json["measured"][0]["bytes"] == 48_000_000
     assert forcelab(*words[:-1], "--json").json["measured"] is None
 

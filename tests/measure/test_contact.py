@@ -1,4 +1,5 @@
 import re
+from collections import Counter
 from dataclasses import replace
 from typing import get_args
 
@@ -8,18 +9,18 @@ import pytest
 from forcelab.errors import InputError
 from forcelab.jobs import Progress, finish
 from forcelab.measure import contact
-from forcelab.measure.contact import REFERENCES, SETTINGS, Setting, measuring
-from forcelab.measure.contact_cases import Case, Problem
+from forcelab.measure.contact import (
+    REFERENCES,
+    SETTINGS,
+    Case,
+    Problem,
+    Setting,
+    contact_cases,
+    measure_solvers,
+)
 from forcelab.measure.rows import Row
 from forcelab.measure.timing import Timed
-from forcelab.simulation.solvers import (
-    Explicit,
-    Lsoda,
-    Radau,
-    Rosenbrock,
-    Solver,
-    integrate,
-)
+from forcelab.simulation.solvers import Explicit, Lsoda, Radau, Rosenbrock, Solver, integrate
 from forcelab.simulation.tasks import SOLVER
 
 TIMES = np.linspace(0.0, 0.1, 51)
@@ -86,7 +87,7 @@ COARSE = Rosenbrock(1e3, longest=0.1)
 
 def measured(solvers, *cases, repetitions=1, references=FINE):
     settings = [setting(solver, str(i)) for i, solver in enumerate(solvers)]
-    return finish(measuring(cases or (case(),), settings, repetitions, references))
+    return finish(measure_solvers(cases or (case(),), settings, repetitions, references))
 
 
 def told(row):
@@ -139,7 +140,7 @@ def test_seconds_are_told_per_simulated_second_of_a_lane(monkeypatch, lanes):
         yield Progress(0, 1, "")
         return tuple(Timed((0.1, {}), 12.0, 0.4, 1) for _ in ways)
 
-    monkeypatch.setattr(contact, "timed_ways", timed)
+    monkeypatch.setattr(contact, "timed_methods", timed)
     (row,) = measured([Rosenbrock(1e-3)], case(springs=(400.0,) * lanes))
     assert row.size == f"springs, {lanes} {'lane' if lanes == 1 else 'lanes'} x 0.1 s"
     assert row.seconds == pytest.approx(12.0 / (0.1 * lanes))
@@ -192,7 +193,7 @@ def test_rows_come_case_by_case_in_the_order_of_the_settings():
 
 
 def test_a_measurement_can_be_stopped_at_any_progress():
-    job = measuring((case(),), [setting(Rosenbrock(1e-3))], 5, FINE)
+    job = measure_solvers((case(),), [setting(Rosenbrock(1e-3))], 5, FINE)
     texts = [next(job).text for _ in range(3)]
     job.close()
     assert texts == [
@@ -216,7 +217,7 @@ def test_quick_is_less_of_the_same(monkeypatch, quick, lanes, repetitions):
         yield Progress(0, 1, "")
         return (Row("a", "b", "c", "d", refusal="No."),)
 
-    monkeypatch.setattr(contact, "measuring", noted)
+    monkeypatch.setattr(contact, "measure_solvers", noted)
     table = finish(contact.tabulate(quick=quick))
     assert (asked["lanes"], asked["times"]) == ({lanes}, repetitions)
     left_out = [s for s in SETTINGS if s not in asked["settings"]]
@@ -236,3 +237,56 @@ def test_the_references_are_of_two_kinds_and_two_decades_tighter_than_all_else()
     assert len({type(r.solver) for r in REFERENCES}) == 2
     tightest = min(s.solver.tolerance for s in SETTINGS)
     assert all(r.solver.tolerance <= tightest / 99 for r in REFERENCES)
+
+
+BOTH = ("left jaw", "right jaw")
+#: What must happen in each case, and how often at least.
+HAPPENINGS = {
+    "foam": {
+        "body lifted": 1,
+        "body set down": 1,
+        **{f"{jaw}: contact made": 1 for jaw in BOTH},
+        **{f"{jaw}: contact lost": 1 for jaw in BOTH},
+    },
+    "cartridge": {"body lifted": 1, "body set down": 1},
+    "stick-slip": {f"{jaw}: slip {what}": 4 for jaw in BOTH for what in ("begins", "ends")},
+    "snap": {"snap out": 1, "out of the socket": 1, "into the socket": 1, "snap in": 1},
+}
+
+
+@pytest.fixture(scope="module")
+def cases():
+    return {case.name: case.make() for case in contact_cases(1)}
+
+
+@pytest.mark.parametrize("name", HAPPENINGS)
+def test_every_case_has_the_events_that_make_it_hard(cases, name):
+    problem = cases[name]
+    solution = integrate(problem.system, problem.start, problem.times, Lsoda(0.1))
+    happened = Counter(event.kind for event in solution.events[0])
+    assert all(happened[kind] >= number for kind, number in HAPPENINGS[name].items()), happened
+    forces = problem.forces(problem.times, solution.states)
+    assert forces.shape == (len(problem.times), 6, 1)
+    # The jaws press like fingers do: some newtons, and never pull.
+    pressing = -forces[:, [2, 5]]
+    assert 3 < pressing.max() < 20
+    assert pressing.min() > -0.5
+
+
+def test_the_cases_are_the_four_contacts_in_their_order(cases):
+    assert list(cases) == list(HAPPENINGS)
+    # From foam to cartridge, stiffness spans more than two decades.
+    stiffness = {name: p.system.scenes[0].body.stiffness for name, p in cases.items()}
+    assert stiffness["cartridge"] > 100 * stiffness["foam"]
+
+
+def test_lanes_differ_and_are_the_same_each_time():
+    for one, again in zip(contact_cases(3), contact_cases(3), strict=True):
+        first, second = one.make(), again.make()
+        assert first.system.lanes == 3
+        assert first.simulated == pytest.approx(3.0)
+        assert (first.start == second.start).all()
+        times = np.full(3, 0.4)
+        moved = first.system.rates(times, first.start)
+        assert (moved == second.system.rates(times, second.start)).all()
+        assert len(np.unique(moved, axis=1).T) == 3

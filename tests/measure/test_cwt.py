@@ -12,9 +12,18 @@ import pytest
 
 from forcelab.errors import InputError
 from forcelab.jobs import finish
-from forcelab.measure.cwt import direct_sums, measuring, measuring_long, tapered
+from forcelab.measure.cwt import (
+    PEERS,
+    Peer,
+    cached_wavelet,
+    direct_sums,
+    features_of,
+    measure_long_recording,
+    measure_transforms,
+    peers_of_tapered,
+    tapered_forces,
+)
 from forcelab.measure.extremes import CASES, Case, tabulate_extremes
-from forcelab.measure.wavelet_ways import PEERS, Peer, features_of, kept_wavelet, peers_of_tapered
 
 
 def quad_sum(x, a, b):
@@ -26,7 +35,7 @@ def quad_sum(x, a, b):
 
 
 def test_direct_sums_are_the_definition():
-    x = tapered(700, 2)
+    x = tapered_forces(700, 2)
     found = direct_sums(x, np.array([4.5, 50.0, 600.0]), np.array([0, 300, 699]))
     for c in range(2):
         for j, a in enumerate((4.5, 50.0, 600.0)):
@@ -35,7 +44,7 @@ def test_direct_sums_are_the_definition():
 
 
 def test_the_engine_errs_less_than_its_tolerance_and_peers_are_measured_or_named():
-    rows = finish(measuring(tapered(1024, 2), 1.0, 1))
+    rows = finish(measure_transforms(tapered_forces(1024, 2), 1.0, 1))
     mine = [row for row in rows if row.name == "forcelab"]
     assert [row.setting for row in mine] == [
         f"tolerance {t:g}" for t in (1e-3, 1e-5, 1e-7, 1e-10, 1e-14)
@@ -62,17 +71,17 @@ def test_the_engine_errs_less_than_its_tolerance_and_peers_are_measured_or_named
 
 
 def test_a_peer_that_would_take_minutes_is_left_out_by_name():
-    x, spent = tapered(512, 1), {}
-    finish(measuring(x, 1.0, 1, (1e-3,), spent))
+    x, spent = tapered_forces(512, 1), {}
+    finish(measure_transforms(x, 1.0, 1, (1e-3,), spent))
     assert 0 < spent["PyWavelets"] < 1e-3
-    rows = finish(measuring(x, 1.0, 1, (1e-3,), {"PyWavelets": 1.0}))
+    rows = finish(measure_transforms(x, 1.0, 1, (1e-3,), {"PyWavelets": 1.0}))
     refusal = {row.name: row.refusal for row in rows}["PyWavelets"]
     assert "PyWavelets is left out" in refusal
     assert "more than 60 s" in refusal
 
 
 def test_the_memory_of_a_long_recording_is_told_without_its_tables():
-    (row,) = finish(measuring_long(tapered(1 << 19, 1), np.array([2.0, 300.0])))
+    (row,) = finish(measure_long_recording(tapered_forces(1 << 19, 1), np.array([2.0, 300.0])))
     assert row.name == "forcelab"
     assert row.error < 4e-7
     assert row.peak_bytes < 15 * (1 << 19)  # two tables alone take 16 bytes a sample
@@ -98,9 +107,9 @@ def ssqueezepy(monkeypatch):
     library.cwt = transform
     library.Wavelet = lambda told, dtype: [told, dtype]
     monkeypatch.setitem(sys.modules, "ssqueezepy", library)
-    kept_wavelet.cache_clear()
+    cached_wavelet.cache_clear()
     yield calls
-    kept_wavelet.cache_clear()
+    cached_wavelet.cache_clear()
 
 
 @pytest.mark.parametrize("before", [None, "1"])
@@ -153,7 +162,7 @@ def test_ours_is_right_in_every_extreme_and_what_is_wrong_is_told(monkeypatch):
     told = {name: words[4] for name, words in verdicts.rows}
     assert told["zeros"] == "not finite"  # its logarithm is -inf
     assert told["a step"] == "wrong"
-    assert verdicts.cells()[0][1:] == list(verdicts.ways)
+    assert verdicts.cells()[0][1:] == list(verdicts.methods)
     assert verdicts.to_json()["rows"][0]["forcelab 1e-7"] == "right"
 
 

@@ -11,17 +11,21 @@ from forcelab.jobs import finish
 from forcelab.label_map import MergeMap
 from forcelab.labels import Segment
 from forcelab.measure import recognition
-from forcelab.measure.recognition import measuring
-from forcelab.measure.recognition_runs import KIND, keeping, load, same_method
-from forcelab.measure.recognition_settings import (
+from forcelab.measure.recognition import (
+    KIND,
     QUICK,
     VARIANTS,
     Variant,
-    fitted_alike,
-    seen_alike,
+    load_measured,
+    main_coder,
+    measure_and_store,
+    measure_tasks,
+    measure_variants,
+    same_method,
+    sharing_features,
+    sharing_fit,
     with_data_of,
 )
-from forcelab.measure.recognition_tasks import measured_tasks, usual_coder
 from forcelab.project import Project
 from forcelab.recognition.cross_validation import leave_one_out
 from forcelab.recognition.examples import Labelled
@@ -46,7 +50,7 @@ def labelled():
 
 @pytest.fixture(scope="module")
 def rows(labelled):
-    return finish(measuring(labelled, FEW, "foam"))
+    return finish(measure_variants(labelled, FEW, "foam"))
 
 
 @pytest.mark.parametrize("number", range(len(FEW)))
@@ -90,20 +94,20 @@ def test_features_and_fits_are_shared(labelled, monkeypatch):
 
     monkeypatch.setattr(recognition, "prepare", counting(prepared, recognition.prepare))
     monkeypatch.setattr(recognition, "fit_examples", counting(fitted, recognition.fit_examples))
-    finish(measuring(labelled, FEW, "foam"))
+    finish(measure_variants(labelled, FEW, "foam"))
     assert len(prepared) == len(labelled) + 1  # the first one once more, for its memory
     assert len(fitted) == 2 * len(labelled)  # two classifiers
 
 
 def test_only_what_comes_after_the_classifier_is_shared():
-    assert [len(group) for group in seen_alike(FEW)] == [4]
-    assert [len(group) for group in fitted_alike(FEW)] == [3, 1]
+    assert [len(group) for group in sharing_features(FEW)] == [4]
+    assert [len(group) for group in sharing_fit(FEW)] == [3, 1]
     svm = PLAIN.replace(classifier="svm")
     pair = [Variant("a", "", svm), Variant("b", "", svm.replace(threshold=None))]
-    assert len(fitted_alike(pair)) == 2  # with probabilities it decides otherwise
+    assert len(sharing_fit(pair)) == 2  # with probabilities it decides otherwise
     for change in ({"stride": 7}, {"seed": 1}, {"phase": False}, {"max_scale": 16.0}):
         pair = [Variant("a", "", PLAIN), Variant("b", "", PLAIN.replace(**change))]
-        assert len(fitted_alike(pair)) == 2, change
+        assert len(sharing_fit(pair)) == 2, change
 
 
 def test_settings_that_cannot_be_trained_are_refused_and_the_others_measured(labelled):
@@ -119,7 +123,7 @@ def test_settings_that_cannot_be_trained_are_refused_and_the_others_measured(lab
     asked = [Variant("stride", "all", PLAIN), Variant("stride", "none", sparse),
              Variant("channels", "wrong", wrong)]  # fmt: skip
     told = []
-    fine, none, lacking = finish(measuring(short, asked, "foam"), told.append)
+    fine, none, lacking = finish(measure_variants(short, asked, "foam"), told.append)
     assert fine.point is not None
     assert "Training needs samples of two actions" in none.refusal
     assert "nothing" in lacking.refusal
@@ -130,7 +134,7 @@ def test_settings_that_cannot_be_trained_are_refused_and_the_others_measured(lab
 def test_one_labelled_demonstration_is_too_few(labelled):
     bare = [Labelled(item.demonstration) for item in labelled[1:]]
     with pytest.raises(InputError, match="two labelled demonstrations; there is 1"):
-        finish(measuring([labelled[0], *bare], FEW, "foam"))
+        finish(measure_variants([labelled[0], *bare], FEW, "foam"))
 
 
 def test_the_usual_variants_are_distinct_and_hold_every_preset():
@@ -154,9 +158,9 @@ def test_what_belongs_to_the_data_is_kept():
 def test_a_measurement_is_kept_in_the_project_and_read_again(tmp_path):
     path = make(tmp_path / "study.forcelab")
     own = PLAIN.replace(spacing=0.5)
-    number = finish(keeping(path, "foam", None, own, FEW[:2]))
+    number = finish(measure_and_store(path, "foam", None, own, FEW[:2]))
     with Project.open(path) as project:
-        found = load(project, number)
+        found = load_measured(project, number)
         assert (found.task, found.author) == ("foam", "Ada")
         assert [(row.name, row.setting) for row in found.rows] == [
             ("filters", "all"), ("filters", "none"), ("yours", "paper, changed")]  # fmt: skip
@@ -167,33 +171,31 @@ def test_a_measurement_is_kept_in_the_project_and_read_again(tmp_path):
         (summary,) = project.runs.summaries(KIND)
         assert summary.digest == {"title": "foam", "tested": 3}
         with pytest.raises(InputError, match="There is no run 9"):
-            load(project, 9)
+            load_measured(project, 9)
         other = project.runs.add("evaluate", settings={}, seed=0, labels=(), versions={}, result={})
         with pytest.raises(InputError, match="no measurement"):
-            load(project, other)
+            load_measured(project, other)
         for result in ({}, {"rows": [{}], "settings": [{}]}, {"rows": 3}):
             damaged = project.runs.add(
                 KIND, settings={"choice": {}}, seed=0, labels=(), versions={}, result=result
             )
             with pytest.raises(InputError, match="damaged; measure again"):
-                load(project, damaged)
+                load_measured(project, damaged)
 
 
 def test_own_settings_among_the_usual_ones_are_not_measured_twice(tmp_path):
     path = make(tmp_path / "study.forcelab")
-    number = finish(keeping(path, "foam", "Ada", PLAIN.replace(preset="mine"), FEW[:1]))
+    number = finish(measure_and_store(path, "foam", "Ada", PLAIN.replace(preset="mine"), FEW[:1]))
     with Project.open(path) as project:
-        assert len(load(project, number).rows) == 1
+        assert len(load_measured(project, number).rows) == 1
 
 
 def test_tasks_of_a_project(tmp_path, monkeypatch):
-    from forcelab.measure import recognition_tasks
-
-    monkeypatch.setattr(recognition_tasks, "QUICK", FEW[:1])
+    monkeypatch.setattr(recognition, "QUICK", FEW[:1])
     path = make(tmp_path / "study.forcelab")
     with Project.open(path) as project:
-        assert usual_coder(project, "foam") == "Ada"
-        table = finish(measured_tasks(project, (), quick=True))
+        assert main_coder(project, "foam") == "Ada"
+        table = finish(measure_tasks(project, (), quick=True))
         assert table.sizes[0].startswith("foam, 3 demonstrations, ")
         assert [row.setting for row in table.rows] == ["all"]
         assert table.rows[0].pareto
@@ -201,7 +203,7 @@ def test_tasks_of_a_project(tmp_path, monkeypatch):
         assert cells[1][cells[0].index("accuracy")] == f"{table.rows[0].further['accuracy']:.3f}"
         assert not project.runs.summaries()
         with pytest.raises(InputError, match="'pen'"):
-            finish(measured_tasks(project, ("pen",), quick=True))
-        both = finish(measured_tasks(project, ("pen", "foam"), quick=True))
+            finish(measure_tasks(project, ("pen",), quick=True))
+        both = finish(measure_tasks(project, ("pen", "foam"), quick=True))
         assert "'pen'" in both.rows[0].refusal
         assert both.rows[1].point is not None

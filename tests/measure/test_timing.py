@@ -3,7 +3,7 @@ import pytest
 
 from forcelab.errors import InputError
 from forcelab.jobs import finish
-from forcelab.measure.timing import Way, machine, timed_ways
+from forcelab.measure.timing import Method, machine, timed_methods
 
 
 class Clock:
@@ -26,13 +26,13 @@ def spending(clock, name, *durations, log=None, result=None):
             log.append(name)
         return result
 
-    return Way(name, run, lambda found: found)
+    return Method(name, run, lambda found: found)
 
 
 def test_repetitions_are_interleaved_after_a_first_round():
     clock, log = Clock(), []
     ways = [spending(clock, name, 1.0, log=log) for name in "ABC"]
-    finish(timed_ways(ways, 3, clock))
+    finish(timed_methods(ways, 3, clock))
     assert "".join(log) == "ABC" * 4
 
 
@@ -41,7 +41,7 @@ def test_median_and_spread_are_those_of_the_repetitions(repetitions):
     clock = Clock()
     durations = [7.0, 1.0, 30.0, 2.0, 4.0, 3.0, 9.0, 5.0][:repetitions]
     # The first run is for the result and the memory: its time counts nothing.
-    (timed,) = finish(timed_ways([spending(clock, "A", 99.0, *durations)], repetitions, clock))
+    (timed,) = finish(timed_methods([spending(clock, "A", 99.0, *durations)], repetitions, clock))
     assert timed.seconds == pytest.approx(np.median(durations))
     assert timed.spread == pytest.approx(np.subtract(*np.percentile(durations, [75, 25])))
 
@@ -49,7 +49,7 @@ def test_median_and_spread_are_those_of_the_repetitions(repetitions):
 def test_what_takes_long_is_repeated_less_often_but_once_at_least():
     clock, log = Clock(), []
     ways = [spending(clock, name, t, log=log) for name, t in (("A", 1.0), ("B", 4.0), ("C", 99.0))]
-    timed = finish(timed_ways(ways, 5, clock, longest=8.0))
+    timed = finish(timed_methods(ways, 5, clock, longest=8.0))
     assert "".join(log) == "ABC" + "ABC" + "AB" + "A" * 3
     assert [one.seconds for one in timed] == [1.0, 4.0, 99.0]
 
@@ -57,14 +57,14 @@ def test_what_takes_long_is_repeated_less_often_but_once_at_least():
 def test_one_slow_repetition_moves_no_other_way():
     clock = Clock()
     ways = [spending(clock, "A", 0.0, 1.0, 1.0, 500.0, 1.0), spending(clock, "B", 2.0)]
-    slow, other = finish(timed_ways(ways, 4, clock))
+    slow, other = finish(timed_methods(ways, 4, clock))
     assert slow.seconds == pytest.approx(1.0)
     assert (other.seconds, other.spread) == pytest.approx((2.0, 0.0))
 
 
 def test_what_is_too_short_for_the_clock_is_repeated_until_it_is_not():
     clock, log = Clock(), []
-    (timed,) = finish(timed_ways([spending(clock, "A", 1e-5, log=log)], 3, clock))
+    (timed,) = finish(timed_methods([spending(clock, "A", 1e-5, log=log)], 3, clock))
     assert timed.seconds == pytest.approx(1e-5, rel=1e-6)
     assert len(log) >= 300
 
@@ -78,8 +78,8 @@ def test_only_the_first_result_is_looked_at_and_looking_takes_no_time():
         return result + 1
 
     way = spending(clock, "A", 1.0, result=41)
-    (timed,) = finish(timed_ways([Way("A", way.run, look)], 3, clock))
-    assert (timed.seen, looked) == (42, [41])
+    (timed,) = finish(timed_methods([Method("A", way.run, look)], 3, clock))
+    assert (timed.judged, looked) == (42, [41])
     assert timed.seconds == pytest.approx(1.0)
 
 
@@ -90,8 +90,8 @@ def test_peak_memory_is_what_is_held_at_once():
     def in_turn():
         return [np.ones(250_000).sum() for _ in range(4)]
 
-    ways = [Way(run.__name__, run, len) for run in (at_once, in_turn)]
-    much, little = finish(timed_ways(ways, 1))
+    ways = [Method(run.__name__, run, len) for run in (at_once, in_turn)]
+    much, little = finish(timed_methods(ways, 1))
     assert 8e6 <= much.peak_bytes < 9e6
     assert 2e6 <= little.peak_bytes < 3e6
 
@@ -105,10 +105,10 @@ def test_a_way_that_refuses_has_its_sentence_and_stops_no_other(where):
         raise InputError("The step is too long.")
 
     work = spending(clock, "B", 1.0)
-    bad = Way("B", refuse, len) if where == "run" else Way("B", work.run, refuse)
+    bad = Method("B", refuse, len) if where == "run" else Method("B", work.run, refuse)
     ways = [spending(clock, "A", 1.0, log=log), bad, spending(clock, "C", 2.0, log=log)]
-    first, refusing, last = finish(timed_ways(ways, 2, clock))
-    assert (refusing.refusal, refusing.seen) == ("The step is too long.", None)
+    first, refusing, last = finish(timed_methods(ways, 2, clock))
+    assert (refusing.refusal, refusing.judged) == ("The step is too long.", None)
     assert "".join(log) == "ABCACAC"  # not tried again
     assert (first.seconds, last.seconds) == pytest.approx((1.0, 2.0))
 
@@ -118,12 +118,12 @@ def test_any_other_error_is_not_taken_for_a_refusal():
         raise ZeroDivisionError
 
     with pytest.raises(ZeroDivisionError):
-        finish(timed_ways([Way("A", broken, len)], 1))
+        finish(timed_methods([Method("A", broken, len)], 1))
 
 
 def test_progress_reaches_its_total_and_names_what_runs():
     clock, seen = Clock(), []
-    finish(timed_ways([spending(clock, name, 1.0) for name in "AB"], 3, clock), seen.append)
+    finish(timed_methods([spending(clock, name, 1.0) for name in "AB"], 3, clock), seen.append)
     assert [progress.done for progress in seen] == list(range(8))
     assert {progress.total for progress in seen} == {8}
     assert [progress.text for progress in seen[:4]] == ["A, memory", "B, memory", "A", "B"]
@@ -132,7 +132,7 @@ def test_progress_reaches_its_total_and_names_what_runs():
 def test_no_repetition_is_refused_before_anything_runs():
     clock, log = Clock(), []
     with pytest.raises(InputError, match="not 0"):
-        finish(timed_ways([spending(clock, "A", 1.0, log=log)], 0, clock))
+        finish(timed_methods([spending(clock, "A", 1.0, log=log)], 0, clock))
     assert log == []
 
 

@@ -10,14 +10,14 @@ from hypothesis import strategies as st
 from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.signals import contacts
-from forcelab.signals.contacts import finding_contacts
+from forcelab.signals.contacts import find_contacts
 from forcelab.simulation.tasks import performing
 
 RATE = 1000.0
 
 
 def contact_events(times, signals):
-    return finish(finding_contacts(times, signals))
+    return finish(find_contacts(times, signals))
 
 
 def steps(at, height=2.0, rise=0.004, length=4.0, noise=0.01, rest=0.3, seed=0, rate=RATE):
@@ -134,7 +134,7 @@ def test_a_job_tells_its_progress(monkeypatch):
     monkeypatch.setattr(contacts, "CHUNK", 1024)
     t, x = steps((1.0, 3.0))
     seen = []
-    finish(finding_contacts(t, x[:, None]), seen.append)
+    finish(find_contacts(t, x[:, None]), seen.append)
     assert len(seen) >= 4
 
 

@@ -3,13 +3,14 @@
 import numpy as np
 
 from forcelab.labels import Segment
-from forcelab.simulation.motion import Motion, Performance
 from forcelab.simulation.scene import (
     Arm,
     Body,
     Ground,
     Holder,
     Jaws,
+    Motion,
+    Performance,
     Profile,
     Scene,
     Socket,

@@ -11,10 +11,9 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 from scipy.optimize import brentq
 
-from forcelab.simulation.hand import KNOT_STEP, Command
-from forcelab.simulation.mechanics import Mechanics
+from forcelab.simulation.hand import KNOT_STEP, Trajectory
+from forcelab.simulation.mechanics import Layout, Mechanics
 from forcelab.simulation.scene import Arm, Body, Ground, Jaws, Scene
-from forcelab.simulation.state_layout import Layout
 from forcelab.simulation.tasks.choreography import TAP_LENGTH, Choreography
 
 CALM = {"opening": 0.008, "tempo": 1.0, "tremor": 0.0, "wander": 0.0, "sway": 0.0, "tap": 4.0}
@@ -79,11 +78,11 @@ def test_the_mechanics_rest_in_a_grip_where_it_should_be():
     hand = choreography(jaws=jaws)
     hand.grip(5.0, 0.1, 0.3)
     hand.phase("grab", 0.6)
-    system = Mechanics([hand.scene], Command.through([hand.values()]))
+    system = Mechanics([hand.scene], Trajectory.through([hand.values()]))
     state = np.zeros((len(system.names), 1))
     state[:2] = BLOCK.half_width - 5.0 / BLOCK.stiffness
     now = np.array([0.55])
-    seen = system.look(now, state)
+    seen = system.evaluate(now, state)
     np.testing.assert_allclose(seen.normal, 5.0, rtol=1e-9)
     assert np.abs(seen.rates).max() < 1e-6
 
@@ -203,7 +202,7 @@ def test_taps_lie_before_and_after_the_task_and_have_the_stated_length(duration)
     assert first + TAP_LENGTH / 2 < hand.phases[0].start
     assert hand.phases[-1].end < last - TAP_LENGTH / 2
     assert last + TAP_LENGTH / 2 < end == hand.t
-    tap = Command.through([hand.values()])
+    tap = Trajectory.through([hand.values()])
     row = Layout.of(hand.scene).commands.index("tap")
 
     def force(time):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from forcelab.simulation.hand import KNOT_STEP, Command, minimum_jerk, tremor, wander
+from forcelab.simulation.hand import KNOT_STEP, Trajectory, minimum_jerk, tremor, wander
 
 RNG = np.random.default_rng(17)
 VALUES = [RNG.normal(size=(41, 3)), RNG.normal(size=(21, 3))]
@@ -68,7 +68,7 @@ def test_the_same_seed_moves_the_hand_in_the_same_way(source):
 
 
 def test_commands_go_through_their_values_and_stay_at_the_last():
-    command = Command.through(VALUES)
+    command = Trajectory.through(VALUES)
     for lane, values in enumerate(VALUES):
         knots = KNOT_STEP * np.arange(len(values))
         assert np.abs(columns(command, lane, knots).T - values).max() < 1e-12
@@ -77,12 +77,12 @@ def test_commands_go_through_their_values_and_stay_at_the_last():
 
 
 def test_a_command_that_never_changes_stays_so_for_ever():
-    command = Command.through([np.full((3, 2), 0.0123)])
+    command = Trajectory.through([np.full((3, 2), 0.0123)])
     assert command.at(np.linspace(0.0, 1000.0, 50)).tolist() == [[0.0123] * 50] * 2
 
 
 def test_commands_are_twice_continuously_differentiable_and_start_and_end_at_rest():
-    command = Command.through(VALUES)
+    command = Trajectory.through(VALUES)
     h = KNOT_STEP
     a, b, c, d = command.coefficients.transpose(2, 0, 1, 3)  # each (lanes, intervals, commands)
     ends = [((a * h + b) * h + c) * h + d, (3.0 * a * h + 2.0 * b) * h + c, 6.0 * a * h + 2.0 * b]
@@ -96,14 +96,14 @@ def test_commands_are_twice_continuously_differentiable_and_start_and_end_at_res
 
 
 def test_a_lane_s_commands_do_not_depend_on_how_long_its_neighbours_are():
-    alone = Command.through(VALUES[1:])
-    beside = Command.through(VALUES).subset(np.array([1]))
+    alone = Trajectory.through(VALUES[1:])
+    beside = Trajectory.through(VALUES).subset(np.array([1]))
     times = np.linspace(0.0, 20 * KNOT_STEP, 101, endpoint=False)
     assert np.array_equal(beside.at(times), alone.at(times))
 
 
 def test_each_lane_is_asked_at_a_time_of_its_own():
-    command = Command.through(VALUES)
+    command = Trajectory.through(VALUES)
     times = np.array([0.0123, 0.0777])
     both = command.at(times)
     for lane in (0, 1):
@@ -113,7 +113,7 @@ def test_each_lane_is_asked_at_a_time_of_its_own():
 
 
 def test_the_hand_drives_with_the_force_of_its_springs_and_dampers():
-    command = Command.through(VALUES)
+    command = Trajectory.through(VALUES)
     stiffness, damping = RNG.uniform(1.0, 9.0, (2, 3, 2))
     drive = command.driving(stiffness, damping)
     times = RNG.uniform(0.001, 40 * KNOT_STEP - 0.001, 400)

@@ -21,12 +21,34 @@ from scenes import (
     state,
     without_losses,
 )
+from scipy.integrate import quad
 from scipy.optimize import brentq
 
 from forcelab.errors import InputError
-from forcelab.simulation.hand import Command
-from forcelab.simulation.mechanics import Mechanics
-from forcelab.simulation.scene import Holder, Jaws, Pads, Thread
+from forcelab.simulation.hand import Trajectory
+from forcelab.simulation.mechanics import (
+    STRAIGHTEN,
+    Layout,
+    Mechanics,
+    left_out,
+    sliding_friction,
+    socket_push,
+    stack_numbers,
+    table_under,
+)
+from forcelab.simulation.scene import (
+    Arm,
+    Body,
+    Ground,
+    Holder,
+    Jaws,
+    Pads,
+    Profile,
+    Socket,
+    Thread,
+    width_at,
+)
+from forcelab.simulation.solvers import Explicit, Lsoda, Rosenbrock, integrate
 
 COMMANDS = {"left jaw": 0.018, "right jaw": 0.017, "tap": 0.5}
 LOSSLESS = [name for name in SCENES if name != "twist"]
@@ -39,7 +61,7 @@ def stacked_lanes(name: str, lanes: int) -> Mechanics:
     scenes = [replace(scene, body=replace(scene.body, mass=0.02 * (i + 1))) for i in range(lanes)]
     width = len(mechanics(scene).layout.commands)
     rng = np.random.default_rng(3)
-    return Mechanics(scenes, Command.through([0.02 * rng.random((9, width)) for _ in scenes]))
+    return Mechanics(scenes, Trajectory.through([0.02 * rng.random((9, width)) for _ in scenes]))
 
 
 @settings(max_examples=5, deadline=None)
@@ -167,8 +189,8 @@ def test_a_static_grip_presses_as_springs_in_series_do(name):
 
     apart = state(system, {"left jaw": 0.03, "right jaw": 0.025})
     rest = follow(system, apart, 3.0).y[:, -1]
-    felt = system.felt(np.zeros(1), rest[:, None])[:, 0]
-    assert felt[[2, 5]] == pytest.approx([-force, -force], abs=1e-6)
+    sensor_forces = system.sensor_forces(np.zeros(1), rest[:, None])[:, 0]
+    assert sensor_forces[[2, 5]] == pytest.approx([-force, -force], abs=1e-6)
     assert rest[:3] == pytest.approx(balance[:3], abs=1e-8)
 
 
@@ -230,10 +252,10 @@ def test_lifting_is_felt_as_the_grip_and_the_weight():
     lifted = {"left jaw": grip, "right jaw": grip, "tongs z": 0.1, "body z": 0.1}
     balance = state(system, {**lifted, **bristles})[:, None]
     assert np.abs(system.rates(np.zeros(1), balance)).max() < 1e-9
-    felt = system.felt(np.zeros(1), balance)[:, 0].reshape(2, 3)
-    assert felt[:, 2] == pytest.approx([-force, -force])
-    assert felt[:, 1].sum() == pytest.approx(-weight)
-    assert felt[:, 0].tolist() == [0.0, 0.0]
+    sensor_forces = system.sensor_forces(np.zeros(1), balance)[:, 0].reshape(2, 3)
+    assert sensor_forces[:, 2] == pytest.approx([-force, -force])
+    assert sensor_forces[:, 1].sum() == pytest.approx(-weight)
+    assert sensor_forces[:, 0].tolist() == [0.0, 0.0]
 
 
 def test_a_twist_is_felt_the_other_way_round_by_the_other_jaw():
@@ -241,7 +263,7 @@ def test_a_twist_is_felt_the_other_way_round_by_the_other_jaw():
     system = mechanics(scene, {"left jaw": 0.015, "right jaw": 0.015})
     turning = {"left jaw": 0.019, "right jaw": 0.019, "wrist angle rate": 1.0}
     column = state(system, turning)[:, None]
-    left, right = system.felt(np.zeros(1), column)[:, 0].reshape(2, 3)
+    left, right = system.sensor_forces(np.zeros(1), column)[:, 0].reshape(2, 3)
     # Turned anticlockwise, the left jaw moves towards -y, and the cap holds it back.
     assert left[0] > 0.01
     assert right[0] == -left[0]
@@ -253,19 +275,19 @@ def test_domes_in_the_air_feel_their_own_inertia():
     scene = replace(SCENES["held"], jaws=Jaws(dome=0.01, asymmetry=2.0))
     system = mechanics(scene, {"left jaw": 0.06, "right jaw": 0.06, "tongs y": 0.02})
     column = state(system, {"left jaw": 0.05, "right jaw": 0.05})[:, None]
-    felt = system.felt(np.zeros(1), column)[:, 0]
+    sensor_forces = system.sensor_forces(np.zeros(1), column)[:, 0]
     sideways = -0.01 * 700.0 * 0.02 / 0.35
     outwards = 0.01 * 1200.0 * 0.01 / 0.05
     expected = [sideways, 0.0, outwards, sideways, 0.0, 2.0 * outwards]
-    assert felt == pytest.approx(expected, abs=1e-12)
+    assert sensor_forces == pytest.approx(expected, abs=1e-12)
 
     twist = replace(SCENES["twist"], jaws=Jaws(dome=0.01))
     system = mechanics(twist, {"left jaw": 0.05, "right jaw": 0.05, "wrist angle": 0.1})
     column = state(system, {"left jaw": 0.05, "right jaw": 0.05})[:, None]
     around = 0.01 * twist.thread.radius * 0.9 * 0.1 / 6e-4
-    felt = system.felt(np.zeros(1), column)[:, 0]
+    sensor_forces = system.sensor_forces(np.zeros(1), column)[:, 0]
     # Speeding up anticlockwise, the left dome is driven towards -y and lags towards +y.
-    assert felt == pytest.approx([around, 0, 0, -around, 0, 0], abs=1e-12)
+    assert sensor_forces == pytest.approx([around, 0, 0, -around, 0, 0], abs=1e-12)
 
 
 def test_what_moves_alone_is_held_back_by_its_own_damper():
@@ -288,7 +310,7 @@ def test_a_tap_presses_the_left_dome_alone_and_pushes_its_jaw_outwards():
     system = mechanics(SCENES["grip"], {"left jaw": 0.05, "right jaw": 0.05, "tap": 4.0})
     pushed = state(system, {"left jaw": 0.05 + 4.0 / 1200.0, "right jaw": 0.05})[:, None]
     assert np.abs(system.rates(np.zeros(1), pushed)).max() < 1e-9
-    assert system.felt(np.zeros(1), pushed)[:, 0] == pytest.approx([0, 0, -4.0, 0, 0, 0])
+    assert system.sensor_forces(np.zeros(1), pushed)[:, 0] == pytest.approx([0, 0, -4.0, 0, 0, 0])
 
 
 def test_a_tilted_sensor_feels_part_of_the_grip_as_tangential_but_no_more_force():
@@ -296,8 +318,8 @@ def test_a_tilted_sensor_feels_part_of_the_grip_as_tangential_but_no_more_force(
     jaws = Jaws(tilt_left=0.2, azimuth_left=np.pi / 2.0, tilt_right=0.1)
     tilted = mechanics(replace(SCENES["lift"], jaws=jaws), COMMANDS)
     column = state(straight, {"left jaw": 0.018, "right jaw": 0.018, "tongs z rate": 0.01})
-    here = straight.felt(np.zeros(1), column[:, None]).reshape(2, 3)
-    there = tilted.felt(np.zeros(1), column[:, None]).reshape(2, 3)
+    here = straight.sensor_forces(np.zeros(1), column[:, None]).reshape(2, 3)
+    there = tilted.sensor_forces(np.zeros(1), column[:, None]).reshape(2, 3)
     assert np.linalg.norm(there, axis=1) == pytest.approx(np.linalg.norm(here, axis=1))
     inward = -here[0, 2]
     assert there[0, 1] == pytest.approx(here[0, 1] * np.cos(0.2) + inward * np.sin(0.2))
@@ -346,7 +368,7 @@ def test_rates_are_finite_numbers_over_huge_ranges(name, stiffness, mass):
         states[-1] = rng.integers(0, 2, 500)
     assert np.isfinite(system.rates(np.zeros(500), states)).all()
     assert np.isfinite(system.watched(np.zeros(500), states)).all()
-    assert np.isfinite(system.felt(np.zeros(500), states)).all()
+    assert np.isfinite(system.sensor_forces(np.zeros(500), states)).all()
     assert (system.scales > 0).all()
     assert np.isfinite(system.scales).all()
 
@@ -409,7 +431,7 @@ def test_a_body_leaves_the_socket_upwards_or_above_the_rim_sideways(places, leav
 
 def test_scenes_of_different_parts_are_not_computed_together():
     one = SCENES["grip"]
-    command = Command.through([np.zeros((3, 3))] * 2)
+    command = Trajectory.through([np.zeros((3, 3))] * 2)
     with pytest.raises(InputError, match="same parts"):
         Mechanics([one, replace(one, holder=Holder())], command)
     with pytest.raises(InputError, match="one command for each"):
@@ -430,7 +452,7 @@ def turned(scene, angle, seconds, end):
     knots = np.zeros((count + 1, 4))
     knots[:, :2] = 0.01
     knots[:, 2] = angle * np.minimum(np.linspace(0.0, end / seconds, count + 1), 1.0)
-    command = Command.through([knots])
+    command = Trajectory.through([knots])
     system = Mechanics([scene], command)
     grip = state(system, {"left jaw": 0.0171, "right jaw": 0.0171})
     motion = follow(system, grip, end, rtol=1e-7, atol=1e-9)
@@ -456,3 +478,431 @@ def test_a_cap_sticks_below_the_torque_at_rest_and_turns_with_that_in_motion_abo
     middle = late & (command < 0.36)
     torque = 0.9 * (command - moved["wrist angle"]) + 0.02 * (speed - moved["wrist angle rate"])
     assert torque[middle] == pytest.approx(steady, rel=2e-3)
+
+
+def has(name, word):
+    return any(word in row for row in Layout.of(SCENES[name]).names)
+
+
+def test_a_scene_without_tangential_motion_carries_no_friction_and_no_places():
+    assert Layout.of(SCENES["grip"]).names == (
+        "left jaw",
+        "right jaw",
+        "body x",
+        "left jaw rate",
+        "right jaw rate",
+        "body x rate",
+    )
+
+
+@pytest.mark.parametrize(
+    ("name", "states"),
+    [("grip", 6), ("lift", 13), ("held", 18), ("tapering", 12), ("socket", 22), ("twist", 13)],
+)
+def test_a_scene_has_exactly_the_states_of_its_parts(name, states):
+    layout = Layout.of(SCENES[name])
+    assert len(layout.names) == states
+    assert len(set(layout.names)) == states
+    assert has(name, "bristle") == (name != "grip")
+    assert has(name, "in the socket") == (name == "socket")
+    assert has(name, "socket bristle") == (name == "socket")
+    assert has(name, "table bristle") == (name in {"lift", "socket"})
+    assert has(name, "thread bristle") == has(name, "wrist") == (name == "twist")
+    assert has(name, "tongs y") == (name in {"held", "socket"})
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_only_events_of_parts_that_are_there_are_watched(name):
+    events = " ".join(mechanics(SCENES[name]).events)
+    assert ("slip" in events) == has(name, "bristle")
+    assert ("snap" in events) == (name == "socket")
+    assert ("body lifted" in events) == (name in {"lift", "socket"})
+
+
+def test_what_is_left_out_says_how_many_states_that_saves():
+    grip, lift = Layout.of(SCENES["grip"]), Layout.of(SCENES["lift"])
+    held = Layout.of(SCENES["held"])
+    assert "motion along y and z: 8 states" in left_out(SCENES["grip"])
+    assert len(held.coordinates) - len(grip.coordinates) == 8 / 2
+    assert "motion along y: 4 states, 2 jaw bristles" in left_out(SCENES["lift"])
+    assert len(held.rubbing) - len(lift.rubbing) == 2 / 2
+    assert any(line.startswith("socket and snap") for line in left_out(SCENES["lift"]))
+    assert any(line.startswith("twist") for line in left_out(SCENES["lift"]))
+    assert left_out(SCENES["socket"]) == (
+        "twist: 4 states, no thread bristle",
+        "width that varies: the body is as wide everywhere",
+        "holder: nothing holds the body but jaws and table",
+    )
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_scales_turn_a_newton_into_each_place_s_own_measure(name):
+    system = mechanics(SCENES[name])
+    assert system.scales.shape == (len(system.names), 1)
+    assert (system.scales > 0).all()
+    scales = dict(zip(system.names, system.scales[:, 0], strict=True))
+    body = SCENES[name].body
+    if body.exponent == 1.0:
+        assert scales["left jaw"] == pytest.approx(1.0 / body.stiffness)
+    else:
+        # At ten newtons, a curved contact is as stiff as its law's slope there.
+        deep = (10.0 / body.stiffness) ** (1.0 / body.exponent)
+        force = body.stiffness * (deep + scales["left jaw"] * np.array([0.0, 0.01])) ** 1.5
+        assert np.diff(force) == pytest.approx(0.01, rel=1e-2)
+
+
+@pytest.mark.parametrize(
+    ("build", "sentence"),
+    [
+        (lambda: Jaws(mass=0.0), "Jaws.mass must be finite and above zero, not 0.0."),
+        (lambda: Jaws(damping=-1.0), "Jaws.damping must be finite and not negative, not -1.0."),
+        (lambda: Body("block", 0.1, 0.01, float("nan")), "Body.stiffness must be finite and above"),
+        (lambda: Body("block", 0.1, 0.01, 1e3, exponent=0.5), "exponent is at least 1"),
+        (lambda: Pads(kinetic=0.0), "Pads.kinetic must be finite and above zero"),
+        (lambda: Pads(static=0.5), "friction at rest is not below that in motion"),
+        (lambda: Thread(0.01, 1e-6, 0.01, 0.02), "torque at rest is not below that in motion"),
+        (lambda: Arm(axes=("z", "y")), "the axes are y, z or y and z"),
+        (lambda: Profile(0.03, 0.0, 0.1, 0.02), "Profile.taper must be finite and above zero"),
+        (lambda: Profile(0.03, 0.01, 0.1, 0.02, lopsided=1.0), "lopsided by less than 1"),
+        (lambda: Socket(0.0, 0.004, 1.0, 1.0, 5e-4, 6e-4), "more than its width below the rim"),
+        (lambda: Socket(0.0, 0.004, 1.0, 1.0, 5e-3, 6e-4), "not below the bottom"),
+        (lambda: replace(SCENES["grip"], ground=Ground()), "a table needs an arm that moves"),
+        (lambda: replace(SCENES["socket"], arm=Arm()), "a socket needs a table and y"),
+        (lambda: replace(SCENES["twist"], arm=Arm()), "a thread and an arm are not combined"),
+    ],
+)
+def test_scenes_that_make_no_sense_are_refused_with_a_sentence(build, sentence):
+    with pytest.raises(InputError, match=sentence):
+        build()
+
+
+def test_parts_tell_what_scenes_of_a_batch_have_in_common():
+    grip = SCENES["grip"]
+    heavier = replace(grip, body=replace(grip.body, mass=1.0))
+    assert heavier.parts == grip.parts
+    assert len({scene.parts for scene in SCENES.values()}) == len(SCENES) - 1  # grip is curved
+
+
+SOLVERS = [Explicit(tolerance=1e-6), Lsoda(tolerance=1e-6)]
+
+
+def when(solution, kind, lane=0):
+    """The times of one kind of event."""
+    return [event.time for event in solution.events[lane] if event.kind == kind]
+
+
+@pytest.mark.parametrize("solver", SOLVERS)
+def test_a_falling_body_is_set_down_and_lifted_at_the_times_of_free_fall(solver):
+    scene = without_losses(SCENES["lift"])
+    system = mechanics(scene, {"left jaw": 0.05, "right jaw": 0.05})
+    start = state(system, {"left jaw": 0.05, "right jaw": 0.05, "body z": 0.02})
+    solution = integrate(system, start[:, None], np.linspace(0.0, 0.2, 201), solver)
+    falls = np.sqrt(2.0 * 0.02 / 9.81)
+    omega, rest = np.sqrt(4e4 / 0.05), 0.05 * 9.81 / 4e4
+    speed = 9.81 * falls
+    # Through the table: a swing about the dent in which it would rest.
+    dented = 2.0 * (np.pi - np.arctan2(speed / omega, rest)) / omega
+    assert when(solution, "body set down") == pytest.approx([falls, 3.0 * falls + dented], abs=2e-7)
+    assert when(solution, "body lifted")[0] == pytest.approx(falls + dented, abs=2e-7)
+
+
+@pytest.mark.parametrize("solver", SOLVERS)
+def test_a_jaw_meets_and_loses_a_body_after_half_a_swing(solver):
+    scene = replace(without_losses(SCENES["grip"]), jaws=FREE)
+    system = mechanics(scene)
+    start = state(system, {"left jaw": 0.03, "right jaw": 0.1, "left jaw rate": -0.5})
+    solution = integrate(system, start[:, None], np.linspace(0.0, 0.1, 101), solver)
+    reduced = 0.5 * 0.05
+    half = np.pi * np.sqrt(reduced / scene.body.stiffness)
+    assert when(solution, "left jaw: contact made") == pytest.approx([0.02], abs=1e-7)
+    assert when(solution, "left jaw: contact lost") == pytest.approx([0.02 + half], abs=1e-7)
+    end = named(system, solution.states[-1, :, 0])
+    assert end["left jaw rate"] == pytest.approx(0.0, abs=1e-6)  # equal masses swap their speeds
+    assert end["body x rate"] == pytest.approx(0.5, rel=1e-6)
+
+
+@pytest.mark.parametrize("solver", SOLVERS)
+def test_a_pulled_grip_slips_when_friction_at_rest_is_used_up(solver):
+    scene = replace(SCENES["held"], jaws=Jaws(dome=0.0))
+    force, growth = 4.0, 8.0
+    grip = 0.02 - force / scene.body.stiffness
+    knots = np.zeros((301, 5))
+    knots[:, :2] = grip - force / 1200.0
+    knots[:, 3] = growth / scene.arm.stiffness * 0.005 * np.arange(301)
+    system = Mechanics([scene], Trajectory.through([knots]))
+    start = state(system, {"left jaw": grip, "right jaw": grip})
+    times = np.linspace(0.0, 1.5, 1501)
+    solution = integrate(system, start[:, None], times, solver)
+    begins = when(solution, "left jaw: slip begins")
+    assert begins == when(solution, "right jaw: slip begins")
+    fy = system.sensor_forces(times, solution.states[:, :, 0].T).reshape(2, 3, -1)[:, 1]
+    limit = scene.arm.pads.static * force
+    assert np.abs(fy).max() == pytest.approx(0.96 * limit, rel=0.015)
+    at = np.interp(begins[0], times, -fy.mean(axis=0))
+    # Told at 95 % of what the bristles bear at the speed with which they already yield.
+    assert at == pytest.approx(0.95 * limit, rel=0.02)
+    given = solution.states[:, system.names.index("tongs z"), 0]
+    held = solution.states[:, system.names.index("body z"), 0]
+    stuck = times < begins[0]
+    assert (given - held)[stuck].max() < 1.5 * scene.arm.pads.static / scene.arm.pads.stiffness
+    assert (given - held)[-1] > 4.0 * scene.arm.pads.static / scene.arm.pads.stiffness
+
+
+@pytest.mark.parametrize("solver", SOLVERS)
+def test_a_body_clicks_in_when_the_closed_form_says(solver):
+    scene = replace(without_losses(SCENES["socket"]), gravity=0.0)
+    socket, mass, speed = scene.socket, scene.body.mass, 0.9
+    system = mechanics(scene, {"left jaw": 0.05, "right jaw": 0.05})
+    start = state(
+        system,
+        {
+            "left jaw": 0.05,
+            "right jaw": 0.05,
+            "body y": socket.place,
+            "body z": 9e-4,
+            "body z rate": -speed,
+        },
+    )
+
+    def pace(depth):
+        u = min(depth / (0.25 * socket.depth), 1.0)
+        bump = np.exp(0.5 - 0.5 * ((depth - socket.snap_depth) / socket.snap_width) ** 2)
+        stored = u * u * (3.0 - 2.0 * u) * socket.snap * socket.snap_width * bump
+        return 1.0 / np.sqrt(speed**2 - 2.0 * stored / mass)
+
+    way = quad(pace, 0.0, 0.001)[0] + quad(pace, 0.001, socket.snap_depth)[0]
+    solution = integrate(system, start[:, None], np.linspace(0.0, 0.02, 201), solver)
+    kinds = [event.kind for event in solution.events[0]]
+    assert when(solution, "into the socket") == pytest.approx([0.001], abs=1e-8)
+    assert when(solution, "snap in") == pytest.approx([0.001 + way], abs=1e-7)
+    order = ["into the socket", "snap in", "snap out", "out of the socket"]
+    assert [kind for kind in kinds if kind in order] == order
+    end = named(system, solution.states[-1, :, 0])
+    assert end["body z rate"] == pytest.approx(speed, rel=1e-5)  # it bounced off the bottom
+    assert end["in the socket"] == 0.0
+
+
+@pytest.mark.parametrize("stiffness", [1e1, 1e4, 1e8])
+@pytest.mark.parametrize("mass", [1e-6, 1e-2, 1e2])
+def test_a_bounce_is_right_over_seven_decades_of_stiffness_and_eight_of_mass(stiffness, mass):
+    scene = without_losses(SCENES["grip"])
+    scene = replace(
+        scene,
+        jaws=replace(FREE, mass=100.0),
+        body=replace(scene.body, stiffness=stiffness, mass=mass),
+    )
+    system = mechanics(scene)
+    reduced = mass * 100.0 / (mass + 100.0)
+    speed = 1.0 / np.sqrt(stiffness * reduced)  # presses with one newton at most
+    start = state(system, {"left jaw": 0.02, "right jaw": 9.0, "body x rate": -speed})
+    half = np.pi * np.sqrt(reduced / stiffness)
+    times = np.linspace(0.0, 1.5 * half, 7)
+    solution = integrate(system, start[:, None], times, Explicit(tolerance=1e-6))
+    rebound = speed * (100.0 - mass) / (100.0 + mass)
+    x = named(system, solution.states[:, :, 0].T)
+    assert x["body x rate"][-1] == pytest.approx(rebound, abs=1e-4 * speed)
+    assert when(solution, "left jaw: contact lost") == pytest.approx([half], rel=1e-4, abs=2e-10)
+    depth = 0.02 - x["left jaw"] - x["body x"]
+    assert stiffness * depth[2] == pytest.approx(1.0, rel=1e-4)
+
+
+@pytest.mark.parametrize("stiffness", [1e3, 1e6])
+@pytest.mark.parametrize("mass", [1e-6, 1e2])
+def test_a_grip_presses_as_its_springs_do_whether_soft_or_stiff_light_or_heavy(stiffness, mass):
+    scene = SCENES["grip"]
+    scene = replace(scene, body=replace(scene.body, stiffness=stiffness, mass=mass))
+    system = mechanics(scene, {"left jaw": 0.01, "right jaw": 0.01})
+    start = state(system, {"left jaw": 0.0201, "right jaw": 0.0201})[:, None]
+    times = np.linspace(0.0, 0.1, 11)
+    solution = integrate(system, start, times, Rosenbrock(tolerance=1e-3))
+    force = 0.01 / (1.0 / 1200.0 + 1.0 / stiffness)
+    sensor_forces = system.sensor_forces(times[-1:], solution.states[-1])[:, 0]
+    assert sensor_forces[[2, 5]] == pytest.approx([-force, -force], abs=1e-3)
+
+
+def test_a_grip_too_stiff_for_the_steps_allowed_is_refused_with_a_sentence():
+    scene = replace(SCENES["grip"], body=replace(SCENES["grip"].body, stiffness=1e8, mass=1e-6))
+    system = mechanics(scene, {"left jaw": 0.01, "right jaw": 0.01})
+    start = state(system, {"left jaw": 0.0201, "right jaw": 0.0201})[:, None]
+    times = np.linspace(0.0, 0.1, 11)
+    with pytest.raises(InputError, match="demonstration 1 cannot be resolved"):
+        integrate(system, start, times, Explicit(max_steps=500))
+
+
+def test_a_batch_is_followed_as_each_of_its_lanes_alone():
+    scene = SCENES["lift"]
+    scenes = [
+        replace(scene, body=replace(scene.body, mass=m, stiffness=k))
+        for m, k in ((0.01, 1e3), (0.05, 3e3), (0.2, 3e4))
+    ]
+    values = np.zeros((101, 4))
+    values[:, :2] = 0.016
+    values[:, 2] = 0.01 * np.linspace(0.0, 1.0, 101)
+    system = Mechanics(scenes, Trajectory.through([values] * 3))
+    alone = system.lane(0)
+    start = state(alone, {"left jaw": 0.021, "right jaw": 0.021})
+    times = np.linspace(0.0, 0.2, 101)
+    together = integrate(system, np.repeat(start[:, None], 3, axis=1), times, Rosenbrock())
+    for lane in range(3):
+        single = integrate(system.lane(lane), start[:, None], times, Rosenbrock())
+        assert together.states[:, :, lane] == pytest.approx(single.states[:, :, 0], abs=1e-10)
+        kinds = [event.kind for event in single.events[0]]
+        assert [event.kind for event in together.events[lane]] == kinds
+
+
+SOCKET = Socket(place=0.02, depth=0.006, friction=4.0, snap=5.0, snap_depth=0.004, snap_width=5e-4)
+
+
+def namespace(part):
+    return stack_numbers([part])
+
+
+def pushed(depths, socket=SOCKET, y=0.02, x=0.0, speed=0.0, inside=1.0):
+    """Force (3, n) of the socket on a body at some depths, and how hard its walls hold it."""
+    ones = np.ones(len(depths))
+    place = np.stack([x * ones, y * ones, -depths])
+    moving = np.stack([0.0 * ones, 0.0 * ones, speed * ones])
+    return socket_push(place, moving, inside * ones, namespace(socket), np.zeros(1))
+
+
+def rubbed(depths, socket, speed, bristle):
+    """Force (n,) of the socket along z, with its walls' friction."""
+    force, hold = pushed(depths, socket, speed=speed)
+    moving, bent = np.full((2, 1, len(depths)), [[[speed]], [[bristle]]])
+    return force[2] - sliding_friction(hold, moving, bent, namespace(socket).rubbing)[0][0]
+
+
+def test_a_plain_table_is_flat():
+    table = table_under(np.array([[1e-3, -2e-3]]), np.array([[0.1, -0.2]]), None)
+    assert table.depth.tolist() == [-1e-3, 2e-3]
+    assert table.rate.tolist() == [-0.1, 0.2]
+    assert table.slope is None
+
+
+def test_the_bumps_around_a_socket_have_the_slope_and_speed_that_they_seem_to():
+    y = np.linspace(-0.05, 0.09, 14001)
+    place, speed = np.stack([y, 0.0 * y]), np.stack([0.3 + 0.0 * y, 0.1 + 0.0 * y])
+    table = table_under(place, speed, namespace(SOCKET))
+    assert np.abs(np.gradient(table.depth, y) - table.slope)[1:-1].max() < 1e-4
+    assert table.rate == pytest.approx(0.3 * table.slope - 0.1)
+    assert table.depth.min() == 0.0
+    assert table.depth.max() == pytest.approx(3e-4, rel=0.05)
+    nearby = np.abs(y - 0.02) < 2e-4
+    assert table.depth[nearby].max() < 1e-5  # it lies between the bumps
+    assert table.depth[np.abs(y - 0.02) > 0.05].max() < 1e-7
+
+
+def test_the_socket_takes_hold_of_a_body_without_a_jump_at_its_rim():
+    force, hold = pushed(np.array([0.0, 1e-9]), y=0.0203, x=1e-3, speed=-0.1)
+    rim, below = force.T
+    assert rim.tolist() == [0.0, 0.0, 0.0]
+    assert np.abs(below).max() < 1e-4
+    assert hold[0] == 0.0
+    assert 0.0 < hold[1] < 1e-4
+
+
+@pytest.mark.parametrize(("y", "x"), [(0.02, 0.0), (0.0203, 1e-3)])
+def test_what_the_socket_takes_on_the_way_in_it_gives_back_on_the_way_out(y, x):
+    depths = np.linspace(0.0, 0.0065, 13001)
+    smooth = replace(SOCKET, friction=0.0)
+    force = pushed(depths, smooth, y, x)[0]
+    work = np.concatenate(
+        [[0.0], np.cumsum(0.5 * (force[2, 1:] + force[2, :-1]) * np.diff(depths))]
+    )
+    walls = 0.5 * (SOCKET.walls * (y - 0.02) ** 2 + SOCKET.ends * x**2)
+    bump = SOCKET.snap * 5e-4 * np.exp(0.5 - 0.5 * ((depths - 0.004) / 5e-4) ** 2)
+    bottom = 0.5 * SOCKET.bottom * np.maximum(depths - 0.006, 0.0) ** 2
+    inside = depths > 0.25 * SOCKET.depth
+    assert np.abs(work - walls - bump - bottom)[inside].max() < 1e-7
+    assert force[0, -1] == pytest.approx(-SOCKET.ends * x)
+    assert force[1, -1] == pytest.approx(-SOCKET.walls * (y - 0.02))
+
+
+def test_the_click_takes_exactly_its_force_in_and_out_when_the_walls_do_not_rub():
+    depths = np.linspace(0.0, 0.0059, 11801)
+    force = pushed(depths, replace(SOCKET, friction=0.0))[0][2]
+    assert force.max() == pytest.approx(5.0, rel=1e-5)  # outwards: it takes so much to get in
+    assert force.min() == pytest.approx(-5.0, rel=1e-5)
+    assert depths[force.argmax()] < SOCKET.snap_depth < depths[force.argmin()]
+
+
+def test_rubbing_walls_add_their_force_to_that_of_the_click_both_ways():
+    walls = replace(SOCKET, rubbing=Pads(1.0, 1.0, viscous=0.0, damping=0.0, stiffness=3000.0))
+    bent = 1.0 / 3000.0
+    deep = np.array([0.0035, 0.0045])
+    into = rubbed(deep, walls, -1e-6, -bent)
+    out = rubbed(deep, walls, 1e-6, bent)
+    assert into == pytest.approx([9.0, -1.0], rel=1e-5)
+    assert out == pytest.approx([1.0, -9.0], rel=1e-5)
+
+
+def test_a_body_outside_the_socket_feels_nothing_of_it_and_its_bristle_straightens():
+    force, hold = pushed(np.array([-1e-3, 1e-3, 5e-3]), speed=-0.3, inside=0.0)
+    assert not force.any()
+    assert not hold.any()
+    system = mechanics(SCENES["socket"])
+    column = state(system, {"body z": -0.003, "body z rate": -0.3, "socket bristle": 2e-4})
+    rates = system.rates(np.zeros(1), column[:, None])[:, 0]
+    assert rates[system.names.index("socket bristle")] == pytest.approx(-2e-4 / STRAIGHTEN)
+
+
+def test_friction_along_two_axes_is_that_along_their_sum():
+    pads = namespace(Pads())
+    velocity, bristle = np.array([0.03, 0.04]), np.array([1e-4, 1.5e-4])
+    both, rates, limit = sliding_friction(
+        np.array([5.0]), velocity[:, None], bristle[:, None], pads
+    )
+    turn = np.array([[0.6, 0.8], [-0.8, 0.6]])
+    turned, turned_rates, same = sliding_friction(
+        np.array([5.0]), (turn @ velocity)[:, None], (turn @ bristle)[:, None], pads
+    )
+    assert turned == pytest.approx(turn @ both)
+    assert turned_rates == pytest.approx(turn @ rates)
+    assert same == pytest.approx(limit)
+
+
+def test_bristles_that_bear_nothing_straighten():
+    pads = namespace(Pads())
+    still = np.zeros((1, 2))
+    force, rate, _ = sliding_friction(np.array([0.0, 2.0]), still, np.full((1, 2), 1e-4), pads)
+    assert rate[0].tolist() == [-1e-4 / STRAIGHTEN, 0.0]
+    assert force[0, 0] == 0.0
+    assert force[0, 1] == pytest.approx(2.0 * 4000.0 * 1e-4)
+
+
+PROFILES = {
+    "waves": Profile(0.03, 0.01, 0.1, 0.02),
+    "rim": Profile(0.03, 0.01, 0.05, 0.02, rim=1e-3, rim_length=4e-3),
+    "lopsided": Profile(0.03, 0.01, 0.1, 0.02, rim=1e-3, lopsided=0.5),
+}
+
+
+@pytest.mark.parametrize("name", PROFILES)
+def test_a_width_that_varies_has_the_slopes_that_it_seems_to(name):
+    up = np.linspace(-0.01, 0.05, 60001)
+    width = width_at(up, np.array([0.004]), namespace(PROFILES[name]))
+    for value, slope in zip(
+        (*width.half, width.left), (*width.slope, width.left_slope), strict=True
+    ):
+        seen = np.gradient(value, up)
+        assert np.abs(seen - slope)[1:-1].max() < 1e-4 * max(np.abs(slope).max(), 1.0)
+
+
+def test_a_body_is_wide_swells_before_its_end_and_ends_in_a_tip():
+    profile = PROFILES["rim"]
+    up = np.array([0.0, 0.005, 0.015, 0.03, 0.04, 0.05])
+    width = width_at(up, np.array([0.004]), namespace(profile))
+    middle = 0.5 * width.half.sum(axis=0)
+    assert middle[:3] == pytest.approx([0.004, 0.0042, 0.0038])
+    assert middle[3] == pytest.approx(0.005)
+    assert middle[4:].tolist() == [0.0, 0.0]
+    assert width.left.tolist() == [1.0, 1.0, 1.0, 1.0, 0.0, 0.0]
+    assert (width.tip > 0).tolist() == [True, True, True, True, False, False]
+
+
+def test_friction_in_the_scenes_for_closed_forms_is_next_to_nothing():
+    # The other tests of the mechanics rest on it.
+    force, _, _ = sliding_friction(
+        np.array([10.0]), np.ones((1, 1)), np.full((1, 1), 1e-3), namespace(SLIPPERY)
+    )
+    assert abs(force).max() < 1e-7

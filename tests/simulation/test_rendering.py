@@ -12,8 +12,8 @@ from simulation.staged import SCENES, TAPS, staged
 from forcelab.clock import fit_clock
 from forcelab.errors import InputError
 from forcelab.labels import Segment
-from forcelab.simulation.motion import Motion
 from forcelab.simulation.rendering import SIZE, Camera, Stage, drawn_height, render
+from forcelab.simulation.scene import Motion
 
 DOME = (0x11, 0x9D, 0xA4)
 ARM = (0x3C, 0x42, 0x50)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from importlib import import_module
 from itertools import pairwise
 
 import numpy as np
@@ -13,6 +12,7 @@ from forcelab.jobs import finish
 from forcelab.simulation.scene import TASKS
 from forcelab.simulation.tasks import RATE, actions_of, performing, scene_of, vocabulary
 from forcelab.simulation.tasks.choreography import HAND, Choreography
+from forcelab.simulation.tasks.plays import PLAYS
 from forcelab.simulation.tasks.recipe import recipe
 
 #: Whose demonstrations are short: to follow them takes the time of this file.
@@ -80,13 +80,13 @@ def during(performance, segment):
 
 @pytest.mark.parametrize("task", TASKS)
 def test_every_plan_has_the_order_of_its_task(task):
-    choreography = import_module(f"forcelab.simulation.tasks.{task.lower()}")
+    play, numbers_of_play = PLAYS[task]
     for number in range(30):
         rng = np.random.default_rng(number)
         scene = recipe(task).drawn_scene(rng)
-        numbers = recipe(task).drawn_hand(rng, (*HAND, *choreography.HAND))
+        numbers = recipe(task).drawn_hand(rng, (*HAND, *numbers_of_play.split()))
         hand = Choreography(scene, numbers, rng, taps=True)
-        choreography.play(hand)
+        play(hand)
         assert re.fullmatch(ORDERS[task], order_of(phase.action for phase in hand.phases))
         assert all(one.end == pytest.approx(other.start) for one, other in pairwise(hand.phases))
         assert all(phase.end > phase.start for phase in hand.phases)

@@ -36,7 +36,7 @@ from forcelab.measure.rows import FRONT, Table
 MODULES = {
     "contact": "forcelab.measure.contact",
     "cwt": "forcelab.measure.cwt",
-    "recognition": "forcelab.measure.recognition_tasks",
+    "recognition": "forcelab.measure.recognition",
 }
 RECOGNITION, ALL = "recognition", "all"
 MEASURED = (*MODULES, ALL)
@@ -125,7 +125,7 @@ def _job(what: str, arguments: argparse.Namespace) -> Generator[Progress, None, 
 
 def _recognition(arguments: argparse.Namespace) -> Generator[Progress, None, Table]:
     """Measure a project; without one, the sample project."""
-    from forcelab.measure.recognition_tasks import measured_tasks
+    from forcelab.measure.recognition import measure_tasks
     from forcelab.project import Project
 
     quick, thorough = arguments.quick, arguments.thorough
@@ -135,7 +135,7 @@ def _recognition(arguments: argparse.Namespace) -> Generator[Progress, None, Tab
             path = yield from _sample(Path(scratch))
         with Project.open(path) as project:
             tasks, author = arguments.task or (), arguments.author
-            job = measured_tasks(project, tasks, author, quick=quick, thorough=thorough)
+            job = measure_tasks(project, tasks, author, quick=quick, thorough=thorough)
             return (yield from job)
 
 

@@ -12,8 +12,9 @@ for example:
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
-from dataclasses import asdict
+from collections.abc import Generator, Iterator, Sequence
+from dataclasses import asdict, dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -21,136 +22,178 @@ from forcelab.cli.options import UsageError, add_json, add_project
 from forcelab.cli.output import json_text, printable, progress_bar, table
 from forcelab.cli.settings_options import add_changes, settings_from
 from forcelab.demonstration import Demonstration
-from forcelab.jobs import finish
-from forcelab.measure.needs import Cost, measuring_needs, viewed
+from forcelab.jobs import Progress, finish
 from forcelab.measure.rows import MEGABYTE
-from forcelab.project import DemonstrationInfo, Project
-from forcelab.recognition.planning import Part, planned
+from forcelab.measure.timing import VIDEO, Work, measure_works
+from forcelab.project import Project
+from forcelab.recognition.examples import Labelled, prepare
 from forcelab.recognition.presets import preset
-from forcelab.recognition.settings import Settings
+from forcelab.recognition.setting_fields import FIELDS
+from forcelab.recognition.settings import Settings, obstacle
+from forcelab.signals.channels import channel_map
+from forcelab.signals.cwt import usual_scales
+from forcelab.signals.scalogram import row_scales, scalogram, survey
+from forcelab.simulation.mechanics import Layout, left_out
+from forcelab.simulation.origin import Origin
+
+#: Samples of a long demonstration that are turned into features to tell what that costs.
+MEASURED = 1 << 16
+#: A scalogram of a wide screen: rows, columns and the largest scale in samples.
+ROWS, COLUMNS, LARGEST = 100, 1920, 1024.0
+FEATURES, REST = "features of the settings", "all other features"
+WORDS = {True: "computed", False: "left out"}
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """Something that costs time or memory where it is computed, and what measures it."""
+
+    name: str
+    computed: bool
+    why: str
+    work: Work = ""
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """The options of the command."""
     add_project(parser)
     parser.add_argument("demonstration", metavar="DEMO", help="its name or id")
     parser.add_argument(
-        "--recogniser",
-        metavar="FILE",
-        type=Path,
-        help="with the settings of this one, a file that train wrote",
+        "--recogniser", metavar="FILE", type=Path, help="use a recogniser's settings"
     )
-    parser.add_argument(
-        "--measure", action="store_true", help="measure time and memory, taken and saved"
-    )
+    parser.add_argument("--measure", action="store_true", help="time and memory, taken and saved")
     parser.set_defaults(merge=None)
     add_changes(parser)
     add_json(parser)
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """Tell what is computed of a demonstration and what is left out."""
+    """Print what is computed, what is left out and, if asked for, what either costs."""
     settings = settings_from(arguments)
     if arguments.recogniser is not None:
         if settings != preset("paper"):
             raise UsageError("A recogniser brings its own settings; give --recogniser alone.")
-        settings = _settings_of(arguments.recogniser)
+        from forcelab.recognition.storage import load  # needs scikit-learn
+
+        recogniser = load(arguments.recogniser)
+        settings = recogniser.settings.replace(channels=recogniser.channels, rate=recogniser.rate)
     with Project.open(arguments.project) as project:
         demonstration = project.demonstrations.load(arguments.demonstration)
         info = next(i for i in project.demonstrations.infos() if i.id == demonstration.id)
-        viewing = viewed(demonstration, info.authors)
-        parts = planned(demonstration, settings)
-        costs = _measured(demonstration, settings) if arguments.measure else None
-    mechanics = _mechanics(info)
-    if arguments.json:
-        content = {
-            "demonstration": info.name,
-            "id": info.id,
-            "viewing": [asdict(part) for part in viewing],
-            "recognition": [asdict(part) for part in parts],
-            "mechanics": mechanics,
-            "measured": None if costs is None else [asdict(cost) for cost in costs],
-        }
-        print(json_text(content))
-        return
-    title = printable(f"{info.name} of task '{info.task}', {info.duration:.2f} s")
-    told = [_parts_table("to view it", viewing), _parts_table("to recognise it", parts)]
-    measured = [] if costs is None else [_costs_table(costs)]
-    print("\n\n".join([title, *told, *_mechanics_lines(mechanics), *measured]))
+    viewing = list(viewing_parts(demonstration, info.authors))
+    parts = list(recognition_parts(demonstration, settings))
+    content = dict[str, Any](demonstration=info.name, id=info.id, mechanics=None, measured=None)
+    texts = [printable(f"{info.name} of task '{info.task}', {info.duration:.2f} s")]
+    plans = {"viewing": ("to view it", viewing), "recognition": ("to recognise it", parts)}
+    for key, (title, plan) in plans.items():
+        content[key] = [{"name": p.name, "computed": p.computed, "why": p.why} for p in plan]
+        rows = [[WORDS[part.computed], part.name, part.why] for part in plan]
+        texts.append(table([["", title, "why"], *sorted(rows, key=lambda row: row[0])]))
+    if (origin := Origin.parsed(info.source)) is not None:
+        from forcelab.simulation.tasks import scene_of  # needs scipy.integrate
+
+        scene = scene_of(origin.task, origin.seed, origin.number)
+        states, missing = Layout.of(scene).names, left_out(scene)
+        content["mechanics"] = {"source": info.source, "states": states, "left out": missing}
+        texts += [info.source, f"The mechanics have {len(states)} states: {', '.join(states)}."]
+        texts.append("\n  ".join(["They leave out:", *missing]))
+    if arguments.measure:
+        with progress_bar("measuring") as watch:
+            content["measured"] = finish(measure_parts([*viewing, *parts]), watch)
+        texts.append(costs_text(content["measured"]))
+    print(json_text(content) if arguments.json else "\n\n".join(texts))
 
 
-def _measured(demonstration: Demonstration, settings: Settings) -> tuple[Cost, ...]:
-    """What everything costs, or would cost."""
-    with progress_bar("measuring") as watch:
-        return finish(measuring_needs(demonstration, settings), watch)
+def viewing_parts(demonstration: Demonstration, authors: Sequence[str]) -> Iterator[Part]:
+    """What the window loads, builds and computes to show a demonstration with these tracks."""
+    yield Part("Qt and the window", True, "the command line does without", "forcelab.gui.window")
+    yield Part("scipy.fft", True, "for the scalogram, while that is shown", "scipy.fft")
+    video = demonstration.video
+    why = "there is no video" if video is None else "there is a video"
+    yield Part("OpenCV", video is not None, why, "cv2")
+    yield Part("video decoder", video is not None, why, f"{VIDEO}{video.path}" if video else "")
+    yield Part("video panel", video is not None, why)
+    yield Part("timelines", bool(authors), f"labelled by {', '.join(authors) or 'nobody'}")
+    names = channel_map(demonstration.channels).names  # in this order the window offers them
+    shown, hidden = (partial(_scalograms, demonstration, part) for part in (names[:1], names[1:]))
+    yield Part("scalogram of 1 channel", True, "the visible span at the screen's resolution", shown)
+    if more := len(names) - 1:
+        yield Part(f"scalograms of {more} more", False, "only the channel that is shown", hidden)
+    why = "nothing is trained or predicted to view it"
+    yield Part("scikit-learn", False, why, "sklearn.neural_network")
+    yield Part("ensembles of scikit-learn", False, why, "sklearn.ensemble")
+    yield Part("Review workspace", False, "built when opened", "forcelab.gui.review.workspace")
+    yield Part("Capture workspace", False, "built when opened", "forcelab.gui.capture.workspace")
+    yield Part("pyserial", False, "nothing is captured", "serial")
 
 
-def _settings_of(file: Path) -> Settings:
-    """The settings of a trained recogniser, with the channels and the rate it learnt."""
-    from forcelab.recognition.storage import load
+def recognition_parts(demonstration: Demonstration, settings: Settings) -> Iterator[Part]:
+    """What is computed to recognise a demonstration; `InputError` if a channel is missing."""
+    recorded, rate = demonstration.channels, settings.rate or demonstration.rate
+    every, chosen = channel_map(recorded), channel_map(recorded, settings.channels)
+    times, signals = demonstration.times[:MEASURED], demonstration.signals[:MEASURED]
+    beginning = Labelled(replace(demonstration, times=times, signals=signals))
+    samples = round(demonstration.duration * rate)
+    if settings.features == "windows":
+        sizes = ", ".join(f"{1000 * window:g}" for window in settings.windows)
+        yield Part(f"{len(settings.windows)} windows", True, f"of {sizes} ms")
+        paper = preset("paper").replace(channels=settings.channels, rate=settings.rate)
+        wavelets = partial(prepare, beginning, paper)
+        yield Part("wavelets", False, "windows are looked at in their place", wavelets)
+    else:
+        scales, hertz = settings.scales, settings.bands(rate)
+        span = f"{scales[0]:g} to {scales[-1]:g} samples at {rate:.6g} Hz, {settings.wavelet} of "
+        yield Part(f"{len(scales)} scales", True, f"{span}{hertz[0]:.3g} to {hertz[-1]:.3g} Hz")
+        possible = usual_scales(samples, settings.min_scale, settings.spacing)
+        if wider := ", ".join(f"{scale:g}" for scale in possible[len(scales) :]):
+            yield Part(f"scales of {wider} samples", False, "wider than the settings' largest")
+    for name, places in zip(chosen.names, chosen.columns, strict=True):
+        columns = ", ".join(recorded[chosen.recorded[place]].name for place in places)
+        yield Part(f"channel {name}", True, f"from {columns}")
+    for name in (name for name in every.names if name not in chosen.names):
+        yield Part(f"channel {name}", False, "the settings do not name it")
+    for column in sorted(set(every.recorded).difference(chosen.recorded)):
+        yield Part(f"column {recorded[column].name}", False, "no computed channel needs it")
+    if settings.step is not None:
+        yield Part("every time step", False, f"decided at {rate / settings.hop(rate):.6g} Hz")
+    why = f"{settings.width(len(chosen.names))} a time step"
+    yield Part(FEATURES, True, why, partial(prepare, beginning, settings))
+    widest = max(settings.max_scale, float(min(samples, MEASURED)))
+    complete = settings.replace(channels=None, step=None, phase=True, max_scale=widest)
+    why = "those of all channels, scales, phases and time steps"
+    yield Part(REST, False, why, partial(prepare, beginning, complete))
+    needed = settings.needs_probabilities
+    why = "decoder or threshold need them" if needed else "no filter that is on needs them"
+    yield Part("probabilities", needed, why)
+    for field in FIELDS:
+        if field.kind in ("flag", "choice") or field.name in ("threshold", "median", "drop"):
+            value, why = getattr(settings, field.name), obstacle(field.name, vars(settings))
+            used = not why and value is not None and value is not False
+            shown = ("on" if value is True else f"{value} {field.unit}".strip()) if used else "off"
+            yield Part(field.label[0].lower() + field.label[1:], used, why or shown)
 
-    recogniser = load(file)
-    return recogniser.settings.replace(channels=recogniser.channels, rate=recogniser.rate)
+
+def _scalograms(demonstration: Demonstration, names: Sequence[str]) -> None:
+    start, end, scales = demonstration.start, demonstration.end, row_scales(ROWS, LARGEST)
+    for name in names:
+        view = finish(survey(demonstration, name, LARGEST))
+        finish(scalogram(view, start, end, scales=scales, columns=COLUMNS))
 
 
-def _mechanics(info: DemonstrationInfo) -> dict[str, Any] | None:
-    """The states that a simulated demonstration was made with; None for any other."""
-    from forcelab.simulation.origin import Origin
-
-    origin = Origin.parsed(info.source)
-    if origin is None:
-        return None
-    from forcelab.simulation.state_layout import Layout, left_out
-    from forcelab.simulation.tasks import scene_of
-
-    scene = scene_of(origin.task, origin.seed, origin.number)
-    return {
-        "source": info.source,
-        "states": list(Layout.of(scene).names),
-        "left out": list(left_out(scene)),
-    }
+def measure_parts(parts: Sequence[Part]) -> Generator[Progress, None, list[dict[str, Any]]]:
+    """Median CPU seconds and bytes of the parts that can be measured; None where one refuses."""
+    costs = yield from measure_works({p.name: p.work for p in parts if p.work})
+    costs[REST] = costs[REST].without(costs[FEATURES])  # which are measured in it
+    known = [p for p in parts if p.name in costs]
+    return [{"name": p.name, "computed": p.computed} | asdict(costs[p.name]) for p in known]
 
 
-#: What is said of a part that is computed, and of one that is not.
-_WORDS = {True: "computed", False: "left out"}
-
-
-def _parts_table(title: str, parts: Sequence[Part]) -> str:
-    """What is computed, then what is left out."""
-    rows = [
-        [_WORDS[part.computed], part.name, part.why]
-        for part in sorted(parts, key=lambda part: not part.computed)
-    ]
-    return table([["", title, "why"], *rows])
-
-
-def _costs_table(costs: Sequence[Cost]) -> str:
-    """What is paid for, then what is saved, each with its sum."""
-    rows = []
-    for computed, word in _WORDS.items():
-        some = [cost for cost in costs if cost.computed == computed]
-        rows += [
-            [word, cost.name, _amount(cost.seconds), _amount(cost.bytes, MEGABYTE)] for cost in some
-        ]
-        seconds = sum(cost.seconds or 0.0 for cost in some)
-        taken = sum(cost.bytes or 0 for cost in some)
-        rows.append([word, "all of this", _amount(seconds), _amount(taken, MEGABYTE)])
-    refused = [printable(f"{cost.name}: {cost.refusal}") for cost in costs if cost.refusal]
+def costs_text(costs: Sequence[dict[str, Any]]) -> str:
+    """What is paid for, then what is saved, each with its sum; then what refused."""
+    rows: list[list[str]] = []
+    for computed, word in WORDS.items():
+        some = [c for c in costs if c["computed"] == computed and not c["refusal"]]
+        known = [(c["name"], c["seconds"], c["bytes"]) for c in some]
+        known.append(("all of this", sum(row[1] for row in known), sum(row[2] for row in known)))
+        rows += [[word, n, f"{cpu:.3f}", f"{taken / MEGABYTE:.1f}"] for n, cpu, taken in known]
+    refused = [printable(f"{cost['name']}: {cost['refusal']}") for cost in costs if cost["refusal"]]
     return "\n".join([table([["", "measured", "CPU s", "MB"], *rows], right=(2, 3)), *refused])
-
-
-def _amount(value: float | None, unit: float = 1.0) -> str:
-    """A number for a column; a dash where there is none."""
-    return "-" if value is None else f"{value / unit:.3f}" if unit == 1 else f"{value / unit:.1f}"
-
-
-def _mechanics_lines(mechanics: dict[str, Any] | None) -> list[str]:
-    """The mechanics of a simulated demonstration."""
-    if mechanics is None:
-        return []
-    states, left_out = mechanics["states"], mechanics["left out"]
-    return [
-        f"{mechanics['source']}",
-        f"The mechanics have {len(states)} states: {', '.join(states)}.",
-        "\n".join(["They leave out:", *(f"  {what}" for what in left_out)]),
-    ]

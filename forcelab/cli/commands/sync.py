@@ -22,7 +22,7 @@ from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.project import Project
-from forcelab.signals.sync import Proposal, proposing_for
+from forcelab.signals.sync import Proposal, propose_clock_for
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -67,7 +67,7 @@ def run(arguments: argparse.Namespace) -> None:
             clock = ClockMap(offset, rate)
         else:
             with progress_bar() as watch:
-                proposal = finish(proposing_for(demonstration), watch)
+                proposal = finish(propose_clock_for(demonstration), watch)
             clock = proposal.clock
             if arguments.accept and proposal.doubtful:
                 raise InputError(_refusal(demonstration, before, proposal))

@@ -24,7 +24,8 @@ from forcelab.gui.figures.axes import (
 )
 from forcelab.gui.figures.colormap import colormap_colours
 from forcelab.gui.figures.figure import LIGHT, MARGIN, Figure, Theme
-from forcelab.signals.example import WaveletView, two_tones, view_wavelets
+from forcelab.signals.cwt import cwt, frequencies
+from forcelab.signals.wavelets import Morlet
 
 LEFT = 76.0
 COLUMN, APART = 230.0, 36.0
@@ -35,6 +36,45 @@ AXIS_ROOM = 36.0
 #: Pixels of a picture of magnitudes for each pixel of the figure.
 FINENESS = 2
 KEY = "Magnitudes: from none (light) to the largest of each wavelet (dark)."
+
+
+@dataclass(frozen=True, eq=False)
+class WaveletView:
+    """One wavelet, and the magnitudes of the test signal; drawn as shares of the largest."""
+
+    title: str  # such as "p = 5"
+    t: NDArray[np.float64]  # (m,), in units of the scale, increasing
+    psi: NDArray[np.complex128]  # (m,), the wavelet at `t`
+    hertz: NDArray[np.float64]  # (k,), of the rows of `magnitudes`, positive, increasing, k >= 2
+    magnitudes: NDArray[np.float64]  # (k, n)
+
+
+def two_tones(
+    low: float = 10.0, high: float = 16.0, rate: float = 200.0
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Times and signal of two tones that overlap: `low` Hz from 1 to 3 s, `high` from 2 to 4 s."""
+    times = np.arange(0.0, 5.0, 1 / rate)
+    first, second = (np.sin(2 * np.pi * tone * times) for tone in (low, high))
+    return times, first * ((times >= 1) & (times < 3)) + second * ((times >= 2) & (times < 4))
+
+
+def view_wavelets(
+    ps: Sequence[float], signal: NDArray[np.float64], rate: float, low: float, high: float
+) -> tuple[WaveletView, ...]:
+    """Transform a signal at `rate` with Morlet wavelets of several p, from `low` to `high` Hz.
+
+    Magnitudes are divided by the square root of the scale, so that sines of one amplitude look
+    equally strong whatever their frequency.
+    """
+    t = np.linspace(-4.0, 4.0, 801)
+    hertz = np.geomspace(low, high, 121)
+    views = []
+    for p in ps:
+        wavelet = Morlet(p)
+        scales = frequencies(hertz, rate, wavelet)  # its own inverse
+        magnitudes = np.abs(cwt(signal, scales, wavelet)) / np.sqrt(scales)[:, np.newaxis]
+        views.append(WaveletView(f"p = {p:g}", t, wavelet.time(t), hertz, magnitudes))
+    return tuple(views)
 
 
 @dataclass(frozen=True, eq=False)

@@ -159,13 +159,21 @@ def compute(
     `known` is the channel's survey from an earlier picture.
     """
     # In the job's thread these imports, most of a second the first time, delay nobody.
-    from forcelab.signals.scalogram import LONG, Step, keep, kept, row_scales, scalogram, survey
+    from forcelab.signals.scalogram import (
+        LONG,
+        Step,
+        load_tiles,
+        row_scales,
+        scalogram,
+        store_tiles,
+        survey,
+    )
     from forcelab.signals.wavelets import Morlet
 
     all_of_it = row_scales(LONG_SPAN_ROWS, LARGEST, SMALLEST)
     view = known
     if view is None and request.folder is not None:
-        view = kept(
+        view = load_tiles(
             request.folder, request.demonstration, request.channel, all_of_it, Morlet(MORLET_P)
         )
     if view is None:
@@ -185,7 +193,7 @@ def compute(
             yield Step(step.done, step.total, step.text, picture)
         if request.folder is not None and not view.kept:
             view.kept = True  # tried once: a full disk is not asked again and again
-            keep(request.folder, view, all_of_it)
+            store_tiles(request.folder, view, all_of_it)
     return picture
 
 

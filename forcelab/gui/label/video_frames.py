@@ -16,7 +16,7 @@ from forcelab.errors import InputError
 from forcelab.gui.label.picture_view import scaled
 
 if TYPE_CHECKING:
-    from forcelab.video.reader import Frame, Sketches, VideoReader
+    from forcelab.video.reader import Frame, Thumbnails, VideoReader
 
 
 #: Frames decoded ahead in the direction of travel while nothing is asked for, and around a frame
@@ -52,7 +52,7 @@ class FrameThread:
         self._fitted: dict[int, QImage] = {}
         self._served = (0, 0)
         self._served_at = time.monotonic()
-        self._sketches: Sketches | None = None
+        self._sketches: Thumbnails | None = None
         self._sketching: Generator[None, None, None] | None = None
 
     def request_frame(self, number: int, direction: int) -> QImage | None:
@@ -100,11 +100,9 @@ class FrameThread:
 
     def _read(self, reader: VideoReader) -> None:
         """Serve requests; in between decode neighbours of the last frame and make sketches."""
-        from forcelab.video.reader import Sketches
-
-        self._sketches = Sketches(self.path, reader.index)
+        self._sketches = Thumbnails(self.path, reader.index)
         if self._sketches.worthwhile:
-            self._sketching = self._sketches.sketching()
+            self._sketching = self._sketches.making()
         width, height = reader.size  # asked for once, as it takes a look at the first frame
         self._pixels = width * height
         self._send("opened", reader.times)
@@ -149,7 +147,10 @@ class FrameThread:
         self._served, self._served_at = (number, direction), time.monotonic()
         if immediate:
             return
-        if reader.kept(number) is None and not number - NEAR_FRAMES <= reader.position < number:
+        if (
+            reader.cached_frame(number) is None
+            and not number - NEAR_FRAMES <= reader.position < number
+        ):
             sketch = self._sketches.get(number) if self._sketches is not None else None
             if sketch is not None:
                 self._send("sketch_ready", number, _image(sketch))

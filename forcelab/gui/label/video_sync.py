@@ -53,7 +53,7 @@ from forcelab.gui.layout import set_enabled_with_reason, whole_rows
 from forcelab.gui.theme import colours, themes
 from forcelab.jobs import Progress
 from forcelab.project.media import name_video
-from forcelab.signals.sync import Proposal, proposing_for
+from forcelab.signals.sync import Proposal, propose_clock_for
 from forcelab.video.index import SAME
 
 #: Height of the times below the curves, in pixels.
@@ -567,7 +567,7 @@ class SynchroniseDialog(QDialog):
             return
         set_enabled_with_reason(self.propose_button, "Wait until the search is over.")
         self.trouble.clear()
-        search = proposing_for(demonstration)
+        search = propose_clock_for(demonstration)
         self.jobs.run(search, self._proposed, self._failed, self._progress, KEY)
 
     def reset(self) -> None:

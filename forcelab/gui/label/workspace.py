@@ -27,7 +27,7 @@ from forcelab.gui.label.tracks import TrackPanel
 from forcelab.gui.label.transport import Transport
 from forcelab.gui.label.video import CameraSelection, VideoPanel
 from forcelab.gui.layout import Dock, DockedWindow, placeholder
-from forcelab.signals.contacts import ContactEvent, finding_contacts
+from forcelab.signals.contacts import ContactEvent, find_contacts
 
 
 class Timeline(QWidget):
@@ -333,7 +333,7 @@ class LabelWorkspace(DockedWindow):
         self._contacts_of = self.document.id
         self.jobs.cancel("contacts")
         if demonstration is not None:
-            finding = finding_contacts(demonstration.times, demonstration.signals)
+            finding = find_contacts(demonstration.times, demonstration.signals)
             self.jobs.run(finding, self._contacts_found, key="contacts")
 
     def _contacts_found(self, events: tuple[ContactEvent, ...]) -> None:

@@ -30,7 +30,7 @@ from forcelab.jobs import Progress
 from forcelab.measure.rows import Row, Table, with_front
 
 if TYPE_CHECKING:
-    from forcelab.measure.recognition_runs import Measured
+    from forcelab.measure.recognition import Measured
     from forcelab.project import Project, RunSummary
     from forcelab.recognition.settings import Settings
 
@@ -99,18 +99,18 @@ def measure_task(
     path: Path, task: str, author: str | None, settings: Settings
 ) -> Generator[object, None, Measured]:
     """Measure in a process of its own, then read the measurement that it has stored."""
-    from forcelab.measure.recognition_runs import keeping, load
+    from forcelab.measure.recognition import load_measured, measure_and_store
     from forcelab.process import run_in_process
     from forcelab.project import Project
 
-    number = yield from run_in_process(keeping, path, task, author, settings)
+    number = yield from run_in_process(measure_and_store, path, task, author, settings)
     with Project.open(path) as project:
-        return load(project, number)
+        return load_measured(project, number)
 
 
 def read_latest(path: Path, task: str, viewer: str) -> Generator[object, None, Measured | None]:
     """Read the latest measurement of a task that a coder may see."""
-    from forcelab.measure.recognition_runs import KIND, load
+    from forcelab.measure.recognition import KIND, load_measured
     from forcelab.project import Project
 
     yield None
@@ -118,7 +118,7 @@ def read_latest(path: Path, task: str, viewer: str) -> Generator[object, None, M
         for run in reversed(project.runs.summaries(KIND)):
             tasks = run.settings.get("choice", {}).get("tasks")
             if tasks == [task] and _may_see(project, run, viewer):
-                return load(project, run.id)
+                return load_measured(project, run.id)
             yield None
     return None
 

@@ -3,24 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Generator, Sequence
-from importlib import import_module
 
 import numpy as np
 
 from forcelab.jobs import Progress
-from forcelab.simulation.hand import Command
-from forcelab.simulation.mechanics import Mechanics
-from forcelab.simulation.motion import Event, Motion, Performance
-from forcelab.simulation.scene import TASKS, Scene, Task
+from forcelab.simulation.hand import Trajectory
+from forcelab.simulation.mechanics import Layout, Mechanics
+from forcelab.simulation.scene import TASKS, Motion, Performance, Scene, Task
 from forcelab.simulation.solvers import Rosenbrock, integrating
-from forcelab.simulation.state_layout import Layout
-from forcelab.simulation.system import Array
+from forcelab.simulation.system import Array, Event
 from forcelab.simulation.tasks.choreography import AFTERWARDS, HAND, Choreography
 from forcelab.simulation.tasks.ground_truth import Course, true_actions
+from forcelab.simulation.tasks.plays import PLAYS
 from forcelab.simulation.tasks.recipe import recipe
 from forcelab.vocabulary import Vocabulary
-
-__all__ = ["RATE", "SOLVER", "actions_of", "performing", "scene_of", "vocabulary"]
 
 #: At which forces and motion are sampled, Hz: above twice what the sensors' filters let through.
 RATE = 4000.0
@@ -36,28 +32,26 @@ def actions_of(task: Task) -> tuple[str, ...]:
 
 def vocabulary(task: Task) -> Vocabulary:
     """The vocabulary of a task; an action looks the same in all tasks."""
-    every = dict.fromkeys(action for one in TASKS for action in actions_of(one))
+    every = dict.fromkeys(action for play in TASKS for action in actions_of(play))
     common = Vocabulary().with_actions(*every)
     return Vocabulary(tuple(common[action] for action in actions_of(task)))
 
 
-def _staged(task: Task, seed: int, number: int, *, taps: bool) -> Choreography:
+def _choreograph(task: Task, seed: int, number: int, *, taps: bool) -> Choreography:
     """One demonstration's scene and what the hand does in it."""
     # One stream for each demonstration: the others change nothing about it.
     stream = np.random.SeedSequence([seed, number, TASKS.index(task)])
     rng = np.random.default_rng(stream)
     scene = recipe(task).drawn_scene(rng)
-    choreography = import_module(f"forcelab.simulation.tasks.{task.lower()}")
-    hand = recipe(task).drawn_hand(rng, (*HAND, *choreography.HAND))
+    hand = recipe(task).drawn_hand(rng, (*HAND, *PLAYS[task].numbers.split()))
     played = Choreography(scene, hand, rng, taps=taps)
-    choreography.play(played)
+    PLAYS[task].play(played)
     played.end()
     return played
 
 
 def scene_of(task: Task, seed: int, number: int) -> Scene:
-    """The scene of one demonstration."""
-    return _staged(task, seed, number, taps=False).scene
+    return _choreograph(task, seed, number, taps=False).scene
 
 
 def performing(
@@ -86,27 +80,27 @@ def performing(
     InputError
         If a motion cannot be resolved.
     """
-    played = [_staged(task, seed, number, taps=taps) for number in numbers]
+    played = [_choreograph(task, seed, number, taps=taps) for number in numbers]
     system = Mechanics(
-        [one.scene for one in played], Command.through([one.values() for one in played])
+        [play.scene for play in played], Trajectory.through([play.values() for play in played])
     )
     start = np.zeros((len(system.names), len(played)))
-    for lane, one in enumerate(played):
+    for lane, play in enumerate(played):
         for row, name in enumerate(system.layout.coordinates):
-            start[row, lane] = one.start[name]
+            start[row, lane] = play.start[name]
     # The last step of a lane is cut short only after its end, whether it is the longest or not.
-    times = np.arange(0.0, max(one.t for one in played) + AFTERWARDS, 1.0 / RATE)
+    times = np.arange(0.0, max(play.t for play in played) + AFTERWARDS, 1.0 / RATE)
     solution = yield from integrating(system, start, times, SOLVER)
     performances = []
-    for lane, one in enumerate(played):
-        kept = slice(0, int(np.searchsorted(times, one.t)))
+    for lane, play in enumerate(played):
+        span = slice(0, int(np.searchsorted(times, play.t)))
         performances.append(
             _performance(
-                one,
+                play,
                 system.lane(lane),
-                times[kept],
-                solution.states[kept, :, lane].T,
-                tuple(event for event in solution.events[lane] if event.time < one.t),
+                times[span],
+                solution.states[span, :, lane].T,
+                tuple(event for event in solution.events[lane] if event.time < play.t),
             )
         )
     return tuple(performances)
@@ -119,20 +113,20 @@ def _performance(
     rows = {name: states[row] for row, name in enumerate(Layout.of(played.scene).names)}
     still = np.zeros(len(times))
 
-    def stacked(*names: str) -> Array:
+    def stack_numbers(*names: str) -> Array:
         return np.stack([rows.get(name, still) for name in names], axis=1)
 
     motion = Motion(
         times=times,
-        jaws=stacked("left jaw", "right jaw"),
-        tongs=stacked("tongs y", "tongs z", "wrist angle"),
-        body=stacked("body x", "body y", "body z", "cap angle"),
-        normal=system.look(times, states).normal.T,
+        jaws=stack_numbers("left jaw", "right jaw"),
+        tongs=stack_numbers("tongs y", "tongs z", "wrist angle"),
+        body=stack_numbers("body x", "body y", "body z", "cap angle"),
+        normal=system.evaluate(times, states).normal.T,
     )
     return Performance(
         scene=played.scene,
         motion=motion,
-        forces=system.felt(times, states).T,
+        forces=system.sensor_forces(times, states).T,
         rate=RATE,
         actions=true_actions(played.phases, Course(motion, events)),
         events=events,

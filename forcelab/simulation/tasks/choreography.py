@@ -8,11 +8,9 @@ import numpy as np
 
 from forcelab.simulation.contact import Array
 from forcelab.simulation.hand import KNOT_STEP, minimum_jerk, tremor, wander
+from forcelab.simulation.mechanics import Layout
 from forcelab.simulation.scene import Scene
-from forcelab.simulation.state_layout import Layout
 from forcelab.simulation.tasks.ground_truth import Cue, Phase
-
-__all__ = ["AFTERWARDS", "HAND", "Choreography"]
 
 #: Numbers of the recipe that every choreography asks for.
 HAND = ("tempo", "opening", "tremor", "wander", "sway", "tap")
@@ -33,28 +31,10 @@ FADE = 0.08
 class Choreography:
     """Collects what one hand does in one demonstration.
 
-    Parameters
-    ----------
-    scene : Scene
-    hand : mapping of str to float
-        How the hand does it, from the recipe; `opening`, `tempo`, `tremor` and `tap` are used
-        here, `wander` for the jaws and `sway` for arm and wrist.
-    rng : Generator
-    taps : bool
-        Whether a finger taps the left sensor before and after the task.
-
-    Attributes
-    ----------
-    t : float
-        Where the next phase starts, s.
-    hold : float
-        The grip that the hand wants at present, N.
-    phases : list of Phase
-        One after the other without gaps.
-    start : dict of str to float
-        Where each coordinate is at first, m or rad.
-    taps : tuple of float
-        When the left sensor is tapped, s.
+    `hand`: how the hand does it, from the recipe; `opening`, `tempo`, `tremor` and `tap` are used
+    here, `wander` for the jaws and `sway` for arm and wrist. `t`: where the next phase starts, s;
+    `hold`: the grip wanted at present, N; `phases`: one after the other without gaps; `start`:
+    where each coordinate is at first, m or rad; `taps`: when the left sensor is tapped, s.
     """
 
     def __init__(
@@ -92,12 +72,10 @@ class Choreography:
         return float(self.rng.uniform(low, high))
 
     def phase(self, action: str, duration: float, begins: Cue | None = None) -> None:
-        """Go on to the next phase."""
         self.phases.append(Phase(action, self.t, self.t + duration, begins))
         self.t += duration
 
     def move(self, name: str, to: float, start: float, duration: float) -> None:
-        """Reach with one coordinate."""
         self._moves.append((name, to - self._targets[name], start, max(duration, 4 * KNOT_STEP)))
         self._targets[name] = to
 

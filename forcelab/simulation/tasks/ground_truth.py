@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from forcelab.labels import Segment, Segments
 from forcelab.simulation.contact import Array
-from forcelab.simulation.motion import Event, Motion
+from forcelab.simulation.scene import Motion
+from forcelab.simulation.system import Event
 
 #: What it is called when a jaw touches the body, and when it lets go.
 CONTACT_MADE = ("left jaw: contact made", "right jaw: contact made")
@@ -53,20 +54,11 @@ Cue = Callable[[Course, float], "float | None"]
 
 @dataclass(frozen=True)
 class Phase:
-    """A phase of the plan.
-
-    Parameters
-    ----------
-    action : str
-    start, end : float
-        As planned, s.
-    begins : callable, optional
-        The cue with which it really begins; it begins as planned without one.
-    """
-
     action: str
+    #: start and end: As planned, s.
     start: float
     end: float
+    #: The cue with which it really begins; it begins as planned without one.
     begins: Cue | None = None
 
 
@@ -103,16 +95,7 @@ def grip_settled(course: Course, planned: float) -> float | None:
 def true_actions(phases: Sequence[Phase], course: Course) -> Segments:
     """When the actions of a plan really were.
 
-    Parameters
-    ----------
-    phases : sequence of Phase
-        One after the other without gaps.
-    course : Course
-
-    Returns
-    -------
-    tuple of Segment
-        Without gaps; neighbours of one action are one, what did not happen is left out.
+    There are no gaps; neighbours of one action are one, what did not happen is left out.
     """
     starts = [phases[0].start]
     for phase in phases[1:]:

@@ -13,11 +13,9 @@ from forcelab.errors import InputError
 from forcelab.resources import read_toml
 from forcelab.simulation.scene import Scene, Task
 
-__all__ = ["Recipe", "recipe"]
-
 #: Standard deviations from the median to the ends of a range that eight in ten lie in.
 EIGHT_IN_TEN = 1.2816
-#: Nobody is further out than this many times half the range's width, in the logarithm.
+#: No number is further out than this many times half the range's width, in the logarithm.
 FURTHEST = 1.5
 
 
@@ -25,35 +23,17 @@ FURTHEST = 1.5
 class Recipe:
     """A task as it is written down.
 
-    Parameters
-    ----------
-    task : str
-    actions : tuple of str
-        Every action of the task, in the order of the vocabulary.
-    scene : mapping of str to table
-        The parts of the scene and their numbers.
-    hand : mapping of str to number or range
-        How people do it: durations in s, forces in N, ways in m.
-
-    Notes
-    -----
     A number is written as such or as a range ``[low, high]`` that eight in ten demonstrations lie
-    in: log-normal about the geometric mean of its ends, and cut where nobody is.
+    in: log-normal about the geometric mean of its ends, and cut at :data:`FURTHEST`.
     """
 
     task: Task
-    actions: tuple[str, ...]
-    scene: Mapping[str, Any]
-    hand: Mapping[str, Any]
+    actions: tuple[str, ...]  # every action of the task, in the order of the vocabulary
+    scene: Mapping[str, Any]  # the parts of the scene and their numbers
+    hand: Mapping[str, Any]  # how people do it: durations in s, forces in N, ways in m
 
     def drawn_scene(self, rng: np.random.Generator) -> Scene:
-        """A scene with numbers of its own.
-
-        Raises
-        ------
-        InputError
-            If the recipe has parts or numbers that no scene has, or lacks some.
-        """
+        """A scene with numbers of its own."""
         try:
             scene = _built(Scene, {"task": self.task, **self.scene}, rng, self.file)
         except InputError as error:
@@ -66,16 +46,7 @@ class Recipe:
     def drawn_hand(self, rng: np.random.Generator, needed: Collection[str]) -> dict[str, float]:
         """How the hand does it this time.
 
-        Parameters
-        ----------
-        rng : Generator
-        needed : collection of str
-            Every number that the task's choreography asks for.
-
-        Raises
-        ------
-        InputError
-            If other numbers are there than those needed.
+        `needed`: every number that the task's choreography asks for.
         """
         for name in sorted(set(self.hand) ^ set(needed)):
             what = "lacks" if name in needed else "has no use for"
@@ -87,19 +58,11 @@ class Recipe:
 
     @property
     def file(self) -> str:
-        """The asset it is read from."""
         return _file(self.task)
 
 
 @cache
 def recipe(task: Task) -> Recipe:
-    """Read a task's recipe.
-
-    Raises
-    ------
-    InputError
-        If its file is missing or is none.
-    """
     table = read_toml(_file(task))
     actions, hand = table.pop("actions", None), table.pop("hand", None)
     if not (isinstance(actions, list) and all(isinstance(a, str) for a in actions) and actions):

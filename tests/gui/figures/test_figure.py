@@ -19,10 +19,9 @@ from forcelab.gui.figures.confusion import ConfusionMatrix
 from forcelab.gui.figures.figure import LIGHT, Figure
 from forcelab.gui.figures.pairs import Pair, TimelinePairs
 from forcelab.gui.figures.tradeoff import Tradeoff
-from forcelab.gui.figures.wavelets import WaveletFigure
+from forcelab.gui.figures.wavelets import WaveletFigure, WaveletView
 from forcelab.labels import Segment
 from forcelab.measure.rows import Row, Table, with_front
-from forcelab.signals.example import WaveletView
 from forcelab.vocabulary import Vocabulary
 
 HOSTILE = "a name that is far too long & <never ends> \x00\ud800\n" * 8

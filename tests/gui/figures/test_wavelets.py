@@ -7,8 +7,7 @@ from PySide6.QtGui import QColor
 
 from forcelab.errors import InputError
 from forcelab.gui.figures.colormap import colormap_colour
-from forcelab.gui.figures.wavelets import WaveletFigure, wavelet_figure
-from forcelab.signals.example import WaveletView
+from forcelab.gui.figures.wavelets import WaveletFigure, WaveletView, wavelet_figure
 
 RATE = 200.0
 TIMES = np.arange(0, 5, 1 / RATE)

@@ -29,8 +29,7 @@ from forcelab.gui.review.trainer import Trainer
 from forcelab.gui.review.training_preferences import recall_preset
 from forcelab.jobs import Progress, finish
 from forcelab.labels import Segment, Track
-from forcelab.measure.recognition_runs import Measured, keeping
-from forcelab.measure.recognition_settings import Variant
+from forcelab.measure.recognition import Measured, Variant, measure_and_store
 from forcelab.measure.rows import Row, with_front
 from forcelab.project import LabelsUsed, Project
 from forcelab.recognition.presets import preset
@@ -305,7 +304,9 @@ def measured_project(tmp_path_factory):
         for number, (demonstration, segments) in enumerate(synthetic_set(2, 100.0)):
             own = [Track("Bo", (Segment(0.0, 1.0, "grab"),))] if number else []
             project.demonstrations.add(demonstration, [Track("Ada", segments), *own])
-    finish(keeping(path, "foam", "Ada", FAST, [Variant("classifier", "naive-bayes", FAST)]))
+    finish(
+        measure_and_store(path, "foam", "Ada", FAST, [Variant("classifier", "naive-bayes", FAST)])
+    )
     return path
 
 

@@ -8,15 +8,14 @@ import pytest
 from forcelab.demonstration import Channel, Demonstration, VideoReference
 from forcelab.errors import InputError
 from forcelab.jobs import Progress, finish
-from forcelab.signals.sync import proposing, proposing_for
-from forcelab.signals.taps import find_taps
+from forcelab.signals.sync import find_taps, propose_clock, propose_clock_for
 from forcelab.video.motion import MotionEnergy
 
 FRAME = 1 / 30
 
 
 def propose(*recording):
-    return finish(proposing(*recording))
+    return finish(propose_clock(*recording))
 
 
 def recorded(length=12.0, offset=0.0, rate=1.0, seed=0, taps=True, channels=3):
@@ -125,7 +124,7 @@ def test_a_glitch_in_a_channel_that_is_hardly_touched_hides_no_tap(monkeypatch):
     channels = tuple(Channel(name, "counts") for name in ("fx", "fy", "fz"))
     film = VideoReference(Path("film.mp4"))
     spoilt, usual = (
-        finish(proposing_for(Demonstration("d", "t", t, signals, channels, video=film)))
+        finish(propose_clock_for(Demonstration("d", "t", t, signals, channels, video=film)))
         for signals in (counts, missing)
     )
     assert spoilt.taps == usual.taps
@@ -150,7 +149,7 @@ def test_taps_are_found_and_contacts_are_none():
 
 
 def test_it_tells_how_far_it_is():
-    assert len(list(proposing(*recorded()))) >= 2
+    assert len(list(propose_clock(*recorded()))) >= 2
 
 
 @pytest.mark.parametrize(
@@ -170,4 +169,4 @@ def test_what_cannot_be_compared_is_told(frames, energy, match):
 def test_without_a_video_there_is_nothing_to_synchronise():
     bare = Demonstration("d", "t", np.arange(2000) / 1e3, np.zeros((2000, 1)), (Channel("x"),))
     with pytest.raises(InputError, match="no video"):
-        finish(proposing_for(bare))
+        finish(propose_clock_for(bare))

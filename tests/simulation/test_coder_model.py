@@ -14,8 +14,7 @@ from forcelab.errors import InputError
 from forcelab.labels import Segment, Track, to_codes
 from forcelab.recognition.metrics import count, pool
 from forcelab.simulation.coder_model import CODERS, Coder, Coding, Confusion, Mistake, code
-from forcelab.simulation.motion import Motion, Performance
-from forcelab.simulation.scene import Body, Jaws, Scene
+from forcelab.simulation.scene import Body, Jaws, Motion, Performance, Scene
 
 RATE = 500.0
 SCENE = Scene("foam", Jaws(), Body("block", mass=0.02, half_width=0.02, stiffness=500.0))

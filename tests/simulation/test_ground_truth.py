@@ -10,7 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from forcelab.labels import Segment
-from forcelab.simulation.motion import Event, Motion
+from forcelab.simulation.scene import Motion
+from forcelab.simulation.system import Event
 from forcelab.simulation.tasks.ground_truth import (
     CONTACT_LOST,
     CONTACT_MADE,

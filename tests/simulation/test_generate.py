@@ -14,7 +14,7 @@ from forcelab.errors import InputError
 from forcelab.glossary import glossary
 from forcelab.jobs import finish
 from forcelab.simulation import generate
-from forcelab.simulation.generate import Order, producing
+from forcelab.simulation.generate import Job, produce_demonstrations
 from forcelab.simulation.origin import MOST, RATES, Origin, origins, task_named
 from forcelab.simulation.scene import TASKS
 from forcelab.simulation.tasks import RATE
@@ -24,11 +24,11 @@ def made(orders, tmp_path, jobs=1):
     """The demonstrations of some orders, each call in a folder of its own."""
     scratch = tmp_path / str(len(list(tmp_path.iterdir())))
     scratch.mkdir()
-    return finish(producing(orders, scratch, jobs))
+    return finish(produce_demonstrations(orders, scratch, jobs))
 
 
 def unfilmed(*numbers, task="foam", seed=3, rate=1000.0):
-    return [Order(Origin(task, seed, number, rate), video=False) for number in numbers]
+    return [Job(Origin(task, seed, number, rate), video=False) for number in numbers]
 
 
 @pytest.fixture
@@ -120,7 +120,7 @@ def test_every_demonstration_is_its_own_whatever_the_others_are(quick, tmp_path)
 
 
 def test_a_video_changes_neither_forces_nor_labels(quick, tmp_path):
-    (filmed,) = made([Order(Origin("foam", 3, 1))], tmp_path)
+    (filmed,) = made([Job(Origin("foam", 3, 1))], tmp_path)
     (not_filmed,) = made(unfilmed(1), tmp_path)
     assert filmed.demonstration.id == not_filmed.demonstration.id
     assert filmed.tracks == not_filmed.tracks
@@ -130,12 +130,12 @@ def test_a_video_changes_neither_forces_nor_labels(quick, tmp_path):
 
 def test_a_coder_labels_the_same_with_and_without_the_other(quick, tmp_path):
     both, one = (
-        made([Order(Origin("foam", 3, 1), coders, video=False)], tmp_path)[0]
+        made([Job(Origin("foam", 3, 1), coders, video=False)], tmp_path)[0]
         for coders in (("Ines", "Tomas"), ("Tomas",))
     )
     assert [track.author for track in both.tracks] == ["Ines", "Tomas"]
     assert one.tracks == both.tracks[1:]
-    (nobody,) = made([Order(Origin("foam", 3, 1), (), video=False)], tmp_path)
+    (nobody,) = made([Job(Origin("foam", 3, 1), (), video=False)], tmp_path)
     assert nobody.tracks == ()
 
 
@@ -152,7 +152,7 @@ def test_another_rate_records_the_same_motion_with_the_same_tongs(quick, tmp_pat
 
 
 def test_videos_are_the_same_bytes_and_their_truth_counts_every_frame(quick, tmp_path):
-    orders = [Order(Origin("foam", 3, 1)), Order(Origin("foam", 3, 2), synchronised=False)]
+    orders = [Job(Origin("foam", 3, 1)), Job(Origin("foam", 3, 2), synchronised=False)]
     once, again = made(orders, tmp_path), made(orders, tmp_path)
     for one, other in zip(once, again, strict=True):
         file = one.demonstration.video.path
@@ -189,7 +189,7 @@ def test_an_action_looks_the_same_in_every_task(quick, tmp_path):
 
 
 def test_nothing_is_begun_before_it_is_asked_for_and_progress_reaches_the_end(quick, tmp_path):
-    job = producing(unfilmed(1, 2), tmp_path)
+    job = produce_demonstrations(unfilmed(1, 2), tmp_path)
     steps = [next(job)]
     assert steps[0].done == 0
     assert list(tmp_path.iterdir()) == []

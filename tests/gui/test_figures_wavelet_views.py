@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from forcelab.signals.example import two_tones, view_wavelets
+from forcelab.gui.figures.wavelets import two_tones, view_wavelets
 
 RATE = 200.0
 TIMES = np.arange(0, 5, 1 / RATE)

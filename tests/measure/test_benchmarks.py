@@ -1,0 +1,195 @@
+"""The simulated tongs are like the real ones, wherever the real recordings are at hand."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from synthetic import synthetic_set
+
+from forcelab.demonstration import Demonstration
+from forcelab.errors import InputError
+from forcelab.formats import pdl, read
+from forcelab.formats.recording import ReadOptions
+from forcelab.jobs import finish
+from forcelab.recognition import ensemble
+from forcelab.recognition.examples import Labelled
+from forcelab.recognition.presets import preset
+from forcelab.recognition.training import fit_examples, preparing
+from forcelab.review.active_learning import sampled, typicality
+from forcelab.simulation.origin import origins
+from tests.benchmarks import label_next
+from tests.benchmarks import swapped as benchmark
+from tests.benchmarks.label_next import CHOOSING, measuring_next
+from tests.benchmarks.realism import PUBLISHED, realism, simulated_beside
+from tests.benchmarks.swapped import measuring_swapped, swapped
+
+TONGS = Path(__file__).resolve().parents[2] / "../shared/data/tongs"
+#: What is further apart than a factor of two; the README tells why.
+APART = {
+    "stylus": {"normal axes in action: 8 to 15 Hz"},
+    "foam": {
+        "grab: normal force of sensor 2, median",
+        "grab: tangential force of sensor 2, median",
+        "release: normal force of sensor 2, median",
+        "tangential axes in action: 15 to 40 Hz",
+    },
+}
+
+
+@pytest.mark.real
+@pytest.mark.skipif(not TONGS.is_dir(), reason="the real recordings are not here")
+@pytest.mark.parametrize(("task", "file"), [("stylus", "JPen_sig.pdl"), ("foam", "soft_sig.pdl")])
+def test_every_figure_is_within_a_factor_of_two_or_has_its_reason(task, file):
+    real = [
+        Labelled(one.demonstration, one.tracks[0].segments).merged(PUBLISHED)
+        for one in read(TONGS / file, ReadOptions(task=task))
+    ]
+    rows = realism(finish(simulated_beside(origins(task, 10, seed=1))), real)
+    assert len(rows) >= 80
+    assert {row.name for row in rows if not row.alike} <= APART[task]
+
+
+#: Quick, and with probabilities all the same.
+PLAIN = preset("fast").replace(amplitude="absolute", decoder="filters", stride=2)
+
+
+def pressed(item, gain):
+    """The same by somebody who presses harder."""
+    old = item.demonstration
+    made = Demonstration(old.name, old.task, old.times, gain * old.signals, old.channels)
+    return replace(item, demonstration=made)
+
+
+@pytest.fixture(scope="module")
+def mixed():
+    """Most by one person, some by another who presses four times as hard."""
+    items = [Labelled(*item) for item in synthetic_set(9, 50.0)]
+    return [pressed(item, 4.0) if i % 4 == 0 else item for i, item in enumerate(items)]
+
+
+@pytest.fixture(scope="module")
+def rows(mixed):
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(ensemble, "TREES", 10)
+        patched.setattr(label_next, "ADDED", 2)
+        return finish(measuring_next(mixed, "foam", PLAIN, turns=4))
+
+
+def test_proposed_demonstrations_bring_no_less_than_random_ones(rows):
+    by_name = {row.setting: row for row in rows}
+    chance = by_name["at random"]
+    for name in ("least certain", "least certain of the typical"):
+        row = by_name[name]
+        assert row.error <= chance.error + 0.02
+        gain = row.further["points gained"]
+        assert gain == pytest.approx(100 * (chance.error - row.error), abs=1e-9)
+        assert gain >= -2 * row.further["standard error"] - 1
+
+
+def test_all_orders_are_measured_on_the_same_partings(rows):
+    assert [row.setting for row in rows] == list(CHOOSING)
+    assert len({(row.size, row.reference) for row in rows}) == 1
+    chance = rows[-1]
+    assert (chance.further["points gained"], chance.further["standard error"]) == (0, 0)
+    assert rows[0].peak_bytes > 0
+    assert rows[0].seconds > chance.seconds
+
+
+def test_who_presses_harder_is_passed_over_until_the_others_are_labelled(mixed):
+    examples = finish(preparing(mixed, PLAIN))
+    recogniser = finish(fit_examples([examples[1], examples[2]], PLAIN))
+    waiting = [*examples[3:8], examples[0]]  # the second and the last one press harder
+    typical = np.array(CHOOSING["least certain of the typical"](recogniser, waiting))
+    plain = np.array(CHOOSING["least certain"](recogniser, waiting))
+    weights = typical / plain
+    assert sorted(np.argsort(weights)[:2].tolist()) == [1, 5]
+    assert weights == pytest.approx(typicality([sampled(one) for one in waiting]))
+
+
+def test_who_chooses_sees_no_label(mixed, monkeypatch):
+    given = []
+
+    def spying(recogniser, waiting):
+        given.extend(waiting)
+        return [0.0] * len(waiting)
+
+    monkeypatch.setattr(ensemble, "TREES", 2)
+    monkeypatch.setattr(label_next, "CHOOSING", {"spy": spying, "at random": None})
+    (row, _) = finish(measuring_next(mixed[:6], "foam", PLAIN, turns=1))
+    assert row.reference.endswith("all are equally typical")
+    assert given
+    assert not any(one.segments for one in given)
+
+
+def test_too_few_demonstrations_are_refused_by_name(mixed):
+    with pytest.raises(InputError, match="5 labelled demonstrations; there are 4"):
+        finish(measuring_next(mixed[:4], "foam"))
+
+
+@pytest.fixture(scope="module")
+def items():
+    return [Labelled(*item) for item in synthetic_set(6, 50.0)]
+
+
+@pytest.mark.parametrize(("share", "count"), [(0.0, 1), (0.25, None), (1.0, None)])
+def test_so_many_segments_get_another_action_and_no_other_changes(items, share, count):
+    total = sum(len(item.segments) for item in items)
+    wrong, places = swapped(items, np.random.default_rng(0), share)
+    assert len(places) == (count or round(share * total))
+    for one, other in zip(items, wrong, strict=True):
+        for old, new in zip(one.segments, other.segments, strict=True):
+            assert (old.start, old.end) == (new.start, new.end)
+            changed = (one.demonstration.id, old.start) in places
+            assert (old.action != new.action) == changed
+
+
+def test_wrong_labels_are_scored_with_the_right_ones(items, monkeypatch):
+    monkeypatch.setattr(ensemble, "TREES", 10)
+    settings = preset("fast").replace(amplitude="absolute", stride=2)
+    row = finish(measuring_swapped(items, "synthetic", settings, draws=2))
+    assert (row.name, row.setting, row.size) == ("swapped", "fast", "synthetic")
+    assert row.error < 0.25
+    assert row.further["points lost"] < 10
+    assert row.further["swapped"] == 2 * max(1, round(0.05 * sum(len(i.segments) for i in items)))
+    assert row.further["in the first tenth"] >= 0.5
+
+
+def test_draws_are_compared_under_their_own_seeds(items, monkeypatch):
+    monkeypatch.setattr(ensemble, "TREES", 2)
+    seeds = []
+    fit = benchmark.fit_examples
+
+    def watched(examples, settings):
+        seeds.append(settings.seed)
+        return (yield from fit(examples, settings))
+
+    settings = preset("fast").replace(amplitude="absolute", stride=2, seed=2**32 - 1)
+    monkeypatch.setattr(benchmark, "fit_examples", watched)
+    # Labels that are swapped for themselves cost nothing at all, whatever the seeds do.
+    monkeypatch.setattr(benchmark, "swapped", lambda used, _: (list(used), {("a", 0.0)}))
+    row = finish(measuring_swapped(items[:3], "synthetic", settings, draws=3))
+    assert (row.further["points lost"], row.further["standard error"]) == (0.0, 0.0)
+    assert sorted(set(seeds)) == [0, 1, 2**32 - 1]
+
+
+def test_of_too_little_it_is_told_what_is_missing(items):
+    with pytest.raises(InputError, match="there is 1"):
+        finish(measuring_swapped(items[:1], "one", preset("fast")))
+    one_action = [Labelled(items[0].demonstration, items[0].segments[:1])]
+    with pytest.raises(InputError, match="two actions"):
+        swapped(one_action, np.random.default_rng(0))
+
+
+@pytest.mark.real
+@pytest.mark.skipif(not TONGS.is_dir(), reason="the real recordings are not here")
+@pytest.mark.parametrize("file", ["soft_sig.pdl", "JPen_sig.pdl"])
+def test_of_the_papers_recordings_a_twentieth_swapped_costs_little_and_is_found(file, monkeypatch):
+    monkeypatch.setattr(ensemble, "TREES", 10)
+    recordings = pdl.read(TONGS / file, ReadOptions())
+    items = [Labelled(r.demonstration, r.tracks[0].segments) for r in recordings]
+    row = finish(measuring_swapped(items, file, preset("fast"), draws=2))
+    assert row.further["points lost"] < 3
+    assert row.further["in the first tenth"] >= 0.5
