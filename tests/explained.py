@@ -10,9 +10,9 @@ from synthetic import synthetic_set
 from forcelab.jobs import finish
 from forcelab.project import LabelsUsed, Project
 from forcelab.recognition.cross_validation import leave_one_out
-from forcelab.recognition.examples import Labelled
+from forcelab.recognition.examples import LabelledDemonstration
 from forcelab.recognition.settings import Settings
-from forcelab.review.run_result import Outcome, Reviewed
+from forcelab.review.run_result import DemonstrationResult, RunResult
 
 __all__ = ["FAST", "made", "outcome_of"]
 
@@ -22,7 +22,7 @@ FAST = Settings(max_scale=64.0, stride=4, threshold=0.5, median=5, seed=3)
 
 def made(
     path: Path, settings: Settings = FAST, count: int = 4, rate: float = 100.0, folds: int = 0
-) -> Outcome:
+) -> RunResult:
     """Make a project of synthetic demonstrations, labelled by Ann, and evaluate on it."""
     pairs = synthetic_set(count, rate=rate)
     with Project.create(path) as project:
@@ -30,16 +30,18 @@ def made(
             project.add(demonstration)
             project.edit(demonstration.id, "Ann", (), segments, "made")
         project.add_actions("foam", dict.fromkeys(s.action for _, t in pairs for s in t))
-        return outcome_of(project, [Labelled(*pair) for pair in pairs], settings, folds)
+        return outcome_of(
+            project, [LabelledDemonstration(*pair) for pair in pairs], settings, folds
+        )
 
 
 def outcome_of(
-    project: Project, labelled: list[Labelled], settings: Settings, folds: int = 0
-) -> Outcome:
+    project: Project, labelled: list[LabelledDemonstration], settings: Settings, folds: int = 0
+) -> RunResult:
     """Evaluate as a run of the project would."""
     evaluation = finish(leave_one_out(labelled, settings, "foam", folds=folds))
     ids = [item.demonstration.id for item in labelled]
-    return Outcome(
+    return RunResult(
         number=1,
         time=datetime(2026, 1, 1, tzinfo=timezone.utc),
         title="foam",
@@ -51,7 +53,7 @@ def outcome_of(
         actions=evaluation.actions,
         labels=tuple(LabelsUsed(id_, "Ann", project.head(id_, "Ann")) for id_ in ids),
         tested=tuple(
-            Reviewed(
+            DemonstrationResult(
                 one.id,
                 one.name,
                 "foam",

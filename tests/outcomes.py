@@ -5,35 +5,37 @@ from datetime import datetime, timezone
 import numpy as np
 
 from forcelab.labels import Segment
-from forcelab.recognition.metrics import pool, timed_counts
-from forcelab.recognition.probability_trace import Certainty
+from forcelab.recognition.metrics import count_segments, pool
+from forcelab.recognition.probability_trace import ProbabilityTrace
 from forcelab.recognition.settings import Settings
-from forcelab.review.run_result import Outcome, Reviewed
+from forcelab.review.run_result import DemonstrationResult, RunResult
 
 __all__ = ["drawn_outcome", "outcome_of", "reviewed"]
 
 
-def reviewed(id_, human, predicted, raw=None, certainty=None, task="foam"):
+def reviewed(id_, human, predicted, raw=None, probability_trace=None, task="foam"):
     """One demonstration of ten seconds; segments are (start, end, action)."""
     stages = {"filtered": tuple(Segment(*s) for s in predicted)}
     if raw is not None:
         stages["raw"] = tuple(Segment(*s) for s in raw)
     human = tuple(Segment(*s) for s in human)
-    return Reviewed(id_, f"{task} {id_}", task, 0.0, 10.0, human, stages, certainty)
+    return DemonstrationResult(
+        id_, f"{task} {id_}", task, 0.0, 10.0, human, stages, probability_trace
+    )
 
 
 def outcome_of(tested, actions, number=1, settings=None):
     """An outcome with the scores that ``forcelab evaluate`` would find."""
     scores = {}
     for stage in ("raw", "filtered"):
-        counts = [timed_counts(d.human, d.stages.get(stage, ()), actions) for d in tested]
+        counts = [count_segments(d.human, d.stages.get(stage, ()), actions) for d in tested]
         scores[stage] = {
             "pooled": pool("pooled", counts).to_json() if counts else {},
             "demonstrations": [
                 pool(d.name, [c]).to_json() for d, c in zip(tested, counts, strict=True)
             ],
         }
-    return Outcome(
+    return RunResult(
         number=number,
         time=datetime(2026, 1, number, tzinfo=timezone.utc),
         title="foam",
@@ -66,6 +68,6 @@ def drawn_outcome(ids, actions, seed=0, right=0.75, number=1):
             if random.random() < 0.9:
                 predicted.append((round(start + shift, 3), end, seen))
         values = random.integers(60, 255, (500, len(actions))).astype(np.uint8)
-        certainty = Certainty(0.0, 50.0, tuple(actions), values)
+        certainty = ProbabilityTrace(0.0, 50.0, tuple(actions), values)
         tested.append(reviewed(id_, human, predicted, raw, certainty))
     return outcome_of(tested, actions, number)

@@ -8,13 +8,13 @@ from synthetic import synthetic_set
 
 from forcelab.labels import Track
 from forcelab.project import Project
-from forcelab.recognition.dataset import Choice
+from forcelab.recognition.dataset import DataSelection
 from forcelab.recognition.presets import preset
 
 __all__ = ["CHOICE", "FAST", "make"]
 
 FAST = preset("paper").replace(classifier="naive-bayes", max_scale=32.0)
-CHOICE = Choice(("foam",))
+CHOICE = DataSelection(("foam",))
 
 
 def make(path: Path, labelled: int = 3, bare: int = 1, rate: float = 100.0) -> Path:

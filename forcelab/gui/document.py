@@ -26,7 +26,7 @@ from forcelab.text import tidy_name
 from forcelab.vocabulary import Vocabulary
 
 if TYPE_CHECKING:
-    from forcelab.review.run_result import Outcome
+    from forcelab.review.run_result import RunResult
 
 __all__ = ["Document", "Snap"]
 
@@ -281,7 +281,7 @@ class Document(Reviewing):
             authors.append(self.outcome.proposer)
         return tuple(author for author in authors if author != self.author)
 
-    def set_outcome(self, outcome: Outcome | None) -> None:
+    def set_outcome(self, outcome: RunResult | None) -> None:
         """Review another outcome; its prediction stands below the open demonstration's tracks."""
         self.outcome = outcome
         self.examined = None

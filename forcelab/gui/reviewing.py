@@ -15,7 +15,7 @@ from forcelab.review.differences import Interval
 from forcelab.segment_edits import SLIVER
 
 if TYPE_CHECKING:
-    from forcelab.review.run_result import Outcome, Reviewed
+    from forcelab.review.run_result import DemonstrationResult, RunResult
 
 __all__ = ["Reviewing"]
 
@@ -25,7 +25,7 @@ class Reviewing(Editing):
 
     Attributes
     ----------
-    outcome : Outcome or None
+    outcome : RunResult or None
         What is reviewed.
     examined : Place or None
         The place that is being looked at.
@@ -39,7 +39,7 @@ class Reviewing(Editing):
 
     def __init__(self, author: str, parent: QObject | None = None) -> None:
         super().__init__(author, parent)
-        self.outcome: Outcome | None = None
+        self.outcome: RunResult | None = None
         self.examined: Interval | None = None
         self.training = False
 
@@ -50,7 +50,7 @@ class Reviewing(Editing):
             self.training_changed.emit()
 
     @property
-    def reviewed(self) -> Reviewed | None:
+    def reviewed(self) -> DemonstrationResult | None:
         """The open demonstration in the outcome; None while coding blind, or if it is not there."""
         if self.outcome is None or not self.id or self.coding_blind:
             return None
@@ -94,27 +94,27 @@ class Reviewing(Editing):
             none = "There is no prediction to accept here; train a recogniser."
             self.say(blind if self.coding_blind else none, True)
             return False
-        from forcelab.review.active_learning import acceptable
-        from forcelab.review.differences import spelt_as_coded
+        from forcelab.review.active_learning import acceptable_segments
+        from forcelab.review.differences import as_coded
 
-        if at_least and reviewed.certainty is None:
+        if at_least and reviewed.probability_trace is None:
             self.say("This run kept no probabilities; train again to have them.", True)
             return False
-        chosen = acceptable(reviewed, start, end, at_least)
+        chosen = acceptable_segments(reviewed, start, end, at_least)
         if not chosen:
             self.say("Nothing is predicted here that could be accepted.")
             return False
-        return self.adopt(*spelt_as_coded(chosen, outcome, reviewed), replace=replace)
+        return self.adopt(*as_coded(chosen, outcome, reviewed), replace=replace)
 
     def _next_to_accept(self, time: float) -> float:
         """Where the next prediction begins that the track is not like; else where this one ends."""
         reviewed, outcome = self.reviewed, self.outcome
         if reviewed is None or outcome is None:
             return time
-        from forcelab.review.differences import spelt_as_coded
+        from forcelab.review.differences import as_coded
 
         end = time
-        for segment in spelt_as_coded(reviewed.predicted, outcome, reviewed):
+        for segment in as_coded(reviewed.predicted, outcome, reviewed):
             if segment.start > time and not self._is_labelled(segment):
                 return segment.start
             if segment.start <= time < segment.end:

@@ -10,7 +10,7 @@ from forcelab.project import Project
 from forcelab.vocabulary import Vocabulary
 
 if TYPE_CHECKING:
-    from forcelab.review.run_result import Outcome
+    from forcelab.review.run_result import RunResult
 
 __all__ = ["VisibleLabels", "visible_to"]
 
@@ -37,7 +37,7 @@ class VisibleLabels(NamedTuple):
 
 
 def visible_to(
-    author: str, demonstration: Demonstration, project: Project, outcome: Outcome | None
+    author: str, demonstration: Demonstration, project: Project, outcome: RunResult | None
 ) -> VisibleLabels:
     """What a coder may see of a demonstration; what is hidden does not show in actions either.
 
@@ -54,14 +54,14 @@ def visible_to(
     others = {track.author: track.segments for track in tracks if track.author != author}
     reviewed = None if outcome is None else outcome.find(demonstration.id)
     if reviewed is not None and not blind and outcome is not None:
-        from forcelab.review.differences import spelt_as_coded
+        from forcelab.review.differences import as_coded
 
-        predicted = spelt_as_coded(reviewed.predicted, outcome, reviewed)
+        predicted = as_coded(reviewed.predicted, outcome, reviewed)
         others[outcome.proposer] = predicted
         painted += tuple(segment.action for segment in predicted)
     listed, like = project.vocabulary(demonstration.task), Vocabulary()
     if outcome is not None and any(action not in listed for action in painted):
-        from forcelab.review.run_result import vocabulary_of
+        from forcelab.review.run_result import action_styles
 
-        like = vocabulary_of(project, outcome)
+        like = action_styles(project, outcome)
     return VisibleLabels(others, listed, painted, like)

@@ -21,15 +21,15 @@ from forcelab.capture.stream_merger import StreamMerger
 from forcelab.demonstration import GAP_PERIODS, Channel
 from forcelab.labels import UNLABELLED, Segment, model_author
 from forcelab.project import Project
-from forcelab.recognition.live import Decided, Early, OnlineRecogniser
-from forcelab.recognition.live_model import needs_whole
-from forcelab.recognition.probability_trace import RATE, Certainty
-from forcelab.recognition.rates import unseen_at
+from forcelab.recognition.live import EarlyScale, LiveLabels, OnlineRecogniser
+from forcelab.recognition.live_model import needs_live_model
+from forcelab.recognition.probability_trace import RATE, ProbabilityTrace
+from forcelab.recognition.rates import rate_remarks_at
 from forcelab.recognition.recogniser import Recogniser
 
 
 @dataclass(frozen=True)
-class Recognised:
+class ClosedSegment:
     """A segment whose end is decided.
 
     Parameters
@@ -52,7 +52,7 @@ class Recognised:
         return Segment(self.start, self.end, self.action)
 
 
-class Growing:
+class SegmentBuilder:
     """Segments of labels that come in their order.
 
     Parameters
@@ -81,13 +81,13 @@ class Growing:
         return self._last + self._period
 
     @property
-    def present(self) -> Recognised | None:
+    def present(self) -> ClosedSegment | None:
         """The segment that has not ended, as far as it is decided."""
         if self._code == UNLABELLED:
             return None
-        return Recognised(self._start, self.until, self.action, self._sum / self._count)
+        return ClosedSegment(self._start, self.until, self.action, self._sum / self._count)
 
-    def take(self, decided: Decided) -> list[Recognised]:
+    def take(self, decided: LiveLabels) -> list[ClosedSegment]:
         """Take in labels; gives the segments that they end."""
         if not len(decided):
             return []
@@ -117,7 +117,7 @@ class Growing:
         self.probability = math.nan if unlabelled else float(sure[-1])
         return found
 
-    def finish(self) -> list[Recognised]:
+    def finish(self) -> list[ClosedSegment]:
         """The segment that has not ended, which ends with the last label."""
         found = self._closed(self.until)
         self._code = UNLABELLED
@@ -127,11 +127,11 @@ class Growing:
     def _period(self) -> float:
         return self._online.step or 1.0 / self._online.recogniser.rate
 
-    def _closed(self, end: float) -> list[Recognised]:
+    def _closed(self, end: float) -> list[ClosedSegment]:
         if self._code == UNLABELLED:
             return []
         action = self._online.actions[self._code]
-        return [Recognised(self._start, end, action, self._sum / self._count)]
+        return [ClosedSegment(self._start, end, action, self._sum / self._count)]
 
 
 #: Seconds that are kept for views.
@@ -146,7 +146,7 @@ class LiveSnapshot:
     ----------
     segments : tuple of Segment
         Of the last seconds, on the host's monotonic clock; the last one may still grow.
-    certainty : Certainty or None
+    probability_trace : ProbabilityTrace or None
         Of the same time; None of a classifier without probabilities.
     until : float
         The time (s) up to which labels are decided; NaN while there are none.
@@ -159,14 +159,14 @@ class LiveSnapshot:
     """
 
     segments: tuple[Segment, ...] = ()
-    certainty: Certainty | None = None
+    probability_trace: ProbabilityTrace | None = None
     until: float = math.nan
     action: str = ""
     probabilities: tuple[float, ...] = ()
     cost: float = 0.0
 
 
-class Recent:
+class SnapshotBuffer:
     """Gathers what a :class:`LiveSnapshot` shows; memory is taken once.
 
     Parameters
@@ -183,7 +183,7 @@ class Recent:
         self._segments: deque[Segment] = deque()
         self._latest: tuple[float, ...] = ()
 
-    def take(self, decided: Decided, ended: list[Recognised]) -> None:
+    def take(self, decided: LiveLabels, ended: list[ClosedSegment]) -> None:
         """Take in labels and the segments that they ended."""
         self._segments.extend(one.segment for one in ended)
         if not len(decided):
@@ -197,14 +197,14 @@ class Recent:
         self._latest = tuple(decided.probabilities[-1].tolist())
         self._add(np.floor(times[kept] * RATE).astype(np.int64), decided.probabilities[kept])
 
-    def end(self, growing: Growing) -> None:
+    def end(self, growing: SegmentBuilder) -> None:
         """The segment that grows ends here: another recogniser goes on."""
         present = growing.present
         if present is not None:
             self._segments.append(present.segment)
         self._latest = ()
 
-    def glimpse(self, growing: Growing, cost: float) -> LiveSnapshot:
+    def glimpse(self, growing: SegmentBuilder, cost: float) -> LiveSnapshot:
         """What is to be seen now."""
         present = growing.present
         segments = (*self._segments, *(() if present is None else (present.segment,)))
@@ -223,7 +223,7 @@ class Recent:
         np.add.at(self._sums, bins % self._length, probabilities)
         np.add.at(self._counts, bins % self._length, 1.0)
 
-    def _certainty(self) -> Certainty | None:
+    def _certainty(self) -> ProbabilityTrace | None:
         """The means, from the oldest bin to the newest."""
         if self._newest is None:
             return None
@@ -231,7 +231,7 @@ class Recent:
         rows = bins % self._length
         means = self._sums[rows] / np.maximum(self._counts[rows], 1.0)[:, None]
         values = np.rint(255.0 * np.clip(means, 0.0, 1.0)).astype(np.uint8)
-        return Certainty(float(bins[0]) / RATE, RATE, self._actions, values)
+        return ProbabilityTrace(float(bins[0]) / RATE, RATE, self._actions, values)
 
 
 #: Seconds of latency, and points of accuracy lost against a second: preset ``fast``, leaving one
@@ -251,7 +251,7 @@ class LatencyBudget:
         Seconds of it that wavelets or windows look ahead, and filters or the decoder.
     scales : int
         Of wavelets that are used on a stream; 0 where windows take their place.
-    early : tuple of Early
+    early : tuple of EarlyScale
         Those that are estimated before their wavelet has passed.
     loss : float
         Points of accuracy that the latency takes against one of a second, as far as it was
@@ -262,11 +262,11 @@ class LatencyBudget:
     ahead: float
     filters: float
     scales: int
-    early: tuple[Early, ...]
+    early: tuple[EarlyScale, ...]
     loss: float = 0.0
 
 
-def promised(recogniser: Recogniser, latency: float) -> LatencyBudget:
+def latency_budget(recogniser: Recogniser, latency: float) -> LatencyBudget:
     """What a latency means, at the rate that the recogniser was trained at.
 
     Parameters
@@ -286,7 +286,7 @@ def promised(recogniser: Recogniser, latency: float) -> LatencyBudget:
     assert budget is not None
     assert step is not None
     filters = (budget.median + budget.drop + budget.decoder) * step
-    scales = 0 if needs_whole(recogniser.settings) else len(recogniser.settings.scales)
+    scales = 0 if needs_live_model(recogniser.settings) else len(recogniser.settings.scales)
     # Of wavelets the errors of the early ones say it.
     loss = 0.0 if scales else float(np.interp(latency, *np.transpose(LOSSES)))
     return LatencyBudget(latency, budget.features * step, filters, scales, online.early, loss)
@@ -345,12 +345,16 @@ class LiveRecognition:
         self._following = StreamMerger(devices, recorder.since)
         rate = self._following.rate if self._following.rate > 0 else None
         self._online = OnlineRecogniser(recogniser, latency, self._following.channels, rate)
-        slow = () if rate is None else unseen_at(recogniser, rate, "The samples come", "they have")
+        slow = (
+            ()
+            if rate is None
+            else rate_remarks_at(recogniser, rate, "The samples come", "they have")
+        )
         self.remarks = (*recogniser.remarks_on(self._following.channels), *slow)
-        self._segments = Growing(self._online)
-        self._recent = Recent(self._online.actions)
+        self._segments = SegmentBuilder(self._online)
+        self._recent = SnapshotBuffer(self._online.actions)
         self.glimpse = LiveSnapshot()
-        self._found: list[Recognised] = []
+        self._found: list[ClosedSegment] = []
         self._ages: deque[float] = deque(maxlen=AGES)
         self._keeping = True
         self._begun = self._ended = math.nan
@@ -415,7 +419,7 @@ class LiveRecognition:
         """Whether it takes nothing more."""
         return not math.isnan(self._ended)
 
-    def look(self) -> list[Recognised]:
+    def look(self) -> list[ClosedSegment]:
         """Take in what came since; gives the segments that have ended, nothing when finished."""
         if self.finished:
             return []
@@ -432,7 +436,7 @@ class LiveRecognition:
         self._cpu += time.thread_time() - worked
         return found
 
-    def finish(self) -> list[Recognised]:
+    def finish(self) -> list[ClosedSegment]:
         """Take in the last samples, of a recording that has ended the last that is in it.
 
         Gives the segments that were waiting. Once is enough.

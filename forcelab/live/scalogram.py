@@ -62,7 +62,7 @@ class RollingImage:
     high: float
 
 
-class Ring:
+class ColumnRing:
     """Columns of the last seconds.
 
     Parameters
@@ -209,7 +209,7 @@ class LiveScalogram:
     ) -> None:
         self.strip: RollingImage | None = None
         self._recorder = recorder
-        chosen, recorded, self._apply = _made_of(devices, channel)
+        chosen, recorded, self._apply = _channel_source(devices, channel)
         self._chosen = chosen
         used = [devices[i] for i in chosen]
         self._following = StreamMerger(used, lambda i, number: recorder.since(chosen[i], number))
@@ -241,7 +241,7 @@ class LiveScalogram:
         longest = int(whole.complete.max()) + 1
         self._grid = CausalGrid(len(recorded), rate, rate, 2 * longest)
         self._times = np.full(longest, np.nan)  # of the steps that some row still waits for
-        self._ring = Ring(rows, columns, seconds / columns)
+        self._ring = ColumnRing(rows, columns, seconds / columns)
 
     def begin(self) -> None:
         """Follow from the oldest samples on that are still to be seen, so that it is full soon."""
@@ -283,7 +283,7 @@ class LiveScalogram:
         self._ring.write(rung.rows, times, sizes, source)
 
 
-def _made_of(
+def _channel_source(
     devices: Sequence[Device], channel: str
 ) -> tuple[list[int], list[int], Callable[[Real], Real]]:
     """Which devices a channel is of, which of their columns, and how it is made of these."""

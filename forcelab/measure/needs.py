@@ -187,9 +187,9 @@ def _everything(demonstration: Demonstration, settings: Settings) -> Settings:
 
 def _features(demonstration: Demonstration, settings: Settings) -> None:
     """Compute the features."""
-    from forcelab.recognition.examples import Labelled, prepare
+    from forcelab.recognition.examples import LabelledDemonstration, prepare_examples
 
-    prepare(Labelled(demonstration), settings)
+    prepare_examples(LabelledDemonstration(demonstration), settings)
 
 
 def _scalograms(demonstration: Demonstration, names: Sequence[str]) -> None:

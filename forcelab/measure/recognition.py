@@ -24,8 +24,14 @@ from forcelab.measure.recognition_spent import (
     timed,
 )
 from forcelab.measure.rows import Row, with_front
-from forcelab.recognition.examples import Examples, Labelled, actions_of, common_rate, prepare
-from forcelab.recognition.groups import groups
+from forcelab.recognition.examples import (
+    Examples,
+    LabelledDemonstration,
+    actions_of,
+    common_rate,
+    prepare_examples,
+)
+from forcelab.recognition.groups import fold_groups
 from forcelab.recognition.recogniser import Recogniser
 from forcelab.recognition.training import fit_examples
 
@@ -38,7 +44,7 @@ FOLDS = 4
 
 
 def measuring(
-    labelled: Sequence[Labelled],
+    labelled: Sequence[LabelledDemonstration],
     variants: Sequence[Variant],
     size: str,
     folds: int | None = FOLDS,
@@ -52,7 +58,7 @@ def measuring(
 
     Parameters
     ----------
-    labelled : sequence of Labelled
+    labelled : sequence of LabelledDemonstration
         Demonstrations without a segment take no part.
     variants : sequence of Variant
     size : str
@@ -76,7 +82,7 @@ def measuring(
         If fewer than two demonstrations are labelled.
     """
     used = enough(labelled)
-    parts = groups([item.demonstration for item in used], folds)
+    parts = fold_groups([item.demonstration for item in used], folds)
     watch = _Watch(variants, len(parts))
     spent: dict[int, Spent] = {id(variant): Spent() for variant in variants}
     for alike in seen_alike(variants):
@@ -118,17 +124,17 @@ def _variant_text(variant: Variant) -> str:
 
 
 def _compute_features(
-    labelled: Sequence[Labelled], variant: Variant, watch: _Watch
+    labelled: Sequence[LabelledDemonstration], variant: Variant, watch: _Watch
 ) -> Generator[Progress, None, Seen]:
     """Compute the features of all demonstrations, each on the clock."""
     settings = variant.settings
     rate = common_rate([item.demonstration for item in labelled], settings)
     yield watch.at(f"{_variant_text(variant)}: features")
     # Untimed, as counting memory takes time; it also loads and plans what the others then find.
-    _, peak = remembered(lambda: prepare(labelled[0], settings, rate))
+    _, peak = remembered(lambda: prepare_examples(labelled[0], settings, rate))
     examples, seconds = [], []
     for item in labelled:
-        made, taken = timed(lambda item=item: prepare(item, settings, rate))  # type: ignore[misc]
+        made, taken = timed(lambda item=item: prepare_examples(item, settings, rate))  # type: ignore[misc]
         examples.append(made)
         seconds.append(taken)
         yield watch.at(f"{_variant_text(variant)}: features")

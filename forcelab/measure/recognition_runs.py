@@ -15,7 +15,7 @@ from forcelab.measure.recognition_tasks import size_of, usual_coder
 from forcelab.measure.rows import Row, with_front
 from forcelab.process import interruptible
 from forcelab.project import LabelsUsed, Project, StoredRun
-from forcelab.recognition.dataset import corpus
+from forcelab.recognition.dataset import load_dataset
 from forcelab.recognition.settings import Settings
 from forcelab.resources import versions
 
@@ -103,7 +103,7 @@ def keeping(
         project.refuse_read_only()  # before the work and not after it
         yield Progress(0, 1, "labels")
         coder = author or usual_coder(project, task)
-        found = corpus(project, [task], coder)
+        found = load_dataset(project, [task], coder)
         asked = _with_own(variants, own)
         rows = yield from measuring(found.labelled, asked, size_of(task, found))
         with interruptible():

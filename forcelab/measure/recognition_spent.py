@@ -13,8 +13,8 @@ import numpy as np
 
 from forcelab.errors import InputError
 from forcelab.measure.rows import Row
-from forcelab.recognition.cross_validation import tested_by
-from forcelab.recognition.examples import Examples, Labelled
+from forcelab.recognition.cross_validation import held_out_prediction
+from forcelab.recognition.examples import Examples, LabelledDemonstration
 from forcelab.recognition.metrics import Counts, Scores, pool
 from forcelab.recognition.recogniser import Recogniser
 from forcelab.text import there_are
@@ -53,7 +53,7 @@ class Spent:
 class Seen:
     """Demonstrations with their features, and what those cost."""
 
-    labelled: Sequence[Labelled]
+    labelled: Sequence[LabelledDemonstration]
     examples: list[Examples]
     #: CPU seconds of each.
     seconds: list[float]
@@ -65,7 +65,7 @@ class Seen:
         return [item.demonstration.duration / 60 for item in self.labelled]
 
 
-def enough(labelled: Sequence[Labelled]) -> list[Labelled]:
+def enough(labelled: Sequence[LabelledDemonstration]) -> list[LabelledDemonstration]:
     """Those that have a segment.
 
     Raises
@@ -97,7 +97,7 @@ def recognise(
         _, peak = remembered(lambda: recogniser.predict_examples(seen.examples[i]))
         found.peak_bytes = max(seen.peak_bytes, peak + seen.examples[i].features.nbytes)
     prediction, taken = timed(lambda: recogniser.predict_examples(seen.examples[i]))
-    tested = tested_by(seen.labelled[i], seen.examples[i], prediction, actions)
+    tested = held_out_prediction(seen.labelled[i], seen.examples[i], prediction, actions)
     found.counts.append(tested.counts("filtered"))
     found.features.append(seen.seconds[i] / seen.minutes[i])
     found.predict.append(taken / seen.minutes[i])

@@ -12,14 +12,14 @@ from forcelab.measure.recognition import ERROR, FOLDS, SECONDS, measuring
 from forcelab.measure.recognition_settings import QUICK, VARIANTS
 from forcelab.measure.rows import Row, Table, with_front
 from forcelab.project import Project
-from forcelab.recognition.dataset import Corpus, corpus
-from forcelab.recognition.examples import Labelled
+from forcelab.recognition.dataset import Dataset, load_dataset
+from forcelab.recognition.examples import LabelledDemonstration
 
 __all__ = ["Measuring", "Rows", "measured_tasks", "rows_of_tasks", "size_of", "usual_coder"]
 
 Rows = Generator[Progress, None, tuple[Row, ...]]
 #: Takes what is labelled of a task, and what the rows call that.
-Measuring = Callable[[Sequence[Labelled], str], Rows]
+Measuring = Callable[[Sequence[LabelledDemonstration], str], Rows]
 
 
 def usual_coder(project: Project, task: str) -> str:
@@ -37,7 +37,7 @@ def usual_coder(project: Project, task: str) -> str:
     return count.most_common(1)[0][0]
 
 
-def size_of(task: str, found: Corpus) -> str:
+def size_of(task: str, found: Dataset) -> str:
     """What the rows call what is labelled of a task."""
     used = [item.demonstration for item in found.labelled if item.segments]
     seconds = sum(demonstration.duration for demonstration in used)
@@ -72,7 +72,7 @@ def measured_tasks(
         If no task can be measured, or there is none.
     """
 
-    def presets(labelled: Sequence[Labelled], size: str) -> Rows:
+    def presets(labelled: Sequence[LabelledDemonstration], size: str) -> Rows:
         folds = None if thorough else FOLDS
         variants = QUICK if quick else VARIANTS
         return with_front((yield from measuring(labelled, variants, size, folds)))
@@ -101,7 +101,7 @@ def _of_task(
 ) -> Rows:
     """The rows of a task; a single one with its refusal where it cannot be measured."""
     try:
-        found = corpus(project, [task], author or usual_coder(project, task))
+        found = load_dataset(project, [task], author or usual_coder(project, task))
         return (yield from measure(found.labelled, size_of(task, found)))
     except InputError as error:
         return (Row(name, "all", task, "the coder's labels", refusal=str(error)),)

@@ -360,7 +360,7 @@ LEAST, SHARE = 1 << 20, 0.25
 _OWN = re.compile(r'"recogniser": "([0-9a-f]{32})"\}$')
 #: Characters at the end of a result in which that stands.
 _END = 64
-#: Who proposed something, as of :attr:`forcelab.review.run_result.Outcome.proposer`.
+#: Who proposed something, as of :attr:`forcelab.review.run_result.RunResult.proposer`.
 _PROPOSER = """(
     'model ' || coalesce(
         CASE WHEN json_valid(settings) THEN json_extract(settings, '$.preset') END, 'paper'

@@ -28,12 +28,10 @@ from numpy.typing import NDArray
 
 from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
-from forcelab.recognition.examples import Labelled
+from forcelab.recognition.examples import LabelledDemonstration
 from forcelab.recognition.features import REST, SIZE
 from forcelab.signals.channels import channel_map
 from forcelab.signals.grid import on_grid
-
-__all__ = ["MARGIN", "Adaptation", "matching"]
 
 Real = NDArray[np.float64]
 
@@ -83,7 +81,7 @@ class Adaptation:
     swapped: tuple[tuple[str, str], ...] = ()
     likelier: float = -np.inf
 
-    def adapted(self, item: Labelled) -> Labelled:
+    def adapted(self, item: LabelledDemonstration) -> LabelledDemonstration:
         """A demonstration of the test set as the training set's sensors would have seen it."""
         demonstration = item.demonstration
         names = [channel.name for channel in demonstration.channels]
@@ -131,12 +129,14 @@ class _Look:
     related: Real  # (q, q), Fisher's z of the correlations
 
 
-def matching(train: Sequence[Labelled], test: Sequence[Labelled]) -> Adaptation:
+def estimate_adaptation(
+    train: Sequence[LabelledDemonstration], test: Sequence[LabelledDemonstration]
+) -> Adaptation:
     """Match test demonstrations to training ones.
 
     Parameters
     ----------
-    train, test : sequence of Labelled
+    train, test : sequence of LabelledDemonstration
         At least one each; labels are not looked at.
 
     Raises

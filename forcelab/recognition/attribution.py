@@ -32,7 +32,7 @@ Real = NDArray[np.float64]
 FLOOR = 1e-3
 
 
-class Judge(Protocol):
+class Scorer(Protocol):
     """What gives each action a score at each time step."""
 
     @property
@@ -53,7 +53,7 @@ class Judge(Protocol):
         """
 
 
-def log_odds(judge: Judge, features: Real, favoured: str, against: str) -> Real:
+def log_odds(judge: Scorer, features: Real, favoured: str, against: str) -> Real:
     """Log-odds of two actions at each time step, positive where `favoured` leads; shape (n,)."""
     scores = judge.scores(features)
     one, other = judge.actions.index(favoured), judge.actions.index(against)
@@ -61,7 +61,7 @@ def log_odds(judge: Judge, features: Real, favoured: str, against: str) -> Real:
 
 
 @dataclass(frozen=True, eq=False)
-class Network:
+class MlpScorer:
     """An MLP with one hidden layer of h rectified units, as plain arrays.
 
     Parameters
@@ -82,7 +82,7 @@ class Network:
     outer_bias: Real
 
     def scores(self, features: Real) -> Real:
-        """As of :class:`Judge`: the logits."""
+        """As of :class:`Scorer`: the logits."""
         return np.asarray(np.maximum(self._arriving(features), 0.0) @ self.outer + self.outer_bias)
 
     def probabilities(self, features: Real) -> Real:
@@ -125,7 +125,7 @@ class Network:
 
 
 @dataclass(frozen=True, eq=False)
-class Voter:
+class BlackBoxScorer:
     """Any other classifier, of which only the answers are known.
 
     Parameters
@@ -144,7 +144,7 @@ class Voter:
         return hasattr(self.classifier, "predict_proba")
 
     def scores(self, features: Real) -> Real:
-        """As of :class:`Judge`: logarithms of probabilities from :data:`FLOOR` on, or margins."""
+        """As of :class:`Scorer`: logarithms of probabilities from :data:`FLOOR` on, or margins."""
         with one_blas_thread():
             if hasattr(self.classifier, "predict_joint_log_proba"):  # known without rounding
                 return np.asarray(self.classifier.predict_joint_log_proba(features))
@@ -163,14 +163,14 @@ class Voter:
             return np.asarray(self.classifier.predict_proba(features))
 
 
-def judge_of(recogniser: Recogniser) -> Network | Voter:
+def make_scorer(recogniser: Recogniser) -> MlpScorer | BlackBoxScorer:
     """What a recogniser's classifier knows, as far as it can be taken apart."""
     classifier, actions = recogniser.classifier, recogniser.actions
     layers = getattr(classifier, "coefs_", ())
     if len(layers) != 2 or classifier.activation != "relu":
-        return Voter(actions, classifier)
+        return BlackBoxScorer(actions, classifier)
     inner, outer = (np.asarray(weights, dtype=np.float64) for weights in layers)
     bias, outer_bias = (np.asarray(b, dtype=np.float64) for b in classifier.intercepts_)
     if outer.shape[1] == 1:  # of two actions there is one logit, the second one's
         outer, outer_bias = np.hstack([0 * outer, outer]), np.append(0.0, outer_bias)
-    return Network(actions, inner, bias, outer, outer_bias)
+    return MlpScorer(actions, inner, bias, outer, outer_bias)

@@ -18,8 +18,6 @@ from forcelab.errors import InputError
 from forcelab.signals.cwt import cwt, usual_scales
 from forcelab.signals.wavelets import DOG, Haar, Morlet, Wavelet
 
-__all__ = ["Clustering", "cluster", "compare_wavelets", "trapezoid"]
-
 #: Magnitudes below this share of the largest are taken as this: no sensor resolves them.
 FLOOR = 1e-3
 #: Weight of the phases beside the standardised log magnitudes. Twice to three times theirs is

@@ -11,12 +11,12 @@ from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError, UnclearAuthorError
 from forcelab.label_map import MergeMap
 from forcelab.project import DemonstrationInfo, LabelsUsed, Project
-from forcelab.recognition.examples import Labelled, kept_apart
-from forcelab.recognition.groups import check_folds, usual_folds
+from forcelab.recognition.examples import LabelledDemonstration, suffix_actions
+from forcelab.recognition.groups import check_folds, default_fold_count
 from forcelab.recognition.settings import Settings
 
 
-def coder_of(project: Project, infos: Sequence[DemonstrationInfo], author: str | None) -> str:
+def resolve_coder(project: Project, infos: Sequence[DemonstrationInfo], author: str | None) -> str:
     """Whose labels are meant: the author asked for, or the only coder there is.
 
     Models are no coders: what they predicted is never trained on.
@@ -43,23 +43,23 @@ def coder_of(project: Project, infos: Sequence[DemonstrationInfo], author: str |
 
 
 @dataclass(frozen=True)
-class Corpus:
+class Dataset:
     """Labelled demonstrations, and which labels they were given.
 
     Parameters
     ----------
-    labelled : list of Labelled
+    labelled : list of LabelledDemonstration
     labels : tuple of LabelsUsed
         For each: whose labels, and the latest edit of them when they were read.
     spelt : frozenset of str
         All actions as the coder spelt them.
     """
 
-    labelled: list[Labelled]
+    labelled: list[LabelledDemonstration]
     labels: tuple[LabelsUsed, ...]
     spelt: frozenset[str]
 
-    def parted(self, pattern: str) -> tuple[Corpus, Corpus]:
+    def parted(self, pattern: str) -> tuple[Dataset, Dataset]:
         """The demonstrations whose names do not match a shell's pattern, and those that do.
 
         Raises
@@ -76,23 +76,23 @@ class Corpus:
                 f"pattern that some names match, such as 'bob-*'."
             )
 
-        def those(wanted: bool) -> Corpus:
+        def those(wanted: bool) -> Dataset:
             kept = [one is wanted for one in chosen]
-            return Corpus(
+            return Dataset(
                 list(compress(self.labelled, kept)), tuple(compress(self.labels, kept)), self.spelt
             )
 
         return those(False), those(True)
 
 
-def corpus(
+def load_dataset(
     project: Project,
     tasks: Sequence[str],
     author: str | None = None,
     *,
     merge: MergeMap | None = None,
     apart: bool = False,
-) -> Corpus:
+) -> Dataset:
     """The demonstrations of one or several tasks with one coder's labels.
 
     Parameters
@@ -118,20 +118,22 @@ def corpus(
         for task in tasks:
             project.check_task(task)
         infos = [info for task in tasks for info in project.demonstrations(task)]
-        coder = coder_of(project, infos, author)
+        coder = resolve_coder(project, infos, author)
         items = [
-            Labelled(_intact(project, info), project.track(info.id, coder).segments)
+            LabelledDemonstration(
+                _load_checked(project, info), project.track(info.id, coder).segments
+            )
             for info in infos
         ]
         labels = tuple(LabelsUsed(i.id, coder, project.head(i.id, coder)) for i in infos)
     spelt = frozenset(s.action for item in items for s in item.segments)
     labelled = [item.merged(merge) for item in items]
     if apart:
-        labelled = kept_apart(labelled, [info.task for info in infos])
-    return Corpus(labelled, labels, spelt)
+        labelled = suffix_actions(labelled, [info.task for info in infos])
+    return Dataset(labelled, labels, spelt)
 
 
-def _intact(project: Project, info: DemonstrationInfo) -> Demonstration:
+def _load_checked(project: Project, info: DemonstrationInfo) -> Demonstration:
     """Load a demonstration and make sure that it is what was imported."""
     demonstration = project.load(info.id)
     if demonstration.fingerprint() != info.id:
@@ -143,7 +145,7 @@ def _intact(project: Project, info: DemonstrationInfo) -> Demonstration:
 
 
 @dataclass(frozen=True)
-class Choice:
+class DataSelection:
     """Which demonstrations of a project are meant.
 
     Parameters
@@ -164,7 +166,7 @@ class Choice:
         :mod:`forcelab.recognition.adaptation` does.
     folds : int, optional
         In how many groups demonstrations are left out, as
-        :func:`~forcelab.recognition.groups.groups` parts them; 0: each by itself. None where
+        :func:`~forcelab.recognition.groups.fold_groups` parts them; 0: each by itself. None where
         nobody said: as :func:`~forcelab.recognition.dataset.usual_folds` has it.
     """
 
@@ -208,19 +210,19 @@ class Choice:
         """Whether demonstrations are left out in turn, not chosen to be tested on."""
         return self.test_task is None and self.test_names is None
 
-    def settled(self, found: Corpus) -> Choice:
+    def settled(self, found: Dataset) -> DataSelection:
         """The same with a number of groups, by how many demonstrations there are to leave out."""
         if not self.leaves_out or self.folds is not None:
             return self
         labelled = sum(bool(item.segments) for item in found.labelled)
-        return replace(self, folds=usual_folds(labelled))
+        return replace(self, folds=default_fold_count(labelled))
 
-    def corpus(self, project: Project, tasks: Sequence[str], settings: Settings) -> Corpus:
+    def corpus(self, project: Project, tasks: Sequence[str], settings: Settings) -> Dataset:
         """The demonstrations of some tasks, chosen this way."""
         merge = settings.merge if self.apart else None  # otherwise merged when prepared
-        return corpus(project, tasks, self.author, merge=merge, apart=self.apart)
+        return load_dataset(project, tasks, self.author, merge=merge, apart=self.apart)
 
-    def parts(self, project: Project, tasks: Sequence[str], settings: Settings) -> list[Corpus]:
+    def parts(self, project: Project, tasks: Sequence[str], settings: Settings) -> list[Dataset]:
         """What is trained on, and what is tested on where that is another part.
 
         Raises

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from forcelab.jobs import Progress
 from forcelab.labels import UNLABELLED
-from forcelab.recognition.forest import Forest, Linear, must, must_be_numbers, softmax
+from forcelab.recognition.forest import Forest, Linear, require, require_numbers, softmax
 
 Real = NDArray[np.float64]
 Member = Forest | Linear
@@ -32,13 +32,13 @@ _KINDS: dict[str, Callable[[Mapping[str, Any], int, int], Member]] = {
 FLOOR = 1e-6
 
 
-def sharpened(probabilities: Real, exponent: float) -> Real:
+def sharpen(probabilities: Real, exponent: float) -> Real:
     """Probabilities (n, K) to a power, rows summing to 1 again: above 1 surer, below less sure."""
     return softmax(exponent * np.log(np.maximum(probabilities, FLOOR)))
 
 
 @dataclass(frozen=True, eq=False)
-class Averaged:
+class CalibratedEnsemble:
     """Members that each look at the same standardised features; f of them, K actions.
 
     Its attribute and methods are named as those of scikit-learn's classifiers.
@@ -69,7 +69,7 @@ class Averaged:
         ready -= self.mean
         ready /= self.scale
         found = np.mean([member.probabilities(ready) for member in self.members], axis=0)
-        return np.asarray(found) if self.exponent == 1 else sharpened(found, self.exponent)
+        return np.asarray(found) if self.exponent == 1 else sharpen(found, self.exponent)
 
     def predict(self, features: Real) -> NDArray[np.int64]:
         """Codes of the most probable actions, shape (n,)."""
@@ -80,7 +80,7 @@ class Averaged:
         return vars(self) | {"members": [member.plain() for member in self.members]}
 
     @classmethod
-    def from_plain(cls, plain: Mapping[str, Any], width: int, actions: int) -> Averaged:
+    def from_plain(cls, plain: Mapping[str, Any], width: int, actions: int) -> CalibratedEnsemble:
         """Check what was read from a file.
 
         Parameters
@@ -97,26 +97,26 @@ class Averaged:
             If anything does not fit together.
         """
         codes, columns, exponent = plain["classes_"], plain["columns"], float(plain["exponent"])
-        must(codes.dtype == columns.dtype == np.int64, "whole numbers for codes and columns")
-        must(codes.ndim == columns.ndim == 1 and len(codes) >= 2, "codes")
-        must(codes[0] >= 0 and codes[-1] < actions and (np.diff(codes) > 0).all(), "codes")
-        must(((columns >= 0) & (columns < width)).all(), "columns of features")
-        must(0 < exponent < 1e3, "an exponent above 0")
+        require(codes.dtype == columns.dtype == np.int64, "whole numbers for codes and columns")
+        require(codes.ndim == columns.ndim == 1 and len(codes) >= 2, "codes")
+        require(codes[0] >= 0 and codes[-1] < actions and (np.diff(codes) > 0).all(), "codes")
+        require(((columns >= 0) & (columns < width)).all(), "columns of features")
+        require(0 < exponent < 1e3, "an exponent above 0")
         mean, scale = plain["mean"], plain["scale"]
         for array in (mean, scale):
-            must_be_numbers(array, columns.shape)
-        must((scale > 0).all(), "scales above 0")
-        must(plain["members"], "a member")
+            require_numbers(array, columns.shape)
+        require((scale > 0).all(), "scales above 0")
+        require(plain["members"], "a member")
         members = tuple(
             _KINDS[member["kind"]](member, len(columns), len(codes)) for member in plain["members"]
         )
         return cls(codes, columns, mean, scale, members, exponent)
 
 
-Whole = NDArray[np.int64]
+Codes = NDArray[np.int64]
 
 #: Members of each classifier by its name.
-AVERAGED = {
+MEMBERS = {
     "logistic": ("logistic",),
     "extra-trees": ("extra-trees",),
     "boosting": ("boosting",),
@@ -143,7 +143,7 @@ LEAST = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
-class Care:
+class FitOptions:
     """What a fit must take care of.
 
     Parameters
@@ -158,27 +158,27 @@ class Care:
         How many there are in a forest; :data:`TREES` by default.
     """
 
-    groups: Whole | None = None
+    groups: Codes | None = None
     balanced: bool = False
     calibrated: bool = False
     trees: int | None = None
 
 
-def fitting_averaged(
-    name: str, X: Real, y: Whole, seed: int, care: Care
-) -> Generator[Progress, None, Averaged]:
+def fit_ensemble(
+    name: str, X: Real, y: Codes, seed: int, care: FitOptions
+) -> Generator[Progress, None, CalibratedEnsemble]:
     """Fit a classifier; yields progress over its inner fits and the last one, returns it.
 
     Parameters
     ----------
     name : str
-        One of :data:`AVERAGED`.
+        One of :data:`MEMBERS`.
     X : ndarray, shape (n, f)
     y : ndarray of int64, shape (n,)
         Codes of at least two actions.
     seed : int
         Of what is drawn at random.
-    care : Care
+    care : FitOptions
 
     Notes
     -----
@@ -188,21 +188,21 @@ def fitting_averaged(
     folds = _folds(groups)
     if not care.calibrated or len(folds) < 2:
         yield Progress(1, 1, "fit")
-        return _fitted(name, X, y, slice(None), seed, care)
+        return _fit_members(name, X, y, slice(None), seed, care)
     total = len(folds) + 1
     known, right = [], []
     for held_out in folds:
-        P, codes = _judged(name, X, y, held_out, seed, care)
+        P, codes = _held_out_probabilities(name, X, y, held_out, seed, care)
         known.append(P)
         right.append(codes)
         yield Progress(len(known), total, "fit")
-    made = _fitted(name, X, y, slice(None), seed, care)
-    exponent = _exponent(np.concatenate(known), np.concatenate(right))
+    made = _fit_members(name, X, y, slice(None), seed, care)
+    exponent = _best_exponent(np.concatenate(known), np.concatenate(right))
     yield Progress(total, total, "fit")
     return replace(made, exponent=exponent)
 
 
-def thinned(y: Whole) -> Whole:
+def thin(y: Codes) -> Codes:
     """Which samples are learnt from: where there are too many, every few, and one of each code."""
     first = np.unique(y, return_index=True)[1]
     if len(y) <= MOST + len(first):
@@ -210,9 +210,9 @@ def thinned(y: Whole) -> Whole:
     return np.union1d(np.arange(0, len(y), -(-len(y) // MOST)), first)
 
 
-def learnt_steps(
-    codes: Sequence[Whole], stride: int = 1, *, every: bool = False
-) -> tuple[Whole, Whole, list[Whole]]:
+def training_steps(
+    codes: Sequence[Codes], stride: int = 1, *, every: bool = False
+) -> tuple[Codes, Codes, list[Codes]]:
     """Which time steps of some demonstrations are learnt from, so that no others are gathered.
 
     Parameters
@@ -236,21 +236,21 @@ def learnt_steps(
     groups = np.repeat(np.arange(len(steps)), [len(taken) for taken in steps])
     if every:
         return y, groups, steps
-    some = thinned(y)
+    some = thin(y)
     places, y, groups = np.concatenate(steps)[some], y[some], groups[some]
     return y, groups, [places[groups == i] for i in range(len(steps))]
 
 
-def _folds(groups: Whole) -> list[NDArray[np.bool_]]:
+def _folds(groups: Codes) -> list[NDArray[np.bool_]]:
     """Which samples each inner fit leaves out: those of a whole demonstration, or of several."""
     numbers = np.unique(groups)
     count = min(FOLDS, len(numbers))
     return [np.isin(groups, numbers[i::count]) for i in range(count)]
 
 
-def _judged(
-    name: str, X: Real, y: Whole, held_out: NDArray[np.bool_], seed: int, care: Care
-) -> tuple[Real, Whole]:
+def _held_out_probabilities(
+    name: str, X: Real, y: Codes, held_out: NDArray[np.bool_], seed: int, care: FitOptions
+) -> tuple[Real, Codes]:
     """Probabilities of what was left out, and places of the right ones among all codes.
 
     Samples of an action that only the left-out demonstration has say nothing here.
@@ -259,34 +259,34 @@ def _judged(
     learnt = ~held_out
     if len(np.unique(y[learnt])) < 2:
         return np.empty((0, len(every))), np.empty(0, dtype=np.int64)
-    made = _fitted(name, X, y, learnt, seed, care)
+    made = _fit_members(name, X, y, learnt, seed, care)
     told = held_out & np.isin(y, made.classes_)
     P = np.zeros((int(told.sum()), len(every)))
     P[:, np.searchsorted(every, made.classes_)] = made.predict_proba(X[told])
     return P, places[told]
 
 
-def _exponent(P: Real, codes: Whole) -> float:
+def _best_exponent(P: Real, codes: Codes) -> float:
     """The exponent that gives left-out demonstrations the least logarithmic loss."""
     if not len(codes):
         return 1.0
     rows = np.arange(len(codes))
     losses = [
-        float(-np.log(np.maximum(sharpened(P, float(e))[rows, codes], LEAST)).mean())
+        float(-np.log(np.maximum(sharpen(P, float(e))[rows, codes], LEAST)).mean())
         for e in EXPONENTS
     ]
     return float(EXPONENTS[int(np.argmin(losses))])
 
 
-def _fitted(
-    name: str, X: Real, y: Whole, rows: NDArray[np.bool_] | slice, seed: int, care: Care
-) -> Averaged:
+def _fit_members(
+    name: str, X: Real, y: Codes, rows: NDArray[np.bool_] | slice, seed: int, care: FitOptions
+) -> CalibratedEnsemble:
     """Fit all members to some rows, whose features are standardised."""
     from threadpoolctl import threadpool_limits
 
     y = y[rows]
     # There may be much of it, and extra trees would make a copy in single precision.
-    single = AVERAGED[name] == ("extra-trees",)
+    single = MEMBERS[name] == ("extra-trees",)
     width = X.shape[1]
     ready = np.empty((len(y), width), np.float32 if single else np.float64, order="F")
     mean, scale = np.empty(width), np.empty(width)
@@ -297,11 +297,11 @@ def _fitted(
         scale[i] = spread if spread > 1e-9 * max(abs(mean[i]), 1e-300) else 1.0
         ready[:, i] = (values - mean[i]) / scale[i]
     with threadpool_limits(1):
-        members = tuple(_member(kind, ready, y, seed, care) for kind in AVERAGED[name])
-    return Averaged(np.unique(y), np.arange(width), mean, scale, members)
+        members = tuple(_fit_member(kind, ready, y, seed, care) for kind in MEMBERS[name])
+    return CalibratedEnsemble(np.unique(y), np.arange(width), mean, scale, members)
 
 
-def _member(kind: str, X: Real, y: Whole, seed: int, care: Care) -> Member:
+def _fit_member(kind: str, X: Real, y: Codes, seed: int, care: FitOptions) -> Member:
     """Fit one member."""
     weight = "balanced" if care.balanced else None
     classes = len(np.unique(y))

@@ -17,7 +17,7 @@ from forcelab.errors import InputError
 from forcelab.jobs import Progress
 from forcelab.label_map import MergeMap
 from forcelab.labels import UNLABELLED, Segment, Segments, to_codes
-from forcelab.recognition.features import features, peak_features, window_features
+from forcelab.recognition.features import peak_features, wavelet_features, window_features
 from forcelab.recognition.settings import Settings
 from forcelab.signals.channels import channel_map
 from forcelab.signals.grid import on_grid
@@ -47,7 +47,9 @@ def units_of(channels: Sequence[Channel], wanted: Sequence[str] | None = None) -
     return tuple(channels[found.recorded[columns[0]]].unit for columns in found.columns)
 
 
-def mixed_units(demonstrations: Sequence[Demonstration], settings: Settings) -> tuple[str, ...]:
+def mixed_unit_remarks(
+    demonstrations: Sequence[Demonstration], settings: Settings
+) -> tuple[str, ...]:
     """A remark where demonstrations that are recognised together have channels in unlike units.
 
     Parameters
@@ -66,7 +68,7 @@ def mixed_units(demonstrations: Sequence[Demonstration], settings: Settings) -> 
         of = [(units_of(d.channels, [name])[0], d.name) for d in demonstrations]
         of.sort(key=lambda pair: pair[0])
         parts = [
-            f"{_said(unit)} in {_named([name for _, name in pairs])}"
+            f"{_unit_text(unit)} in {_name_list([name for _, name in pairs])}"
             for unit, pairs in groupby(of, key=lambda pair: pair[0])
         ]
         if len(parts) > 1:
@@ -77,7 +79,7 @@ def mixed_units(demonstrations: Sequence[Demonstration], settings: Settings) -> 
     return ()
 
 
-def other_units(
+def unit_remarks(
     learnt: Sequence[str], names: Sequence[str], channels: Sequence[Channel]
 ) -> tuple[str, ...]:
     """A remark where channels have other units than those that a recogniser has learnt.
@@ -99,17 +101,17 @@ def other_units(
     for name, known, unit in zip(names, learnt, units_of(channels, names), strict=False):
         if known != unit:
             return (
-                f"The channel '{name}' is {_said(unit)}, but the recogniser learnt it "
-                f"{_said(known)}, which does not compare: {CURE}.",
+                f"The channel '{name}' is {_unit_text(unit)}, but the recogniser learnt it "
+                f"{_unit_text(known)}, which does not compare: {CURE}.",
             )
     return ()
 
 
-def _said(unit: str) -> str:
+def _unit_text(unit: str) -> str:
     return f"in {unit}" if unit else "without a unit"
 
 
-def _named(names: Sequence[str]) -> str:
+def _name_list(names: Sequence[str]) -> str:
     """The first names, and how many more there are."""
     told = ", ".join(f"'{name}'" for name in names[:NAMED])
     more = len(names) - NAMED
@@ -117,7 +119,7 @@ def _named(names: Sequence[str]) -> str:
 
 
 @dataclass(frozen=True)
-class Labelled:
+class LabelledDemonstration:
     """A demonstration with the segments one coder gave it.
 
     Parameters
@@ -134,26 +136,28 @@ class Labelled:
     segments: Segments = ()
     apart: bool = False
 
-    def merged(self, merge: MergeMap | None) -> Labelled:
+    def merged(self, merge: MergeMap | None) -> LabelledDemonstration:
         """The same with the actions spelled as a merge map says, unless they are kept apart."""
         if merge is None or self.apart:
             return self
         return replace(self, segments=merge.apply_segments(self.segments))
 
 
-def kept_apart(labelled: Sequence[Labelled], suffixes: Sequence[str]) -> list[Labelled]:
+def suffix_actions(
+    labelled: Sequence[LabelledDemonstration], suffixes: Sequence[str]
+) -> list[LabelledDemonstration]:
     """Give each demonstration's actions a suffix, so that ``grab`` of two tasks stays two actions.
 
     No merge map changes them any more: what it is to merge is merged before.
 
     Parameters
     ----------
-    labelled : sequence of Labelled
+    labelled : sequence of LabelledDemonstration
     suffixes : sequence of str
         One for each demonstration, usually its task: ``grab`` becomes ``grab_foam``.
     """
     return [
-        Labelled(
+        LabelledDemonstration(
             item.demonstration,
             tuple(Segment(s.start, s.end, f"{s.action}_{suffix}") for s in item.segments),
             apart=True,
@@ -215,7 +219,7 @@ class Examples:
 
 
 @dataclass(frozen=True)
-class Unkept(Examples):
+class LazyExamples(Examples):
     """Examples whose features are made whenever they are asked for, and not kept.
 
     Of hundreds of demonstrations they are gigabytes, of which a training looks at some rows.
@@ -234,14 +238,18 @@ class Unkept(Examples):
         return self.making().features
 
 
-def prepare(
-    labelled: Labelled, settings: Settings, rate: float | None = None, *, kept: bool = True
+def prepare_examples(
+    labelled: LabelledDemonstration,
+    settings: Settings,
+    rate: float | None = None,
+    *,
+    kept: bool = True,
 ) -> Examples:
     """Compute the examples of one demonstration.
 
     Parameters
     ----------
-    labelled : Labelled
+    labelled : LabelledDemonstration
     settings : Settings
     rate : float, optional
         Samples a second of the grid; the settings' rate, or the demonstration's own, by default.
@@ -251,7 +259,7 @@ def prepare(
     Returns
     -------
     examples : Examples
-        Every time step; the settings' stride is for training to take. :class:`Unkept` where
+        Every time step; the settings' stride is for training to take. :class:`LazyExamples` where
         features are not kept.
 
     Raises
@@ -285,12 +293,12 @@ def prepare(
         "units": units_of(demonstration.channels, channels.names),
     }
     if not kept:
-        return Unkept(**known, making=partial(prepare, labelled, settings, rate))
+        return LazyExamples(**known, making=partial(prepare_examples, labelled, settings, rate))
     made = _features(channels.apply(grid.signals), settings, grid.rate, steps)
     return Examples(**known, features=made)
 
 
-def gathering(
+def gather_features(
     examples: Sequence[Examples], *wanted: Sequence[NDArray[np.int64]]
 ) -> Generator[Progress, None, list[NDArray[np.float64]]]:
     """Gather features of some time steps; of one demonstration at a time, where none are kept.
@@ -319,7 +327,7 @@ def gathering(
         for number, (rows, steps) in enumerate(zip(found, wanted, strict=True)):
             first, done[number] = done[number], done[number] + len(steps[i])
             rows[first : done[number]] = features[steps[i]]
-        if isinstance(example, Unkept):  # those that are there take no time
+        if isinstance(example, LazyExamples):  # those that are there take no time
             yield Progress(i + 1, len(examples), "features")
     return found
 
@@ -336,7 +344,7 @@ def _features(
         own = settings.amplitude != "absolute"
         peaks = peak_features(signals, rate, settings.windows[0], places, own)
         return np.concatenate([seen, peaks], axis=1)
-    found = features(
+    found = wavelet_features(
         signals, settings.scales, settings.mother, settings.phase, circular=settings.circular
     )
     return found if steps == slice(0, None, 1) else found[steps]
@@ -357,7 +365,7 @@ def actions_of(examples: Sequence[Examples]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(s.action for example in examples for s in example.segments))
 
 
-def same_channels(examples: Sequence[Examples]) -> tuple[str, ...]:
+def common_channels(examples: Sequence[Examples]) -> tuple[str, ...]:
     """The channels that all demonstrations share.
 
     Raises

@@ -9,20 +9,25 @@ from typing import Any
 from forcelab.errors import InputError, UnclearAuthorError
 from forcelab.jobs import Progress
 from forcelab.project import Project
-from forcelab.recognition.cross_validation import Job, across, leave_one_out, leave_one_out_live
-from forcelab.recognition.dataset import Choice, Corpus
-from forcelab.recognition.examples import mixed_units
-from forcelab.recognition.label_noise import remark_on
+from forcelab.recognition.cross_validation import (
+    Job,
+    leave_one_out,
+    leave_one_out_live,
+    train_and_test,
+)
+from forcelab.recognition.dataset import DataSelection, Dataset
+from forcelab.recognition.examples import mixed_unit_remarks
+from forcelab.recognition.label_noise import dropped_remarks
 from forcelab.recognition.recogniser import Recogniser
-from forcelab.recognition.results import Evaluation, kept, title_of
+from forcelab.recognition.results import Evaluation, run_record, run_title
 from forcelab.recognition.settings import Settings
 from forcelab.recognition.storage import dump
-from forcelab.recognition.training import training
+from forcelab.recognition.training import training_job
 from forcelab.resources import versions
 
 
 @dataclass(frozen=True)
-class Evaluated:
+class TaskEvaluations:
     """What came of evaluating a project.
 
     Parameters
@@ -41,7 +46,7 @@ class Evaluated:
 
 
 @dataclass(frozen=True)
-class Trained:
+class TrainedRecogniser:
     """A recogniser trained on a project.
 
     Parameters
@@ -61,12 +66,12 @@ class Trained:
 def evaluate_tasks(
     project: Project,
     settings: Settings,
-    choice: Choice,
+    choice: DataSelection,
     jobs: int = 1,
     *,
-    certainty: bool = False,
+    probability_trace: bool = False,
     latency: float | None = None,
-) -> Generator[Progress, None, Evaluated]:
+) -> Generator[Progress, None, TaskEvaluations]:
     """Evaluate on a project; each evaluation is kept in it as a run.
 
     Those of streams, of demonstrations by their names and of adapted ones are not.
@@ -78,10 +83,10 @@ def evaluate_tasks(
     ----------
     project : Project
     settings : Settings
-    choice : Choice
+    choice : DataSelection
     jobs : int
         Processes that share the work.
-    certainty : bool
+    probability_trace : bool
         Whether the runs also keep how certain each prediction is, and what each filter led to.
     latency : float, optional
         Evaluate as if demonstrations came live, labels so many seconds after their force.
@@ -92,7 +97,7 @@ def evaluate_tasks(
 
     Returns
     -------
-    Evaluated
+    TaskEvaluations
 
     Raises
     ------
@@ -106,7 +111,7 @@ def evaluate_tasks(
         raise InputError(
             "With a latency demonstrations are left out in turn; choose nothing to test on."
         )
-    passing = _passing(choice, latency)
+    passing = _not_stored_remarks(choice, latency)
     chosen = tuple(dict.fromkeys(choice.tasks))
     every = [(task,) for task in project.tasks() if task != choice.test_task]
     groups = [chosen] if chosen else every
@@ -127,9 +132,11 @@ def evaluate_tasks(
             corpora = choice.parts(project, tasks, settings)
             settled = choice.settled(corpora[0])
             if latency is None:
-                job = evaluating(corpora, settings, tasks, settled, jobs, certainty=certainty)
+                job = evaluate_joined(
+                    corpora, settings, tasks, settled, jobs, probability_trace=probability_trace
+                )
             else:
-                title = title_of(tasks, None)
+                title = run_title(tasks, None)
                 job = leave_one_out_live(
                     corpora[0].labelled, settings, latency, title, settled.folds
                 )
@@ -143,27 +150,32 @@ def evaluate_tasks(
             continue
         evaluations.append((tasks, evaluation))
         spelt.update(*(part.spelt for part in corpora))
-        mixed += unlike(corpora, settings)
+        mixed += dataset_unit_remarks(corpora, settings)
         if project.read_only or passing:
             continue
         project.add_run(
             "evaluate",
-            settings=told(settings, settled, tasks),
+            settings=provenance(settings, settled, tasks),
             seed=settings.seed,
             labels=project.still_there(labels for part in corpora for labels in part.labels),
             versions=versions(),
-            result=kept(evaluation, certainty=certainty),
+            result=run_record(evaluation, probability_trace=probability_trace),
         )
     if not evaluations:
         if unclear is not None:  # said once, not for every task
             raise unclear
         raise InputError(f"No task can be evaluated. {' '.join(refusals)}")
-    remarks = (*refusals, *dict.fromkeys(mixed), *idle(settings, spelt), *_unkept(project))
+    remarks = (
+        *refusals,
+        *dict.fromkeys(mixed),
+        *unused_merge_remarks(settings, spelt),
+        *_read_only_remarks(project),
+    )
     remarks += passing
-    return Evaluated(evaluations, bool(chosen) or len(groups) == 1, remarks)
+    return TaskEvaluations(evaluations, bool(chosen) or len(groups) == 1, remarks)
 
 
-def _passing(choice: Choice, latency: float | None) -> tuple[str, ...]:
+def _not_stored_remarks(choice: DataSelection, latency: float | None) -> tuple[str, ...]:
     """Why a result is kept as no run, in a sentence; nothing where it is kept."""
     options = {
         "a latency": latency is not None,
@@ -179,56 +191,60 @@ def _passing(choice: Choice, latency: float | None) -> tuple[str, ...]:
     )
 
 
-def evaluating(
-    corpora: Sequence[Corpus],
+def evaluate_joined(
+    corpora: Sequence[Dataset],
     settings: Settings,
     tasks: tuple[str, ...],
-    choice: Choice,
+    choice: DataSelection,
     jobs: int = 1,
     *,
-    certainty: bool,
+    probability_trace: bool,
 ) -> Job:
     """One evaluation of joined tasks.
 
     Parameters
     ----------
-    corpora : sequence of Corpus
-        As :meth:`~forcelab.recognition.dataset.Choice.parts` gives them.
+    corpora : sequence of Dataset
+        As :meth:`~forcelab.recognition.dataset.DataSelection.parts` gives them.
     settings : Settings
     tasks : tuple of str
-    choice : Choice
+    choice : DataSelection
         Settled.
     jobs : int
-    certainty : bool
+    probability_trace : bool
         As of :func:`evaluate_tasks`.
     """
     if choice.leaves_out:
-        title = title_of(tasks, None)
+        title = run_title(tasks, None)
         labelled, folds = corpora[0].labelled, choice.folds
-        return leave_one_out(labelled, settings, title, jobs, certainty=certainty, folds=folds)
-    title = title_of(tasks, choice.test_task if choice.test_names is None else choice.test_names)
+        return leave_one_out(
+            labelled, settings, title, jobs, probability_trace=probability_trace, folds=folds
+        )
+    title = run_title(tasks, choice.test_task if choice.test_names is None else choice.test_names)
     train, test = (part.labelled for part in corpora)
-    return across(train, test, settings, title, certainty=certainty, adapt=choice.adapt)
+    return train_and_test(
+        train, test, settings, title, probability_trace=probability_trace, adapt=choice.adapt
+    )
 
 
-def told(settings: Settings, choice: Choice, tasks: Sequence[str]) -> dict[str, Any]:
+def provenance(settings: Settings, choice: DataSelection, tasks: Sequence[str]) -> dict[str, Any]:
     """Everything that was asked for, as plain values."""
     return settings.to_json() | {"choice": asdict(choice) | {"tasks": list(tasks)}}
 
 
-def idle(settings: Settings, spelt: Collection[str]) -> tuple[str, ...]:
+def unused_merge_remarks(settings: Settings, spelt: Collection[str]) -> tuple[str, ...]:
     """A remark on a merge map's spellings that nobody used."""
     unused = settings.merge.unused(spelt)
     return (f"The merge map names what nobody labelled: {', '.join(unused)}.",) if unused else ()
 
 
-def unlike(corpora: Sequence[Corpus], settings: Settings) -> tuple[str, ...]:
+def dataset_unit_remarks(corpora: Sequence[Dataset], settings: Settings) -> tuple[str, ...]:
     """A remark on labelled demonstrations whose channels have unlike units."""
     labelled = [item for part in corpora for item in part.labelled if item.segments]
-    return mixed_units([item.demonstration for item in labelled], settings)
+    return mixed_unit_remarks([item.demonstration for item in labelled], settings)
 
 
-def _unkept(project: Project) -> tuple[str, ...]:
+def _read_only_remarks(project: Project) -> tuple[str, ...]:
     """A remark where the project cannot keep the result."""
     try:
         project.refuse_read_only()
@@ -238,15 +254,15 @@ def _unkept(project: Project) -> tuple[str, ...]:
 
 
 def train_tasks(
-    project: Project, settings: Settings, choice: Choice, name: str
-) -> Generator[Progress, None, Trained]:
+    project: Project, settings: Settings, choice: DataSelection, name: str
+) -> Generator[Progress, None, TrainedRecogniser]:
     """Train a recogniser on a project, which keeps a copy of it.
 
     Parameters
     ----------
     project : Project
     settings : Settings
-    choice : Choice
+    choice : DataSelection
         All chosen demonstrations are trained on together.
     name : str
         What the recogniser is called in the project.
@@ -257,7 +273,7 @@ def train_tasks(
 
     Returns
     -------
-    Trained
+    TrainedRecogniser
 
     Raises
     ------
@@ -271,25 +287,29 @@ def train_tasks(
             f"several to join."
         )
     found = choice.corpus(project, tasks, settings)
-    recogniser = yield from training(found.labelled, settings)
+    recogniser = yield from training_job(found.labelled, settings)
     content = dump(recogniser)
     if not project.read_only:
         project.add_recogniser(
             name,
             content,
-            settings=told(settings, choice, tasks),
+            settings=provenance(settings, choice, tasks),
             seed=settings.seed,
             labels=project.still_there(
                 used for used in found.labels if used.demonstration in recogniser.trained_on
             ),
             versions=versions(),
         )
-    remarks = unlike([found], settings) + idle(settings, found.spelt) + _unkept(project)
-    remarks += unlearnt(found, recogniser) + remark_on(recogniser.left_out)
-    return Trained(recogniser, content, remarks)
+    remarks = (
+        dataset_unit_remarks([found], settings)
+        + unused_merge_remarks(settings, found.spelt)
+        + _read_only_remarks(project)
+    )
+    remarks += unlearnt_remarks(found, recogniser) + dropped_remarks(recogniser.left_out)
+    return TrainedRecogniser(recogniser, content, remarks)
 
 
-def unlearnt(found: Corpus, recogniser: Recogniser) -> tuple[str, ...]:
+def unlearnt_remarks(found: Dataset, recogniser: Recogniser) -> tuple[str, ...]:
     """A remark on actions that are labelled and that a recogniser has learnt nothing of."""
     merged = (item.merged(recogniser.settings.merge) for item in found.labelled)
     labels = {segment.action for item in merged for segment in item.segments}

@@ -99,7 +99,7 @@ def window_features(
     q, k = len(ready), len(windows)
     absolute = np.empty((len(places), len(KINDS), q, k))
     for i, channel in enumerate(ready):
-        for kind, values in enumerate(smoothed(channel, rate, windows, places)):
+        for kind, values in enumerate(window_moments(channel, rate, windows, places)):
             absolute[:, kind, i] = values.T
     blocks = [absolute] if amplitude != "own" else []
     if amplitude != "absolute":
@@ -110,7 +110,7 @@ def window_features(
     return np.concatenate([block.reshape(len(places), -1) for block in blocks], axis=1)
 
 
-def smoothed(
+def window_moments(
     channel: Real, rate: float, windows: Sequence[float], places: NDArray[np.int64]
 ) -> tuple[Real, Real, Real]:
     """Level, slope and rms of one channel in each window at some samples, each of shape (k, m).
@@ -188,7 +188,7 @@ def peak_features(
 
     ready = np.stack([bridge(channel) for channel in channels])
     every = np.arange(ready.shape[1])
-    level = np.stack([smoothed(channel, rate, (window,), every)[0][0] for channel in ready])
+    level = np.stack([window_moments(channel, rate, (window,), every)[0][0] for channel in ready])
     if own:
         level /= _common(own_amplitude(ready, rate)[1])
     now = level[:, places]
@@ -220,7 +220,7 @@ ROUNDING = 1e-13
 BLOCK = 1024
 
 
-def features(
+def wavelet_features(
     channels: NDArray[np.float64],
     scales: NDArray[np.float64],
     wavelet: Wavelet,

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 Whole = NDArray[np.int32]
 
 
-def _open(leaf: NDArray[np.bool_]) -> Whole:
+def _pending_right_sides(leaf: NDArray[np.bool_]) -> Whole:
     """How many right sides are still to come before each node, and after all; shape (n + 1,).
 
     Counted from 0 before the first tree; each tree that is complete takes one away.
@@ -32,15 +32,15 @@ def _open(leaf: NDArray[np.bool_]) -> Whole:
     return steps
 
 
-def are_trees(leaf: NDArray[np.bool_]) -> bool:
+def are_complete_trees(leaf: NDArray[np.bool_]) -> bool:
     """Whether nodes, told which are leaves, make complete trees, at least one."""
-    steps = _open(leaf)
+    steps = _pending_right_sides(leaf)
     return len(leaf) > 0 and bool(steps[-1] < steps[:-1].min())
 
 
 def roots(leaf: NDArray[np.bool_]) -> NDArray[np.int64]:
     """The first node of each tree, shape (t,)."""
-    steps = _open(leaf)[:-1]
+    steps = _pending_right_sides(leaf)[:-1]
     lowest = np.minimum.accumulate(steps)
     return np.flatnonzero(np.diff(lowest, prepend=np.int32(1)))
 
@@ -49,7 +49,7 @@ def right_children(leaf: NDArray[np.bool_]) -> Whole:
     """Where the right side of each node begins, shape (n,); of a leaf, the leaf itself."""
     # A left side takes away what its node has opened: the next node before which as much is open
     # as before the node itself is the first one of the right side.
-    steps = _open(leaf)[:-1]
+    steps = _pending_right_sides(leaf)[:-1]
     order = np.argsort(steps, kind="stable").astype(np.int32)
     following = np.empty(len(leaf), dtype=np.int32)
     following[order[:-1]] = order[1:]
@@ -197,13 +197,19 @@ class Forest:
         """
         made = cls(**{one.name: plain[one.name] for one in fields(cls)})
         leaf = made.feature == -1
-        must(made.feature.dtype.kind == "i" and made.feature.ndim == 1, "whole numbers for nodes")
-        must(((made.feature >= -1) & (made.feature < width)).all(), "nodes that ask for features")
-        must(are_trees(leaf), "complete trees")
+        require(
+            made.feature.dtype.kind == "i" and made.feature.ndim == 1, "whole numbers for nodes"
+        )
+        require(
+            ((made.feature >= -1) & (made.feature < width)).all(), "nodes that ask for features"
+        )
+        require(are_complete_trees(leaf), "complete trees")
         inner = (int((~leaf).sum()),)
-        must_be_numbers(made.threshold, inner, (np.float32, np.float64))
-        must(made.leaf.dtype.kind == "u" and made.leaf.shape == (int(leaf.sum()),), "a row a leaf")
-        must((made.leaf < len(made.value)).all(), "leaves that say values")
+        require_numbers(made.threshold, inner, (np.float32, np.float64))
+        require(
+            made.leaf.dtype.kind == "u" and made.leaf.shape == (int(leaf.sum()),), "a row a leaf"
+        )
+        require((made.leaf < len(made.value)).all(), "leaves that say values")
         made._check_values(classes)
         return made
 
@@ -219,33 +225,35 @@ class Forest:
         n = len(plain["feature"])
         for name in ("feature", "left", "right"):
             whole = plain[name].dtype == np.int64 and plain[name].shape == (n,)
-            must(whole, "whole numbers for each node")
-        must_be_numbers(plain["threshold"], (n,))
-        must_be_numbers(plain["value"], (n, classes))
+            require(whole, "whole numbers for each node")
+        require_numbers(plain["threshold"], (n,))
+        require_numbers(plain["value"], (n, classes))
         leaf = plain["feature"] == -1
-        must(are_trees(leaf), "complete trees")
+        require(are_complete_trees(leaf), "complete trees")
         own = np.arange(n)
         for name, child in (
             ("left", np.where(leaf, own, own + 1)),
             ("right", right_children(leaf)),
         ):
-            must(np.array_equal(plain[name], child), "nodes in their order")
-        must(np.array_equal(plain["roots"], roots(leaf)), "trees that begin at a node")
+            require(np.array_equal(plain[name], child), "nodes in their order")
+        require(np.array_equal(plain["roots"], roots(leaf)), "trees that begin at a node")
         feature, threshold, value = plain["feature"], plain["threshold"], plain["value"]
-        must(((feature >= -1) & (feature < width)).all(), "nodes that ask for features")
+        require(((feature >= -1) & (feature < width)).all(), "nodes that ask for features")
         made = cls._small(feature, threshold[~leaf], value[leaf], plain["base"], plain["boosted"])
         made._check_values(classes)
         return made
 
     def _check_values(self, classes: int) -> None:
         """Raise unless leaves say something of each action."""
-        must(self.value.ndim == 2, "values of each action")
-        must_be_numbers(self.value, (len(self.value), classes))
-        must_be_numbers(self.base, (classes,))
-        must(type(self.boosted) is bool, "sums of one kind")
+        require(self.value.ndim == 2, "values of each action")
+        require_numbers(self.value, (len(self.value), classes))
+        require_numbers(self.base, (classes,))
+        require(type(self.boosted) is bool, "sums of one kind")
         if not self.boosted:
-            must((self.value >= 0).all() and (self.value.sum(axis=1) > 0).all(), "shares at leaves")
-            must((self.base == 0).all(), "shares at its leaves alone")
+            require(
+                (self.value >= 0).all() and (self.value.sum(axis=1) > 0).all(), "shares at leaves"
+            )
+            require((self.base == 0).all(), "shares at its leaves alone")
 
 
 @dataclass(frozen=True, eq=False)
@@ -290,8 +298,8 @@ class Linear:
             If they do not fit.
         """
         made = cls(plain["weights"], plain["bias"])
-        must_be_numbers(made.weights, (width, classes))
-        must_be_numbers(made.bias, (classes,))
+        require_numbers(made.weights, (width, classes))
+        require_numbers(made.bias, (classes,))
         return made
 
 
@@ -301,15 +309,15 @@ def _rounded_down(threshold: Real) -> NDArray[np.float32]:
     return np.where(near > threshold, np.nextafter(near, np.float32(-np.inf)), near)
 
 
-def must_be_numbers(
+def require_numbers(
     array: NDArray[Any], shape: tuple[int, ...], kinds: tuple[type, ...] = (np.float64,)
 ) -> None:
     """Raise unless an array holds finite numbers of some kind in this shape."""
-    must(array.dtype in kinds and array.shape == shape, f"numbers of shape {shape}")
-    must(np.isfinite(array).all(), "finite numbers")
+    require(array.dtype in kinds and array.shape == shape, f"numbers of shape {shape}")
+    require(np.isfinite(array).all(), "finite numbers")
 
 
-def must(true: object, what: str) -> None:
+def require(true: object, what: str) -> None:
     """Raise unless a part is as it must be."""
     if not true:
         raise ValueError(f"the classifier must have {what}")

@@ -17,7 +17,7 @@ from forcelab.errors import InputError
 MANY, GROUPS = 20, 10
 
 
-def usual_folds(labelled: int) -> int:
+def default_fold_count(labelled: int) -> int:
     """In how many groups so many demonstrations are left out; 0: each by itself."""
     return GROUPS if labelled > MANY else 0
 
@@ -34,7 +34,7 @@ def check_folds(folds: int | None) -> None:
         raise InputError(f"Demonstrations are left out in two groups or more, not in {folds}.")
 
 
-def twins(demonstrations: Sequence[Demonstration]) -> list[list[int]]:
+def find_duplicates(demonstrations: Sequence[Demonstration]) -> list[list[int]]:
     """Which demonstrations hold the same recording, by whatever names and stamps.
 
     Their ids differ as soon as a stamp does; what was recorded is then still the same.
@@ -55,7 +55,7 @@ def twins(demonstrations: Sequence[Demonstration]) -> list[list[int]]:
     return list(places.values())
 
 
-def groups(demonstrations: Sequence[Demonstration], folds: int | None) -> list[list[int]]:
+def fold_groups(demonstrations: Sequence[Demonstration], folds: int | None) -> list[list[int]]:
     """The places of the demonstrations that are left out together, one group after the other.
 
     Neighbours in the order are in different groups, so that each group has some of every task;
@@ -74,6 +74,6 @@ def groups(demonstrations: Sequence[Demonstration], folds: int | None) -> list[l
         If the number is negative or 1.
     """
     check_folds(folds)
-    recordings = twins(demonstrations)
+    recordings = find_duplicates(demonstrations)
     parts = min(folds or len(recordings), len(recordings))
     return [sorted(chain(*recordings[first::parts])) for first in range(parts)]

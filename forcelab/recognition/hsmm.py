@@ -53,7 +53,7 @@ from numpy.typing import NDArray
 
 from forcelab.errors import InputError
 from forcelab.labels import UNLABELLED
-from forcelab.recognition.task_grammar import Choreography
+from forcelab.recognition.task_grammar import TaskGrammar
 
 Real = NDArray[np.float64]
 
@@ -65,7 +65,7 @@ RANGE = 600.0
 TINY = 1e-250
 
 
-class Algebra(Protocol):
+class Semiring(Protocol):
     """How scores of several segmentations become one; k rows, of actions.
 
     Attributes
@@ -115,7 +115,7 @@ class Algebra(Protocol):
         ...
 
 
-class Best:
+class MaxPlus:
     """The best of them."""
 
     repeats = True
@@ -148,7 +148,7 @@ class Best:
         return found
 
 
-class Total:
+class LogSumExp:
     """The sum of them, as a logarithm."""
 
     repeats = False
@@ -170,7 +170,7 @@ class Total:
         strides = (every.strides[0], across, stride * across)
         windows = np.ndarray(strided.shape, every.dtype, every, 0, strides)
         sums = np.einsum("kmw,kw->km", windows, raised)
-        if sums.min() < TINY and _lost(below):
+        if sums.min() < TINY and _underflows(below):
             return self._apart(strided, scores, out)
         with np.errstate(divide="ignore"):
             np.log(sums, out=sums)
@@ -205,7 +205,7 @@ class Total:
         unit = np.maximum(np.maximum.reduce(before, axis=0), SMALLEST)
         below = before - unit
         found = matrix @ np.exp(below)
-        if found.min() < TINY and _lost(below):
+        if found.min() < TINY and _underflows(below):
             every = before[:, None, :] + logs
             unit = np.maximum(every.max(axis=0), SMALLEST)
             found = np.exp(every - unit).sum(axis=0)
@@ -216,7 +216,7 @@ class Total:
         return np.asarray(found)
 
 
-def _lost(below: Real) -> bool:
+def _underflows(below: Real) -> bool:
     """Whether logarithms are so small that their exponentials count for nothing by mistake."""
     return bool(((below < -RANGE) & (below > SMALLEST)).any())
 
@@ -257,7 +257,7 @@ CHANGE, LIKELIER = 1.5, 0.5
 
 
 @dataclass(frozen=True, eq=False)
-class Scores:
+class HsmmParameters:
     """The model's numbers at one step length; K actions, all logarithms in nats.
 
     Parameters
@@ -288,12 +288,12 @@ class Scores:
     longest: NDArray[np.int64]
 
     @classmethod
-    def of(cls, choreography: Choreography, step: float, use: Use) -> Scores:
+    def of(cls, choreography: TaskGrammar, step: float, use: Use) -> HsmmParameters:
         """The numbers of a choreography.
 
         Parameters
         ----------
-        choreography : Choreography
+        choreography : TaskGrammar
         step : float
             Seconds between two steps.
         use : "none", "durations" or "order"
@@ -402,15 +402,15 @@ class Scores:
         z = (np.log(table * self.step) - self.mean[code]) / self.sd[code]
         return self.emphasis * log_ndtr(-z) + self.slope[code] * (steps - table)
 
-    def per_place(self) -> Scores:
+    def per_place(self) -> HsmmParameters:
         """The same for sums over all places of a boundary, of which finer steps have more."""
         return replace(self, follow=self.follow + math.log(self.step / STEP))
 
-    def anywhere(self) -> Scores:
+    def anywhere(self) -> HsmmParameters:
         """The same of a stretch that does not begin with its demonstration."""
         return replace(self, start=np.full_like(self.start, -math.log(len(self.start))))
 
-    def of_actions(self, order: NDArray[np.int64]) -> Scores:
+    def of_actions(self, order: NDArray[np.int64]) -> HsmmParameters:
         """The same with the actions in another order."""
         return replace(
             self,
@@ -423,7 +423,7 @@ class Scores:
             longest=self.longest[order],
         )
 
-    def reversed(self) -> Scores:
+    def reversed(self) -> HsmmParameters:
         """The same of time that runs backwards, from after the last step."""
         return replace(self, follow=self.follow.T.copy(), start=np.zeros_like(self.start))
 
@@ -439,10 +439,10 @@ TABLE = 32
 WORTH = 10_000
 
 
-class _Group:
+class _ActionGroup:
     """Neighbouring rows whose durations share a table; r of them."""
 
-    def __init__(self, sweep: Sweep, rows: slice, block: int, algebra: Algebra) -> None:
+    def __init__(self, sweep: ForwardPass, rows: slice, block: int, algebra: Semiring) -> None:
         scores, codes = sweep.scores, np.arange(rows.start, rows.stop)[:, None]
         self.rows = rows
         self.reach = max(int(scores.longest[rows].max()), TABLE)
@@ -488,7 +488,7 @@ def _windows(line: Real, table: Real, stride: int) -> Real:
     return as_strided(line, shape, (near, far, stride * far), writeable=False)
 
 
-class Sweep:
+class ForwardPass:
     """The scores of all segmentations of what was seen so far.
 
     Rows of its arrays are actions, in an order of its own; columns are the places between steps,
@@ -496,8 +496,8 @@ class Sweep:
 
     Parameters
     ----------
-    scores : Scores
-    algebra : Algebra
+    scores : HsmmParameters
+    algebra : Semiring
     room : int
         Steps that it can hold; :meth:`forget` makes room for more.
 
@@ -505,7 +505,7 @@ class Sweep:
     ----------
     order : ndarray of int64, shape (K,)
         The action in each row.
-    scores : Scores
+    scores : HsmmParameters
         In the order of the rows.
     now, base : int
         Steps seen, and how many of them are forgotten.
@@ -528,7 +528,7 @@ class Sweep:
         at it: what goes on from there is looked after apart.
     """
 
-    def __init__(self, scores: Scores, algebra: Algebra, room: int) -> None:
+    def __init__(self, scores: HsmmParameters, algebra: Semiring, room: int) -> None:
         self._algebra = algebra
         self.order = np.argsort(scores.longest, kind="stable")
         self.scores = scores = scores.of_actions(self.order)
@@ -560,7 +560,7 @@ class Sweep:
         self._steps = min(alone, STEPS, steps)
         self._order = algebra.order(scores.follow)
         parts = self._split(slice(0, K))
-        self.groups = [_Group(self, rows, self._steps, algebra) for rows in parts]
+        self.groups = [_ActionGroup(self, rows, self._steps, algebra) for rows in parts]
         # Of so many at once all that has lasted long is known.
         self._part = min(FINE, self.groups[0].reach) // self._steps * self._steps
 
@@ -742,7 +742,7 @@ def decode(
     log_probabilities: NDArray[np.floating],
     valid: NDArray[np.bool_],
     step: float,
-    choreography: Choreography,
+    choreography: TaskGrammar,
     use: Use = "order",
     changes: NDArray[np.floating] | None = None,
 ) -> Codes:
@@ -757,7 +757,7 @@ def decode(
         False in gaps. What lies between two gaps is decoded by itself.
     step : float
         Seconds between two steps; 0.02 is fine enough.
-    choreography : Choreography
+    choreography : TaskGrammar
         Of the same K actions.
     use : "none", "durations" or "order"
         How much of the choreography may be used: nothing but a cost of changes, durations, or
@@ -779,32 +779,32 @@ def decode(
         use.
     """
     codes = np.full(len(log_probabilities), UNLABELLED, dtype=np.int64)
-    for part, scores, evidence, after in scored(
+    for part, scores, evidence, after in prepare_runs(
         log_probabilities, valid, step, choreography, use, changes
     ):
-        sweep = Sweep(scores, Best(), len(evidence))
+        sweep = ForwardPass(scores, MaxPlus(), len(evidence))
         sweep.push(evidence, after)
         codes[part] = best_codes(sweep, len(evidence))
     return codes
 
 
-def scored(
+def prepare_runs(
     log_probabilities: NDArray[np.floating],
     valid: NDArray[np.bool_],
     step: float,
-    choreography: Choreography,
+    choreography: TaskGrammar,
     use: Use,
     changes: NDArray[np.floating] | None,
-) -> Iterator[tuple[slice, Scores, Real, Real | None]]:
+) -> Iterator[tuple[slice, HsmmParameters, Real, Real | None]]:
     """Each stretch without a gap: where it is, the model, and what it takes of steps and changes.
 
     Parameters and errors as of :func:`decode`.
     """
-    valid = checked(log_probabilities, valid, choreography)
+    valid = decodable_steps(log_probabilities, valid, choreography)
     if not valid.any():
         return
-    scores = Scores.of(choreography, step, use)
-    for first, last in runs_of(valid):
+    scores = HsmmParameters.of(choreography, step, use)
+    for first, last in true_runs(valid):
         yield (
             slice(first, last),
             scores if first == 0 else scores.anywhere(),
@@ -813,8 +813,8 @@ def scored(
         )
 
 
-def checked(
-    log_probabilities: NDArray[np.floating], valid: NDArray[np.bool_], choreography: Choreography
+def decodable_steps(
+    log_probabilities: NDArray[np.floating], valid: NDArray[np.bool_], choreography: TaskGrammar
 ) -> NDArray[np.bool_]:
     """Where there is something to decode, shape (n,); steps that hold no number are gaps.
 
@@ -841,7 +841,7 @@ def checked(
     return np.asarray(valid & ~missing.any(axis=1) if missing.any() else valid, dtype=np.bool_)
 
 
-def runs_of(valid: NDArray[np.bool_]) -> list[tuple[int, int]]:
+def true_runs(valid: NDArray[np.bool_]) -> list[tuple[int, int]]:
     """First and last (excluded) step of each stretch without a gap."""
     if valid.all():
         return [(0, len(valid))] if len(valid) else []
@@ -849,29 +849,29 @@ def runs_of(valid: NDArray[np.bool_]) -> list[tuple[int, int]]:
     return [(int(first), int(last)) for first, last in edges.reshape(-1, 2)]
 
 
-def best_codes(sweep: Sweep, last: int) -> Codes:
+def best_codes(sweep: ForwardPass, last: int) -> Codes:
     """Codes of the `last` most recent steps of a sweep for the best, as if it ended now."""
     codes = np.empty(last, dtype=np.int64)
     begin, end = sweep.now - last, sweep.now
-    row, start = _final(sweep)
+    row, start = _last_segment(sweep)
     while True:
         codes[max(start - begin, 0) : end - begin] = sweep.order[row]
         if start <= begin:
             return codes
         end = start
-        row, start = _before(sweep, row, start)
+        row, start = _previous_segment(sweep, row, start)
 
 
-def best_code(sweep: Sweep, ago: int) -> int:
+def best_code(sweep: ForwardPass, ago: int) -> int:
     """The code of the step that came so many steps ago, 0 being the last, as if it ended now."""
     step = sweep.now - 1 - ago
-    row, start = _final(sweep)
+    row, start = _last_segment(sweep)
     while start > step:
-        row, start = _before(sweep, row, start)
+        row, start = _previous_segment(sweep, row, start)
     return int(sweep.order[row])
 
 
-def _final(sweep: Sweep) -> tuple[int, int]:
+def _last_segment(sweep: ForwardPass) -> tuple[int, int]:
     """Row and start of the segment that goes on at the end of what was seen."""
     now, place = sweep.now, sweep.now - sweep.base
     sums = sweep.sums[:, place]
@@ -898,16 +898,16 @@ def _final(sweep: Sweep) -> tuple[int, int]:
     return row, start
 
 
-def _before(sweep: Sweep, row: int, start: int) -> tuple[int, int]:
+def _previous_segment(sweep: ForwardPass, row: int, start: int) -> tuple[int, int]:
     """Row and start of the segment before the one in `row` that starts at `start`."""
     # What comes later changes nothing about it, and a stream asks again at every step.
     known = sweep.before.get((row, start))
     if known is None:
-        known = sweep.before[row, start] = _found_before(sweep, row, start)
+        known = sweep.before[row, start] = _find_previous_segment(sweep, row, start)
     return known
 
 
-def _found_before(sweep: Sweep, row: int, start: int) -> tuple[int, int]:
+def _find_previous_segment(sweep: ForwardPass, row: int, start: int) -> tuple[int, int]:
     """The same, looked for."""
     place = start - sweep.base
     scores = sweep.scores
@@ -928,7 +928,7 @@ def _found_before(sweep: Sweep, row: int, start: int) -> tuple[int, int]:
     return row, 0 if first >= found else began
 
 
-def _far_start(sweep: Sweep, row: int, last: int) -> int:
+def _far_start(sweep: ForwardPass, row: int, last: int) -> int:
     """The best start at place `last` or before; what is forgotten counts as its last step."""
     level = sweep.level(row, 0, last + 1)
     best = int(level.argmax())
@@ -939,7 +939,7 @@ def marginals(
     log_probabilities: NDArray[np.floating],
     valid: NDArray[np.bool_],
     step: float,
-    choreography: Choreography,
+    choreography: TaskGrammar,
     use: Use = "order",
     changes: NDArray[np.floating] | None = None,
 ) -> Real:
@@ -954,18 +954,18 @@ def marginals(
         Rows sum to 1, and are 0 where nothing is decoded.
     """
     result = np.zeros(np.shape(log_probabilities))
-    for part, scores, evidence, after in scored(
+    for part, scores, evidence, after in prepare_runs(
         log_probabilities, valid, step, choreography, use, changes
     ):
         result[part] = _marginals(evidence, scores.per_place(), after)
     return result
 
 
-def _marginals(evidence: Real, scores: Scores, changes: Real | None) -> Real:
+def _marginals(evidence: Real, scores: HsmmParameters, changes: Real | None) -> Real:
     """The same of one stretch, given what a change scores after each step."""
     n = len(evidence)
-    forward = Sweep(scores, Total(), n)
-    backward = Sweep(scores.reversed(), Total(), n)
+    forward = ForwardPass(scores, LogSumExp(), n)
+    backward = ForwardPass(scores.reversed(), LogSumExp(), n)
     forward.push(evidence, changes)
     # What comes after a step comes, backwards, after the next one.
     backward.push(evidence[::-1], None if changes is None else np.roll(changes[::-1], -1))

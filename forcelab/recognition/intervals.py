@@ -47,7 +47,7 @@ METRICS = (
 AT_ONCE = 4_000_000
 
 
-def draws(demonstrations: int, resamples: int, seed: int) -> Weights:
+def draw_resamples(demonstrations: int, resamples: int, seed: int) -> Weights:
     """How often each demonstration is drawn in each resample.
 
     Returns
@@ -60,7 +60,7 @@ def draws(demonstrations: int, resamples: int, seed: int) -> Weights:
     return random.multinomial(demonstrations, chances, size=resamples)
 
 
-def replicates(parts: Sequence[Counts], weights: Weights) -> dict[str, Real]:
+def score_resamples(parts: Sequence[Counts], weights: Weights) -> dict[str, Real]:
     """Score resamples of demonstrations as :func:`~forcelab.recognition.metrics.pool` would.
 
     Parameters
@@ -75,18 +75,18 @@ def replicates(parts: Sequence[Counts], weights: Weights) -> dict[str, Real]:
     dict of str to ndarray of float64, shape (r,)
         For each of :data:`METRICS`; NaN where the metric is not defined.
     """
-    result = _of_frames(parts, weights)
+    result = _frame_metrics(parts, weights)
     edits = np.array([sum(part.edits) for part in parts])
-    result["edit"] = _over(weights @ edits, weights @ np.array([len(p.edits) for p in parts]))
+    result["edit"] = _fractions(weights @ edits, weights @ np.array([len(p.edits) for p in parts]))
     for name in ("segments", "labelled_segments"):
         segments = np.stack([getattr(part, name).ravel() for part in parts])
         matched = (weights @ segments).reshape(len(weights), len(OVERLAPS), 3)
         for number, overlap in enumerate(OVERLAPS):
             true, false, missed = (matched[:, number, column] for column in range(3))
             f1 = "f1" if name == "segments" else "f1_labelled"
-            result[f"{f1}.{overlap}"] = _over(2 * true, 2 * true + false + missed)
+            result[f"{f1}.{overlap}"] = _fractions(2 * true, 2 * true + false + missed)
     found, boundaries = (weights @ np.stack([part.found for part in parts])).T
-    result["boundaries_found"] = _over(found, boundaries)
+    result["boundaries_found"] = _fractions(found, boundaries)
     for name, errors in (
         ("boundary_ms", [part.boundaries for part in parts]),
         ("boundary_labelled_ms", [part.labelled_boundaries for part in parts]),
@@ -100,7 +100,7 @@ def replicates(parts: Sequence[Counts], weights: Weights) -> dict[str, Real]:
     return result
 
 
-def _of_frames(parts: Sequence[Counts], weights: Weights) -> dict[str, Real]:
+def _frame_metrics(parts: Sequence[Counts], weights: Weights) -> dict[str, Real]:
     """The metrics that are made from the confusion."""
     confusions = np.stack([part.confusion for part in parts]).astype(np.float64)
     right = weights @ np.diagonal(confusions, axis1=1, axis2=2)
@@ -117,9 +117,9 @@ def _of_frames(parts: Sequence[Counts], weights: Weights) -> dict[str, Real]:
         where=total**2 > chance,
     )
     return {
-        "accuracy": _over(right.sum(axis=1), total),
-        "balanced_accuracy": _over(recalls.sum(axis=1), used.sum(axis=1)),
-        "coverage": _over(predicted.sum(axis=1), total),
+        "accuracy": _fractions(right.sum(axis=1), total),
+        "balanced_accuracy": _fractions(recalls.sum(axis=1), used.sum(axis=1)),
+        "coverage": _fractions(predicted.sum(axis=1), total),
         "kappa": np.where(total > 0, kappa, np.nan),
     }
 
@@ -154,7 +154,7 @@ def _percentiles(parts: Sequence[Real], weights: Weights, percents: tuple[int, .
     return result
 
 
-def _over(parts: NDArray[np.number], wholes: NDArray[np.number]) -> Real:
+def _fractions(parts: NDArray[np.number], wholes: NDArray[np.number]) -> Real:
     """Fractions; NaN of nothing."""
     above, below = parts.astype(np.float64), wholes.astype(np.float64)
     return np.divide(above, below, out=np.full(above.shape, np.nan), where=below > 0)
@@ -230,7 +230,7 @@ def look_up(record: Mapping[str, Any], name: str) -> Any:
     return found
 
 
-def intervals(parts: Sequence[Counts], seed: int = 0) -> Intervals:
+def score_intervals(parts: Sequence[Counts], seed: int = 0) -> Intervals:
     """Intervals of the scores of demonstrations that are pooled.
 
     Parameters
@@ -240,13 +240,15 @@ def intervals(parts: Sequence[Counts], seed: int = 0) -> Intervals:
     seed : int
         Of the resamples; the same seed gives the same intervals.
     """
-    if reason := _too_few(len(parts)):
+    if reason := _too_few_reason(len(parts)):
         return Intervals(reason=reason, seed=seed)
-    found = replicates(parts, draws(len(parts), RESAMPLES, seed))
-    return Intervals({name: _middle(found[name]) for name in METRICS}, seed=seed)
+    found = score_resamples(parts, draw_resamples(len(parts), RESAMPLES, seed))
+    return Intervals({name: _percentile_interval(found[name]) for name in METRICS}, seed=seed)
 
 
-def differences(one: Sequence[Counts], other: Sequence[Counts], seed: int = 0) -> Intervals:
+def difference_intervals(
+    one: Sequence[Counts], other: Sequence[Counts], seed: int = 0
+) -> Intervals:
     """Intervals of `other` minus `one`, both of which tested the same demonstrations.
 
     The two are resampled together, so that what is hard for both does not widen the interval.
@@ -265,14 +267,14 @@ def differences(one: Sequence[Counts], other: Sequence[Counts], seed: int = 0) -
     """
     if len(one) != len(other):
         raise ValueError(f"{len(one)} demonstrations cannot be paired with {len(other)}")
-    if reason := _too_few(len(one)):
+    if reason := _too_few_reason(len(one)):
         return Intervals(reason=reason, seed=seed)
-    weights = draws(len(one), RESAMPLES, seed)
-    before, after = replicates(one, weights), replicates(other, weights)
-    return Intervals({n: _middle(after[n] - before[n]) for n in METRICS}, seed=seed)
+    weights = draw_resamples(len(one), RESAMPLES, seed)
+    before, after = score_resamples(one, weights), score_resamples(other, weights)
+    return Intervals({n: _percentile_interval(after[n] - before[n]) for n in METRICS}, seed=seed)
 
 
-def _too_few(demonstrations: int) -> str:
+def _too_few_reason(demonstrations: int) -> str:
     """Why so few demonstrations have no interval; ``""`` if they have."""
     if demonstrations >= FEWEST:
         return ""
@@ -280,7 +282,7 @@ def _too_few(demonstrations: int) -> str:
     return f"An interval needs {FEWEST} demonstrations; {few} cannot tell how they differ."
 
 
-def _middle(values: NDArray[np.float64]) -> Range | None:
+def _percentile_interval(values: NDArray[np.float64]) -> Range | None:
     """The middle of resampled scores; None where no resample has one."""
     values = values[np.isfinite(values)]
     if len(values) == 0:

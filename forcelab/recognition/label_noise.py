@@ -44,8 +44,8 @@ from numpy.typing import NDArray
 
 from forcelab.jobs import Progress
 from forcelab.labels import UNLABELLED, Segment
-from forcelab.recognition.ensemble import learnt_steps
-from forcelab.recognition.examples import Examples, actions_of, gathering
+from forcelab.recognition.ensemble import training_steps
+from forcelab.recognition.examples import Examples, actions_of, gather_features
 from forcelab.recognition.settings import Settings
 
 Real = NDArray[np.float64]
@@ -62,7 +62,7 @@ PSEUDO = 1.0
 ROUNDS = 12
 
 
-class Line:
+class SegmentSequence:
     """The codes of all segments of several demonstrations, one after the other.
 
     Parameters
@@ -101,8 +101,8 @@ class Line:
         self._line[self._places[segment]] = code
 
 
-def suspicions(
-    said: Real, line: Line, possible: NDArray[np.bool_] | None = None
+def score_suspicions(
+    said: Real, line: SegmentSequence, possible: NDArray[np.bool_] | None = None
 ) -> list[tuple[int, int, float]]:
     """How suspect each known segment is, and of being which other action.
 
@@ -111,7 +111,7 @@ def suspicions(
     said : ndarray of float64, shape (m, K)
         Mean probability of each action over the middle of each known segment, by a classifier that
         has not seen its demonstration.
-    line : Line
+    line : SegmentSequence
         Of codes below K. The worst are corrected in it.
     possible : ndarray of bool, shape (m, K), optional
         Which other actions each segment is suspected of; by default any.
@@ -130,7 +130,9 @@ def suspicions(
         others, strength = evidence.argmax(axis=1), evidence.max(axis=1)
         suspicion = np.exp(-np.logaddexp(0.0, -strength))
         suspicion[list(result)] = 0.0
-        worst = [i for i in _firsts(suspicion, line.homes) if suspicion[i] >= SUSPECT]
+        worst = [
+            i for i in _largest_per_demonstration(suspicion, line.homes) if suspicion[i] >= SUSPECT
+        ]
         if not worst:
             break
         for i in worst:
@@ -141,13 +143,13 @@ def suspicions(
     return [(int(line.known[i]), *found) for i, found in result.items()]
 
 
-def _firsts(values: Real, homes: NDArray[np.int64]) -> list[int]:
+def _largest_per_demonstration(values: Real, homes: NDArray[np.int64]) -> list[int]:
     """Where the largest value of each home is; values with the same home stand together."""
     order = np.lexsort((-values, homes))
     return [int(i) for i in order[np.flatnonzero(np.diff(homes[order], prepend=-1))]]
 
 
-def _evidence(said: Real, line: Line) -> Real:
+def _evidence(said: Real, line: SegmentSequence) -> Real:
     """Log ratio for each segment and other action, shape (m, K); minus infinity without any."""
     evidence = _model_evidence(said, line.codes)
     for neighbours in line.neighbours:
@@ -180,10 +182,10 @@ def _neighbour_evidence(neighbours: NDArray[np.int64], codes: NDArray[np.int64],
     spread = PSEUDO * len(kinds)
     usual = np.log((met + PSEUDO) / (counts + spread)[:, None])[:, names].T
     own = np.log((met[codes, names] - 1.0 + PSEUDO) / (counts[codes] - 1.0 + spread))
-    return np.asarray(told(met) * (usual - own[:, None]))
+    return np.asarray(neighbour_information(met) * (usual - own[:, None]))
 
 
-def told(met: Real) -> float:
+def neighbour_information(met: Real) -> float:
     """How much neighbours tell about actions: mutual information, as a share of the entropy."""
     joint = met / met.sum()
     actions, neighbours = joint.sum(axis=1), joint.sum(axis=0)
@@ -210,7 +212,7 @@ NAMED = 3
 
 
 @dataclass(frozen=True, slots=True)
-class Contradicted:
+class DroppedSegment:
     """A segment that was left out of training.
 
     Parameters
@@ -228,9 +230,9 @@ class Contradicted:
     other: str
 
 
-def trimming(
+def drop_contradicted(
     examples: Sequence[Examples], settings: Settings
-) -> Generator[Progress, None, tuple[list[Examples], tuple[Contradicted, ...]]]:
+) -> Generator[Progress, None, tuple[list[Examples], tuple[DroppedSegment, ...]]]:
     """Leave out what the other demonstrations contradict, if the settings say so.
 
     Parameters
@@ -247,25 +249,25 @@ def trimming(
     -------
     examples : list of Examples
         The same, with fewer segments.
-    left_out : tuple of Contradicted
+    left_out : tuple of DroppedSegment
         The segments that are gone, in order.
     """
     actions = actions_of(examples)
     if not settings.trimmed or len(examples) < FEWEST or len(actions) < 2:
         return list(examples), ()
-    said = yield from _hearing(examples, actions, settings)
-    gone = _chosen(examples, actions, said)
+    said = yield from _held_out_means(examples, actions, settings)
+    gone = _choose_dropped(examples, actions, said)
     kept = [
         replace(e, segments=tuple(s for k, s in enumerate(e.segments) if (i, k) not in gone))
         for i, e in enumerate(examples)
     ]
     return kept, tuple(
-        Contradicted(examples[i].name, examples[i].segments[k], actions[gone[i, k]])
+        DroppedSegment(examples[i].name, examples[i].segments[k], actions[gone[i, k]])
         for i, k in sorted(gone)
     )
 
 
-def remark_on(left_out: Sequence[Contradicted]) -> tuple[str, ...]:
+def dropped_remarks(left_out: Sequence[DroppedSegment]) -> tuple[str, ...]:
     """A remark on the segments that were left out; none where nothing was."""
     # Of several folds each segment once, whatever it was rather taken for.
     every = list({(c.demonstration, c.segment): c for c in left_out}.values())
@@ -279,7 +281,7 @@ def remark_on(left_out: Sequence[Contradicted]) -> tuple[str, ...]:
     return (f"Not trained on, because the other demonstrations contradict it: {named}{more}.",)
 
 
-def _hearing(
+def _held_out_means(
     examples: Sequence[Examples], actions: tuple[str, ...], settings: Settings
 ) -> Generator[Progress, None, list[Real]]:
     """Mean probability of each action over each segment, shape (segments, K), by the others.
@@ -290,9 +292,9 @@ def _hearing(
     from threadpoolctl import threadpool_limits
 
     codes = [example.codes(actions) for example in examples]
-    every = _every(codes, examples[0].rate, settings)
-    y, groups, steps = learnt_steps(codes, every, every=True)
-    (X,) = yield from gathering(examples, steps)
+    every = _training_stride(codes, examples[0].rate, settings)
+    y, groups, steps = training_steps(codes, every, every=True)
+    (X,) = yield from gather_features(examples, steps)
     said = [np.zeros((len(e.segments), len(actions))) for e in examples]
     count = min(FOLDS, len(examples))
     done = 0
@@ -313,7 +315,7 @@ def _hearing(
     return said
 
 
-def _every(codes: Sequence[NDArray[np.int64]], rate: float, settings: Settings) -> int:
+def _training_stride(codes: Sequence[NDArray[np.int64]], rate: float, settings: Settings) -> int:
     """Every how many-th time step trees are grown on."""
     labelled = sum(int(np.count_nonzero(own != UNLABELLED)) for own in codes)
     apart = round(APART * rate / settings.hop(rate))
@@ -334,7 +336,7 @@ def _means(examples: Examples, trees: Any) -> Real:
     return (sums[last] - sums[first]) / np.maximum(steps, 1)[:, None]
 
 
-def _chosen(
+def _choose_dropped(
     examples: Sequence[Examples], actions: tuple[str, ...], said: Sequence[Real]
 ) -> dict[tuple[int, int], int]:
     """Which segments are left out, by demonstration and number, and the code they rather have."""
@@ -344,13 +346,13 @@ def _chosen(
         for e, own in zip(examples, said, strict=True)
     ]
     every = [(i, k) for i, e in enumerate(examples) for k in range(len(e.segments))]
-    line = Line(codes)
+    line = SegmentSequence(codes)
     if len(line.known) == 0:
         return {}
     total = Counter(code for own in codes for code in own)
     gone: dict[tuple[int, int], int] = {}
     less: Counter[int] = Counter()
-    found = suspicions(np.concatenate(said)[line.known], line)
+    found = score_suspicions(np.concatenate(said)[line.known], line)
     for place, other, suspicion in sorted(found, key=lambda one: (-one[2], one[0])):
         if suspicion < SURE:
             break

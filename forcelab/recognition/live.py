@@ -26,14 +26,14 @@ from forcelab.labels import UNLABELLED
 from forcelab.recognition.features import REACH
 from forcelab.recognition.filters import ROUNDING, threshold
 from forcelab.recognition.hsmm import (
-    Best,
-    Scores,
-    Sweep,
+    ForwardPass,
+    HsmmParameters,
+    MaxPlus,
     Use,
     best_code,
     best_codes,
-    checked,
-    runs_of,
+    decodable_steps,
+    true_runs,
 )
 from forcelab.recognition.live_features import (
     CausalGrid,
@@ -41,9 +41,9 @@ from forcelab.recognition.live_features import (
     StreamingFeatures,
     StreamingWindows,
 )
-from forcelab.recognition.live_model import hop_of, live_for, needs_whole
+from forcelab.recognition.live_model import choose_live_model, live_hop, needs_live_model
 from forcelab.recognition.recogniser import Recogniser
-from forcelab.recognition.task_grammar import Choreography
+from forcelab.recognition.task_grammar import TaskGrammar
 from forcelab.runtime import one_blas_thread
 from forcelab.signals.channels import channel_map
 from forcelab.signals.cwt import frequencies
@@ -54,7 +54,7 @@ Codes = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
-class Decided:
+class LiveLabels:
     """Steps whose labels are decided, in their order and without a break.
 
     Parameters
@@ -87,7 +87,7 @@ class FixedLag:
         Seconds between two steps.
     lag : int
         Steps to wait, 0 or more.
-    choreography : Choreography
+    choreography : TaskGrammar
     use
         As of :func:`~forcelab.recognition.hsmm.decode`.
 
@@ -101,15 +101,15 @@ class FixedLag:
         self,
         step: float,
         lag: int,
-        choreography: Choreography,
+        choreography: TaskGrammar,
         use: Use = "order",
     ) -> None:
         if lag < 0:
             raise InputError(f"The decoder can wait for 0 steps or more, not {lag}.")
         self.lag = lag
         self._choreography = choreography
-        self._scores = Scores.of(choreography, step, use)
-        self._sweep: Sweep | None = None
+        self._scores = HsmmParameters.of(choreography, step, use)
+        self._sweep: ForwardPass | None = None
         self._begun = False
 
     def push(
@@ -130,10 +130,10 @@ class FixedLag:
         """
         m = len(log_probabilities)
         valid = np.ones(m, dtype=np.bool_) if valid is None else valid
-        valid = checked(log_probabilities, valid, self._choreography)
+        valid = decodable_steps(log_probabilities, valid, self._choreography)
         decided: list[Codes] = []
         done = 0
-        for first, last in runs_of(valid):
+        for first, last in true_runs(valid):
             if first > done:
                 decided.append(self._gap(first - done))
             decided.append(self._on(log_probabilities[first:last]))
@@ -162,7 +162,7 @@ class FixedLag:
             scores = self._scores.anywhere() if self._begun else self._scores
             # Room for twice what must be kept.
             room = 2 * (max(int(scores.longest.max()), 64) + self.lag) + 64
-            self._sweep, self._begun = Sweep(scores, Best(), room), True
+            self._sweep, self._begun = ForwardPass(scores, MaxPlus(), room), True
         sweep = self._sweep
         evidence = self._scores.evidence(log_probabilities)
         decided: list[int] = []
@@ -319,7 +319,7 @@ class CausalDrop:
 Prober = Callable[[Real], Real]
 
 
-def prober(classifier: Any) -> Prober | None:
+def probability_function(classifier: Any) -> Prober | None:
     """What gives a classifier's probabilities, shape (n, classes); None of one that has none.
 
     Of scikit-learn's MLP as it is trained here the sums are done in place: checking its input
@@ -363,7 +363,7 @@ def classify(
     valid : ndarray of bool, shape (n,)
         Where not, nothing is asked: unlabelled, with probabilities of zero.
     probe : callable or None
-        As of :func:`prober`.
+        As of :func:`probability_function`.
     """
     classifier, at = recogniser.classifier, recogniser.settings.threshold
     whole = len(valid) > 0 and bool(valid.all())
@@ -392,7 +392,7 @@ TOLERANCE = 3e-5
 
 
 @dataclass(frozen=True)
-class Early:
+class EarlyScale:
     """A scale that is estimated before its wavelet has passed.
 
     Parameters
@@ -453,7 +453,7 @@ def longest_gap(recogniser: Recogniser) -> int:
     That is twice what the widest wavelet or window spans.
     """
     settings = recogniser.settings
-    if needs_whole(settings):
+    if needs_live_model(settings):
         return int(2 * REACH * settings.windows[-1] * recogniser.rate) + 1
     return 2 * int(np.max(reaches(settings.scales, settings.mother, TOLERANCE))) + 1
 
@@ -472,7 +472,7 @@ def budget_of(recogniser: Recogniser, latency: float, period: float, grid: int =
         Steps that resampling takes.
     """
     total = max(0, int(np.floor(latency / period + 1e-6)) - grid)
-    if needs_whole(recogniser.settings):
+    if needs_live_model(recogniser.settings):
         return _of_part(recogniser, total, period, grid)
     width = recogniser.settings.median
     median = min((width - 1) // 2, total // 2) if width is not None else 0
@@ -487,9 +487,9 @@ def _of_part(recogniser: Recogniser, total: int, period: float, grid: int) -> Bu
     Its label goes for the steps around, so that the first of them waits for half a hop longer:
     less than that cannot be had.
     """
-    hop = hop_of(recogniser.settings, 1.0 / period)
+    hop = live_hop(recogniser.settings, 1.0 / period)
     rest = max(0, total - hop // 2)
-    part = live_for(recogniser.live, rest * period)
+    part = choose_live_model(recogniser.live, rest * period)
     look = round(part.windows.look / period)
     return Budget(grid, look, 0, 0, max(0, rest - look) // hop * hop, hop // 2)
 
@@ -497,7 +497,7 @@ def _of_part(recogniser: Recogniser, total: int, period: float, grid: int) -> Bu
 Flags = NDArray[np.bool_]
 
 
-class PartStages:
+class ModelStages:
     """Everything behind the grid: windows, classifier, decoder, and what waits between them.
 
     Time steps lie a hop of the grid's steps apart; each label is given to the steps around.
@@ -514,7 +514,7 @@ class PartStages:
     def __init__(self, recogniser: Recogniser, budget: Budget, period: float) -> None:
         self.budget = budget
         settings = recogniser.settings
-        self._hop = hop = hop_of(settings, 1.0 / period)
+        self._hop = hop = live_hop(settings, 1.0 / period)
         part = next(
             one for one in recogniser.live if round(one.windows.look / period) == budget.features
         )
@@ -536,14 +536,14 @@ class PartStages:
         self._known = np.empty((0, self._actions))
         self._codes = np.empty(0, dtype=np.int64)
 
-    def push(self, times: Real, rows: Real, valid: Flags) -> Decided:
+    def push(self, times: Real, rows: Real, valid: Flags) -> LiveLabels:
         """Take steps of the grid, `rows` of shape (n, q)."""
         self._times = np.concatenate([self._times, times])
         self._valid = np.concatenate([self._valid, valid])
         self._decode(self._windows.push(rows))
         return self._given((self._left + len(self._codes)) * self._hop - self._done)
 
-    def finish(self) -> Decided:
+    def finish(self) -> LiveLabels:
         """Give the steps that were waiting."""
         self._decode(self._windows.finish())
         self._codes = np.concatenate([self._codes, self._decoder.finish()])
@@ -567,12 +567,12 @@ class PartStages:
             codes = self._decoder.push(np.log(known), valid)
         self._codes = np.concatenate([self._codes, codes])
 
-    def _given(self, count: int) -> Decided:
+    def _given(self, count: int) -> LiveLabels:
         """Give up to `count` steps of the grid the labels of the time steps around."""
         count = min(count, len(self._times))
         if count < 1:
             none = np.empty((0, self._actions))
-            return Decided(np.empty(0), np.empty(0, dtype=np.int64), none)
+            return LiveLabels(np.empty(0), np.empty(0, dtype=np.int64), none)
         around = (self._done + np.arange(count)) // self._hop - self._left
         # At the end of a stream what lies behind the last time step belongs to it.
         around = np.minimum(around, len(self._codes) - 1)
@@ -586,7 +586,7 @@ class PartStages:
         gone = min(self._done // self._hop - self._left, len(self._codes) - 1)
         self._codes, self._known = self._codes[gone:], self._known[gone:]
         self._left += gone
-        return Decided(times, codes, known)
+        return LiveLabels(times, codes, known)
 
 
 #: Samples of a demonstration that are pushed at once.
@@ -643,7 +643,7 @@ class OnlineRecogniser:
     ) -> None:
         check_latency(latency)
         _check_live(recogniser)
-        self._whole = needs_whole(recogniser.settings)
+        self._whole = needs_live_model(recogniser.settings)
         self.recogniser = recogniser
         self.latency = latency
         self._channels = channel_map(channels, recogniser.channels)
@@ -668,7 +668,7 @@ class OnlineRecogniser:
         return None if self._stages is None else self._grid.step
 
     @property
-    def early(self) -> tuple[Early, ...]:
+    def early(self) -> tuple[EarlyScale, ...]:
         """The scales that are estimated, by the recogniser's rate until the device's is known."""
         recogniser = self.recogniser
         if self._whole:
@@ -678,14 +678,14 @@ class OnlineRecogniser:
         scales, mother = recogniser.settings.scales, recogniser.settings.mother
         hertz = frequencies(scales, recogniser.rate, mother)
         return tuple(
-            Early(float(a), float(hz), need * period, float(early_error(budget.features / a)))
+            EarlyScale(float(a), float(hz), need * period, float(early_error(budget.features / a)))
             for a, hz, need in zip(
                 scales, hertz, reaches(scales, mother, TOLERANCE).tolist(), strict=True
             )
             if need > budget.features
         )
 
-    def push(self, times: Real, signals: Real) -> Decided:
+    def push(self, times: Real, signals: Real) -> LiveLabels:
         """Take samples as they were captured; give the labels that they decide.
 
         Parameters
@@ -712,7 +712,7 @@ class OnlineRecogniser:
             self._stages = self._made()
         return self._through(steps)
 
-    def finish(self) -> Decided:
+    def finish(self) -> LiveLabels:
         """End the stream: the labels that were waiting, with the last values held.
 
         A finished recogniser takes no further samples; make another one.
@@ -725,13 +725,13 @@ class OnlineRecogniser:
             last = self._stages.finish()
         return _joined([first, last])
 
-    def _made(self) -> _Stages | PartStages:
+    def _made(self) -> _Stages | ModelStages:
         budget = budget_of(self.recogniser, self.latency, self._grid.step, self._grid.lag)
         if self._whole:
-            return PartStages(self.recogniser, budget, self._grid.step)
+            return ModelStages(self.recogniser, budget, self._grid.step)
         return _Stages(self.recogniser, budget, self._grid.step)
 
-    def _through(self, steps: Steps) -> Decided:
+    def _through(self, steps: Steps) -> LiveLabels:
         if self._stages is None or not len(steps):
             return _nothing(self.recogniser)
         rows = np.ascontiguousarray(self._channels.apply(steps.signals).T)
@@ -739,7 +739,9 @@ class OnlineRecogniser:
             return self._stages.push(steps.times, rows, steps.valid)
 
 
-def with_latency(recogniser: Recogniser, demonstration: Demonstration, latency: float) -> Decided:
+def recognise_with_latency(
+    recogniser: Recogniser, demonstration: Demonstration, latency: float
+) -> LiveLabels:
     """Recognise a demonstration as if it came live.
 
     Parameters
@@ -764,7 +766,7 @@ def with_latency(recogniser: Recogniser, demonstration: Demonstration, latency: 
 def _check_live(recogniser: Recogniser) -> None:
     """Refuse a recogniser that needs all of a demonstration and learnt nothing for streams."""
     settings = recogniser.settings
-    if not needs_whole(settings) or recogniser.live:
+    if not needs_live_model(settings) or recogniser.live:
         return
     if settings.decodes:
         raise InputError(
@@ -777,15 +779,15 @@ def _check_live(recogniser: Recogniser) -> None:
     )
 
 
-def _nothing(recogniser: Recogniser) -> Decided:
+def _nothing(recogniser: Recogniser) -> LiveLabels:
     has = hasattr(recogniser.classifier, "predict_proba")
     probabilities = np.empty((0, len(recogniser.actions))) if has else None
-    return Decided(np.empty(0), np.empty(0, dtype=np.int64), probabilities)
+    return LiveLabels(np.empty(0), np.empty(0, dtype=np.int64), probabilities)
 
 
-def _joined(parts: Sequence[Decided]) -> Decided:
+def _joined(parts: Sequence[LiveLabels]) -> LiveLabels:
     known = [part.probabilities for part in parts if part.probabilities is not None]
-    return Decided(
+    return LiveLabels(
         np.concatenate([part.times for part in parts]),
         np.concatenate([part.codes for part in parts]),
         np.concatenate(known) if known else None,
@@ -799,7 +801,7 @@ class _Stages:
         settings = recogniser.settings
         self.budget = budget
         self._recogniser = recogniser
-        self._probe = prober(recogniser.classifier)
+        self._probe = probability_function(recogniser.classifier)
         channels = len(recogniser.channels)
         transform = StreamingCwt(
             settings.scales, channels, settings.mother, TOLERANCE, budget.features, together=True
@@ -815,17 +817,17 @@ class _Stages:
         self._probabilities = _nothing(recogniser).probabilities
         self._coded = self._smooth = 0
 
-    def push(self, times: Real, rows: Real, valid: NDArray[np.bool_]) -> Decided:
+    def push(self, times: Real, rows: Real, valid: NDArray[np.bool_]) -> LiveLabels:
         """Take steps of the grid."""
         self._times = np.concatenate([self._times, times])
         self._valid = np.concatenate([self._valid, valid])
         return self._decided(self._features.push(rows), ended=False)
 
-    def finish(self) -> Decided:
+    def finish(self) -> LiveLabels:
         """Give the steps that were waiting."""
         return self._decided(self._features.finish(), ended=True)
 
-    def _decided(self, features: Real, ended: bool) -> Decided:
+    def _decided(self, features: Real, ended: bool) -> LiveLabels:
         first, self._coded = self._coded, self._coded + len(features)
         valid = self._valid[first : self._coded]
         codes, probabilities = classify(self._recogniser, features, valid, self._probe)
@@ -848,6 +850,6 @@ class _Stages:
         self._coded -= n
         self._smooth -= n
         if self._probabilities is None:
-            return Decided(times, codes, None)
+            return LiveLabels(times, codes, None)
         known, self._probabilities = self._probabilities[:n], self._probabilities[n:]
-        return Decided(times, codes, known)
+        return LiveLabels(times, codes, known)

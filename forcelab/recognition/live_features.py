@@ -707,7 +707,7 @@ def rows_of(coefficients: Complex, floor: Real, phase: bool) -> Real:
     Returns
     -------
     ndarray, shape (n, q * k) or (n, 2 * q * k)
-        As of :func:`forcelab.recognition.features.features`.
+        As of :func:`forcelab.recognition.features.wavelet_features`.
     """
     q, k, n = coefficients.shape
     out = np.empty((2 if phase else 1, q, k, n))

@@ -23,9 +23,14 @@ from numpy.typing import NDArray
 
 from forcelab.errors import InputError
 from forcelab.jobs import Progress, finish
-from forcelab.recognition.ensemble import Averaged, Care, fitting_averaged, learnt_steps
-from forcelab.recognition.examples import Labelled, prepare
-from forcelab.recognition.forest import must, must_be_numbers
+from forcelab.recognition.ensemble import (
+    CalibratedEnsemble,
+    FitOptions,
+    fit_ensemble,
+    training_steps,
+)
+from forcelab.recognition.examples import LabelledDemonstration, prepare_examples
+from forcelab.recognition.forest import require, require_numbers
 from forcelab.recognition.live_features import CausalWindows, usual_size
 from forcelab.recognition.settings import Settings
 from forcelab.signals.channels import channel_map
@@ -46,18 +51,18 @@ CLASSIFIER = "ensemble"
 
 
 @dataclass(frozen=True, eq=False)
-class LivePart:
+class LiveModel:
     """A classifier of what a stream knows.
 
     Parameters
     ----------
     windows : CausalWindows
-    classifier : Averaged
+    classifier : CalibratedEnsemble
         Its codes are the recogniser's.
     """
 
     windows: CausalWindows
-    classifier: Averaged
+    classifier: CalibratedEnsemble
 
     def plain(self) -> dict[str, Any]:
         """Numbers, lists and arrays, from which :meth:`from_plain` makes an equal one."""
@@ -71,7 +76,7 @@ class LivePart:
         }
 
     @classmethod
-    def from_plain(cls, plain: Mapping[str, Any], channels: int, actions: int) -> LivePart:
+    def from_plain(cls, plain: Mapping[str, Any], channels: int, actions: int) -> LiveModel:
         """Check what was read from a file, of so many channels and actions.
 
         Raises
@@ -80,36 +85,36 @@ class LivePart:
             If anything does not fit together; a missing or wrong part may raise other errors.
         """
         usual = plain["usual"]
-        must_be_numbers(usual, (channels,))
-        must((usual > 0).all(), "usual sizes above 0")
+        require_numbers(usual, (channels,))
+        require((usual > 0).all(), "usual sizes above 0")
         look, own = float(plain["look"]), plain["own"]
-        must(0 <= look <= max(LOOKS) and isinstance(own, bool), "windows of a stream")
+        require(0 <= look <= max(LOOKS) and isinstance(own, bool), "windows of a stream")
         try:  # the settings know what windows may be
             spreads = Settings(windows=tuple(plain["windows"])).windows
         except InputError as error:
             raise ValueError("windows that there can be") from error
         windows = CausalWindows(spreads, look, usual, own)
-        known = Averaged.from_plain(plain["classifier"], windows.width, actions)
+        known = CalibratedEnsemble.from_plain(plain["classifier"], windows.width, actions)
         return cls(windows, known)
 
 
-def needs_whole(settings: Settings) -> bool:
+def needs_live_model(settings: Settings) -> bool:
     """Whether features or decoder need all of a demonstration, so that a stream needs a part."""
     own = settings.features != "wavelets" or settings.circular or settings.step is not None
     return own or settings.decodes
 
 
-def hop_of(settings: Settings, rate: float) -> int:
+def live_hop(settings: Settings, rate: float) -> int:
     """Samples between two time steps of a stream at this rate."""
     return max(1, round((settings.step or STEP) * rate))
 
 
-def live_for(parts: Sequence[LivePart], seconds: float) -> LivePart:
+def choose_live_model(parts: Sequence[LiveModel], seconds: float) -> LiveModel:
     """The part that suits so many seconds to look ahead and to decode in.
 
     Parameters
     ----------
-    parts : sequence of LivePart
+    parts : sequence of LiveModel
         By their time ahead, at least one.
     seconds : float
     """
@@ -117,18 +122,18 @@ def live_for(parts: Sequence[LivePart], seconds: float) -> LivePart:
     return fits[-1] if fits else parts[0]
 
 
-def fitting_live(
-    labelled: Sequence[Labelled],
+def fit_live_models(
+    labelled: Sequence[LabelledDemonstration],
     settings: Settings,
     rate: float,
     actions: tuple[str, ...],
     own: bool,
-) -> Generator[Progress, None, tuple[LivePart, ...]]:
+) -> Generator[Progress, None, tuple[LiveModel, ...]]:
     """Learn from demonstrations as a stream would know them; yields progress, returns the parts.
 
     Parameters
     ----------
-    labelled : sequence of Labelled
+    labelled : sequence of LabelledDemonstration
         Training demonstrations with the same channels.
     settings : Settings
     rate : float
@@ -139,35 +144,35 @@ def fitting_live(
         Whether forces count in units of each demonstration's own size.
     """
     stepping = settings.replace(step=settings.step or STEP)
-    seen = [prepare(item, stepping, rate, kept=False) for item in labelled]
+    seen = [prepare_examples(item, stepping, rate, kept=False) for item in labelled]
     usual = usual_size((_gridded_channels(item, settings, rate) for item in labelled), rate)
-    y, groups, steps = learnt_steps([one.codes(actions) for one in seen])
+    y, groups, steps = training_steps([one.codes(actions) for one in seen])
     if len(np.unique(y)) < 2:  # all but one fell between two steps: no stream can be followed
         return ()
-    parts: dict[float, LivePart] = {}
+    parts: dict[float, LiveModel] = {}
     exponent = 1.0
     for i, look in enumerate(sorted(LOOKS, key=lambda look: look != CALIBRATING)):
         windows = CausalWindows(settings.windows, look, usual, own)
         calibrated = settings.calibrated and look == CALIBRATING
-        care = Care(groups, balanced=settings.balanced, calibrated=calibrated)
+        care = FitOptions(groups, balanced=settings.balanced, calibrated=calibrated)
         # Of one demonstration after the other only what is learnt from: that is a part of it.
         X, done = np.empty((len(y), windows.width)), 0
         for item, one, own_steps in zip(labelled, seen, steps, strict=True):
             # Rates that differ a little are kept, and may make hops of a sample more or less.
             found = windows.of(
-                _gridded_channels(item, settings, rate), rate, hop_of(settings, one.rate)
+                _gridded_channels(item, settings, rate), rate, live_hop(settings, one.rate)
             )
             X[done : done + len(own_steps)] = found[own_steps]
             done += len(own_steps)
-        made = finish(fitting_averaged(CLASSIFIER, X, y, settings.seed, care))
+        made = finish(fit_ensemble(CLASSIFIER, X, y, settings.seed, care))
         del X  # before the next one is gathered
         exponent = made.exponent if calibrated else exponent
-        parts[look] = LivePart(windows, replace(made, exponent=exponent))
+        parts[look] = LiveModel(windows, replace(made, exponent=exponent))
         yield Progress(i + 1, len(LOOKS), "fit")
     return tuple(parts[look] for look in LOOKS)
 
 
-def _gridded_channels(item: Labelled, settings: Settings, rate: float) -> Real:
+def _gridded_channels(item: LabelledDemonstration, settings: Settings, rate: float) -> Real:
     """The channels of a demonstration on its grid, (q, n): made anew, and not kept."""
     channels = channel_map(item.demonstration.channels, settings.channels)
     return channels.apply(on_grid(item.demonstration, rate, channels.recorded).signals)

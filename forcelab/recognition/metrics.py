@@ -224,7 +224,7 @@ class Matches:
         return len(self.human)
 
 
-def match(over: Overlay, overlap: int) -> Matches:
+def match_segments(over: Overlay, overlap: int) -> Matches:
     """Match predicted to human segments as F1@k does.
 
     In the order of time each predicted segment points at the human segment of its own action with
@@ -350,7 +350,7 @@ class Events:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class _Stretches:
+class _EventPieces:
     """Stretches of right, missed or false time of all actions, by action and then by time."""
 
     kinds: NDArray[np.int64]
@@ -360,7 +360,7 @@ class _Stretches:
     neighbours: NDArray[np.int64]
 
 
-def _stretches(over: Overlay) -> _Stretches:
+def _event_pieces(over: Overlay) -> _EventPieces:
     """Cut time by the binary answers of each action."""
     wrong = np.flatnonzero(over.human_codes != over.predicted_codes)
     false = wrong[over.predicted_codes[wrong] >= 0]
@@ -383,7 +383,7 @@ def _stretches(over: Overlay) -> _Stretches:
     neighbours = np.zeros(len(heads), dtype=np.int64)
     neighbours[1:] += joined & (kind[:-1] == _RIGHT)
     neighbours[:-1] += joined & (kind[1:] == _RIGHT)
-    return _Stretches(
+    return _EventPieces(
         kind, over.pieces.firsts[piece[heads]], ends[tails] - starts[heads], neighbours
     )
 
@@ -392,7 +392,7 @@ def event_errors(over: Overlay) -> Events:
     """Count and time the event errors of one demonstration (see the module)."""
     if len(over.pieces) == 0:
         return Events()
-    cut = _stretches(over)
+    cut = _event_pieces(over)
 
     def tally(kind: int, neighbours: int, events: Runs | None = None) -> Tally:
         """Sum up stretches, counting the events that hold them where `events` is given."""
@@ -418,7 +418,7 @@ def event_errors(over: Overlay) -> Events:
 NEAR = 0.1
 
 
-def closed_up(over: Overlay) -> Overlay:
+def without_unlabelled(over: Overlay) -> Overlay:
     """The overlay with all that the human left unlabelled, and gaps, cut out.
 
     Neighbours of one action that now touch are one segment.
@@ -448,7 +448,7 @@ def boundaries_found(closed: Overlay) -> tuple[int, int]:
         Closed up. Its boundaries are where one action gives way to another; the ends of what was
         recorded are none. A predicted one counts whichever its actions are.
     """
-    human, predicted = closed.human.starts[1:], _inner(closed)
+    human, predicted = closed.human.starts[1:], _predicted_changes(closed)
     if len(predicted) == 0:
         return 0, len(human)
     after = np.searchsorted(predicted, human)
@@ -483,7 +483,7 @@ def inner_boundary_errors(closed: Overlay, matches: Matches) -> NDArray[np.float
     return np.asarray(1000.0 * np.abs(np.concatenate([starts, ends[inner]])))
 
 
-def _inner(closed: Overlay) -> NDArray[np.float64]:
+def _predicted_changes(closed: Overlay) -> NDArray[np.float64]:
     """Where the prediction changes, in seconds, rising."""
     changes = np.flatnonzero(np.diff(closed.predicted_codes)) + 1
     return closed.pieces.starts[changes]
@@ -624,10 +624,10 @@ def count(
 
 def count_overlay(over: Overlay) -> Counts:
     """Count an overlay of a human and a predicted track, whatever it was made from."""
-    matches = [match(over, overlap) for overlap in OVERLAPS]
+    matches = [match_segments(over, overlap) for overlap in OVERLAPS]
     edit = edit_score(over)
-    closed = closed_up(over)
-    closed_matches = [match(closed, overlap) for overlap in OVERLAPS]
+    closed = without_unlabelled(over)
+    closed_matches = [match_segments(closed, overlap) for overlap in OVERLAPS]
     return Counts(
         confusion=_confusion(over),
         edits=() if edit is None else (edit,),
@@ -739,7 +739,7 @@ def _kappa(confusion: NDArray[np.int64]) -> float | None:
 TICKS = 1_000_000_000
 
 
-def timed_overlay(human: Segments, predicted: Segments, actions: Sequence[str]) -> Overlay:
+def overlay_segments(human: Segments, predicted: Segments, actions: Sequence[str]) -> Overlay:
     """Lay predicted over human segments; what is predicted in unlabelled time is left out.
 
     Parameters
@@ -766,12 +766,12 @@ def timed_overlay(human: Segments, predicted: Segments, actions: Sequence[str]) 
     )
 
 
-def timed_counts(human: Segments, predicted: Segments, actions: Sequence[str]) -> Counts:
+def count_segments(human: Segments, predicted: Segments, actions: Sequence[str]) -> Counts:
     """Count a predicted against a human track as :func:`~forcelab.recognition.metrics.count` does.
 
-    The confusion is in nanoseconds. Parameters are those of :func:`timed_overlay`.
+    The confusion is in nanoseconds. Parameters are those of :func:`overlay_segments`.
     """
-    return count_overlay(timed_overlay(human, predicted, actions))
+    return count_overlay(overlay_segments(human, predicted, actions))
 
 
 def score_tracks(
@@ -804,7 +804,7 @@ def score_tracks(
     known = used if actions is None else tuple(actions)
     if unknown := [action for action in used if action not in known]:
         raise InputError(f"'{unknown[0]}' is not among the actions {', '.join(known)}.")
-    return pool(name, [timed_counts(human, predicted, known)])
+    return pool(name, [count_segments(human, predicted, known)])
 
 
 def _codes(

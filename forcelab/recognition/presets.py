@@ -12,8 +12,6 @@ from forcelab.errors import InputError
 from forcelab.recognition.settings import Settings
 from forcelab.text import unknown_word
 
-__all__ = ["PRESETS", "preset"]
-
 #: All presets by name. ``paper`` is written out: no default that changes may ever change it.
 PRESETS: Mapping[str, Settings] = {
     "paper": Settings(

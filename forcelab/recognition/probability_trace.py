@@ -22,7 +22,7 @@ ROUNDING = 1e-3
 
 
 @dataclass(frozen=True)
-class Certainty:
+class ProbabilityTrace:
     """How probable each action is over one demonstration.
 
     Parameters
@@ -49,7 +49,7 @@ class Certainty:
         probabilities: NDArray[np.floating],
         actions: tuple[str, ...],
         rate: float = RATE,
-    ) -> Certainty:
+    ) -> ProbabilityTrace:
         """Mean probabilities of `times` (n,), increasing, in bins of ``1 / rate`` seconds.
 
         Where time steps are farther apart than that, a bin is as long as a step. Bins in which no
@@ -80,7 +80,7 @@ class Certainty:
         }
 
     @classmethod
-    def from_json(cls, plain: Mapping[str, Any]) -> Certainty:
+    def from_json(cls, plain: Mapping[str, Any]) -> ProbabilityTrace:
         """The inverse of :meth:`to_json`.
 
         Raises
@@ -116,7 +116,7 @@ class Certainty:
         Of the bins in which anything is known; zero where there are none.
         """
         values = self._between(start, end)
-        return np.asarray(values.sum(axis=0) / (STEPS * _count(values)), dtype=np.float64)
+        return np.asarray(values.sum(axis=0) / (STEPS * _known_bins(values)), dtype=np.float64)
 
     def of_action(self, action: str | None, start: float, end: float) -> float:
         """Mean probability of one action over ``[start, end)``; 0 for one that is not known."""
@@ -124,7 +124,7 @@ class Certainty:
             return 0.0
         values = self._between(start, end)
         column = values[:, self.actions.index(action)]  # alone: it is asked for in long lists
-        return float(column.sum()) / (STEPS * _count(values))
+        return float(column.sum()) / (STEPS * _known_bins(values))
 
     def _between(self, start: float, end: float) -> NDArray[np.uint8]:
         """The bins of ``[start, end)``, at least one, shape (m, K)."""
@@ -134,6 +134,6 @@ class Certainty:
         return self.values[first:last]
 
 
-def _count(values: NDArray[np.uint8]) -> int:
+def _known_bins(values: NDArray[np.uint8]) -> int:
     """In how many bins anything is known; 1 where in none, as what is divided by it is 0 then."""
     return max(1, int(np.count_nonzero(values.any(axis=1))))

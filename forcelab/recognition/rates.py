@@ -5,13 +5,11 @@ from __future__ import annotations
 from forcelab.demonstration import Demonstration
 from forcelab.recognition.recogniser import Recogniser
 
-__all__ = ["unseen", "unseen_at"]
-
 #: A rate that is lower by less than this share is the same one: clocks differ by far less.
 TOLERANCE = 0.01
 
 
-def unseen(recogniser: Recogniser, demonstration: Demonstration) -> tuple[str, ...]:
+def rate_remarks(recogniser: Recogniser, demonstration: Demonstration) -> tuple[str, ...]:
     """Say which of a recogniser's scales a recording has nothing for.
 
     A recording is put onto the grid that the recogniser learnt on, but no interpolation brings
@@ -27,10 +25,14 @@ def unseen(recogniser: Recogniser, demonstration: Demonstration) -> tuple[str, .
     tuple of str
         One sentence, or nothing where every scale finds its frequency in the recording.
     """
-    return unseen_at(recogniser, 1.0 / demonstration.period, "It was sampled", "this recording has")
+    return rate_remarks_at(
+        recogniser, 1.0 / demonstration.period, "It was sampled", "this recording has"
+    )
 
 
-def unseen_at(recogniser: Recogniser, sampled: float, come: str, have: str) -> tuple[str, ...]:
+def rate_remarks_at(
+    recogniser: Recogniser, sampled: float, come: str, have: str
+) -> tuple[str, ...]:
     """The same of samples that come so many times a second.
 
     Parameters

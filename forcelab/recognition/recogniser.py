@@ -15,18 +15,21 @@ from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError
 from forcelab.labels import UNLABELLED, Segments, from_codes
 from forcelab.recognition import filters
-from forcelab.recognition.examples import Examples, Labelled, other_units, prepare
+from forcelab.recognition.examples import (
+    Examples,
+    LabelledDemonstration,
+    prepare_examples,
+    unit_remarks,
+)
 from forcelab.recognition.hsmm import decode, marginals
-from forcelab.recognition.label_noise import Contradicted
-from forcelab.recognition.probability_trace import Certainty
+from forcelab.recognition.label_noise import DroppedSegment
+from forcelab.recognition.probability_trace import ProbabilityTrace
 from forcelab.recognition.settings import Settings
-from forcelab.recognition.task_grammar import Changes, Choreography
+from forcelab.recognition.task_grammar import BoundaryModel, TaskGrammar
 from forcelab.runtime import one_blas_thread
 
 if TYPE_CHECKING:
-    from forcelab.recognition.live_model import LivePart
-
-__all__ = ["Prediction", "Recogniser"]
+    from forcelab.recognition.live_model import LiveModel
 
 #: Time steps classified at once, so that the hidden layer's activations stay small.
 BLOCK = 100_000
@@ -53,7 +56,7 @@ class Prediction:
     stages : dict of str to ndarray of int64, shape (n,)
         Codes after the filters before the last one, ``"threshold"`` and ``"median"``, as far as
         they are switched on.
-    certainty : Certainty, optional
+    probability_trace : ProbabilityTrace, optional
         The probabilities, coarsely; None where nobody asked, or the classifier has none.
     unaided : ndarray of int64, shape (n,), optional
         Decoded without any choreography; None where nobody asked, or there is no choreography.
@@ -66,7 +69,7 @@ class Prediction:
     probabilities: NDArray[np.float64] | None
     seconds: dict[str, float]
     stages: dict[str, NDArray[np.int64]] = field(default_factory=dict)
-    certainty: Certainty | None = None
+    probability_trace: ProbabilityTrace | None = None
     unaided: NDArray[np.int64] | None = None
 
     def at(self, times: NDArray[np.float64], steps: NDArray[np.int64]) -> Prediction:
@@ -107,16 +110,16 @@ class Recogniser:
         A fitted scikit-learn classifier of codes.
     trained_on : tuple of str
         Ids of the training demonstrations.
-    choreography : Choreography, optional
+    choreography : TaskGrammar, optional
         Durations and order of the training tracks; None without a decoder.
-    changes : Changes, optional
+    changes : BoundaryModel, optional
         What tells the decoder where actions change; None where that was not learnt.
-    live : tuple of LivePart
+    live : tuple of LiveModel
         What it has learnt to follow a stream, by the time that each part looks ahead; empty where
         the classifier itself can do so.
     units : tuple of str
         Of the channels; empty where they are not known, as in files of older versions.
-    left_out : tuple of Contradicted
+    left_out : tuple of DroppedSegment
         Segments that it was not trained on, as the other demonstrations contradict them. What was
         read from a file does not tell.
     """
@@ -128,11 +131,11 @@ class Recogniser:
     shortest: dict[str, float]
     classifier: Any
     trained_on: tuple[str, ...] = ()
-    choreography: Choreography | None = None
-    changes: Changes | None = None
-    live: tuple[LivePart, ...] = ()
+    choreography: TaskGrammar | None = None
+    changes: BoundaryModel | None = None
+    live: tuple[LiveModel, ...] = ()
     units: tuple[str, ...] = ()
-    left_out: tuple[Contradicted, ...] = ()
+    left_out: tuple[DroppedSegment, ...] = ()
 
     def least(self, share: float) -> dict[int, float]:
         """A share of the shortest training segment of each code that has one, in seconds."""
@@ -150,7 +153,7 @@ class Recogniser:
         InputError
             If it looks at a channel that is not there.
         """
-        return other_units(self.units, self.channels, channels)
+        return unit_remarks(self.units, self.channels, channels)
 
     def prepared(self, demonstration: Demonstration) -> Examples:
         """Compute the features of a demonstration that this recogniser looks at.
@@ -161,13 +164,13 @@ class Recogniser:
             If the demonstration lacks a channel that the recogniser looks at.
         """
         settings = self.settings.replace(channels=self.channels)
-        return prepare(Labelled(demonstration), settings, self.rate)
+        return prepare_examples(LabelledDemonstration(demonstration), settings, self.rate)
 
     def predict(
         self,
         demonstration: Demonstration,
         *,
-        certainty: bool = False,
+        probability_trace: bool = False,
         examples: Examples | None = None,
     ) -> Prediction:
         """Recognise the actions of a demonstration.
@@ -175,7 +178,7 @@ class Recogniser:
         Parameters
         ----------
         demonstration : Demonstration
-        certainty : bool
+        probability_trace : bool
             Whether its certainty is wanted, which changes nothing else.
         examples : Examples, optional
             What :meth:`prepared` made of it, where that is there already.
@@ -186,20 +189,20 @@ class Recogniser:
             If the demonstration lacks a channel that the recogniser looks at.
         """
         examples = self.prepared(demonstration) if examples is None else examples
-        prediction = self.predict_examples(examples, certainty=certainty)
+        prediction = self.predict_examples(examples, probability_trace=probability_trace)
         if self.settings.step is None:
             return prediction
         return prediction.at(demonstration.times, examples.nearest(demonstration.times))
 
     def predict_examples(
-        self, examples: Examples, *, certainty: bool = False, unaided: bool = False
+        self, examples: Examples, *, probability_trace: bool = False, unaided: bool = False
     ) -> Prediction:
         """Recognise the actions of a demonstration whose features are there already.
 
         Parameters
         ----------
         examples : Examples
-        certainty : bool
+        probability_trace : bool
             As of :meth:`predict`.
         unaided : bool
             Whether what would be decoded without choreography is wanted, too.
@@ -210,7 +213,7 @@ class Recogniser:
                 f"recogniser was trained on {', '.join(self.channels)}."
             )
         started = perf_counter()
-        raw, probabilities = self._classify(examples, certainty)
+        raw, probabilities = self._classify(examples, probability_trace)
         changes = None
         if self.choreography is not None and self.changes is not None:
             changes = self.changes.ratios(examples.features)
@@ -225,23 +228,23 @@ class Recogniser:
         seconds = {"predict": classified - started, "filter": perf_counter() - classified}
         alone = knowing(decode, "none") if unaided and knowing is not None else None
         sure = None
-        if certainty and probabilities is not None and examples.valid.any():
+        if probability_trace and probabilities is not None and examples.valid.any():
             seen = examples.valid
             known = probabilities if knowing is None else knowing(marginals, use)
-            sure = Certainty.of(examples.times[seen], known[seen], self.actions)
+            sure = ProbabilityTrace.of(examples.times[seen], known[seen], self.actions)
         return Prediction(
             examples.times, self.actions, raw, filtered, probabilities, seconds, stages, sure, alone
         )
 
     def _classify(
-        self, examples: Examples, certainty: bool
+        self, examples: Examples, probability_trace: bool
     ) -> tuple[NDArray[np.int64], NDArray[np.float64] | None]:
         """Codes of every time step, and probabilities where something needs them."""
         n, classes = len(examples.times), self.classifier.classes_
         raw = np.empty(n, dtype=np.int64)
         needed = self.settings.needs_probabilities
         # An SVM that was fitted without probabilities has none to ask for.
-        asked = needed or (certainty and hasattr(self.classifier, "predict_proba"))
+        asked = needed or (probability_trace and hasattr(self.classifier, "predict_proba"))
         probabilities = np.zeros((n, len(self.actions))) if asked else None
         with one_blas_thread():
             for first in range(0, n, BLOCK):

@@ -12,16 +12,16 @@ from numpy.typing import NDArray
 
 from forcelab.labels import Segments, from_codes
 from forcelab.recognition.calibration import Reliability
-from forcelab.recognition.intervals import Intervals, intervals
+from forcelab.recognition.intervals import Intervals, score_intervals
 from forcelab.recognition.metrics import Counts, Scores, count, pool
-from forcelab.recognition.probability_trace import Certainty
+from forcelab.recognition.probability_trace import ProbabilityTrace
 from forcelab.recognition.recogniser import Prediction
 from forcelab.recognition.settings import Settings
 from forcelab.resources import versions
 
 
 @dataclass(frozen=True)
-class Tested:
+class HeldOutPrediction:
     """One demonstration, recognised by a recogniser that has not seen it.
 
     Parameters
@@ -38,7 +38,7 @@ class Tested:
     stages : dict of str to ndarray of int64, shape (n,)
         Codes after the filters before the last one, ``"threshold"`` and ``"median"``, as far as
         they are switched on.
-    certainty : Certainty, optional
+    probability_trace : ProbabilityTrace, optional
         Probabilities of the actions that the recogniser knew; None where nobody asked.
     unaided : ndarray of int64, shape (n,), optional
         Codes decoded without any choreography; None without a decoder.
@@ -54,7 +54,7 @@ class Tested:
     raw: NDArray[np.int64]
     filtered: NDArray[np.int64]
     stages: dict[str, NDArray[np.int64]] = field(default_factory=dict)
-    certainty: Certainty | None = None
+    probability_trace: ProbabilityTrace | None = None
     unaided: NDArray[np.int64] | None = None
     unadapted: NDArray[np.int64] | None = None
 
@@ -89,7 +89,7 @@ class Evaluation:
     settings : Settings
     actions : tuple of str
         All actions in the order of their first occurrence.
-    tested : tuple of Tested
+    tested : tuple of HeldOutPrediction
         In the order of the demonstrations.
     rate : float
         Samples a second of the grid that was recognised on.
@@ -108,7 +108,7 @@ class Evaluation:
     title: str
     settings: Settings
     actions: tuple[str, ...]
-    tested: tuple[Tested, ...]
+    tested: tuple[HeldOutPrediction, ...]
     rate: float
     channels: tuple[str, ...]
     trained_on: tuple[str, ...]
@@ -153,7 +153,7 @@ class Evaluation:
     def _intervals(self) -> dict[str, Intervals]:
         """All intervals, resampled once."""
         seed = self.settings.seed
-        return {which: intervals(counts, seed) for which, counts in self._counts.items()}
+        return {which: score_intervals(counts, seed) for which, counts in self._counts.items()}
 
     def to_json(self) -> dict[str, Any]:
         """Settings, seed, versions, labels, run times and all scores, as plain values."""
@@ -208,8 +208,8 @@ LEAST = 0.2
 USUAL = 1000
 
 
-def silence_remark(
-    predicted: Sequence[Tested | Prediction], settings: Settings, rate: float
+def empty_prediction_remarks(
+    predicted: Sequence[HeldOutPrediction | Prediction], settings: Settings, rate: float
 ) -> tuple[str, ...]:
     """A remark where the filters left no timeline, with what took it and a likely cause.
 
@@ -260,34 +260,34 @@ def silence_remark(
     )
 
 
-def title_of(tasks: Sequence[str], test_task: str | None) -> str:
+def run_title(tasks: Sequence[str], test_task: str | None) -> str:
     """What an evaluation is called."""
     title = " + ".join(tasks) or "no task"
     return title if test_task is None else f"{title} → {test_task or 'no task'}"
 
 
-def kept(evaluation: Evaluation, *, certainty: bool = False) -> dict[str, Any]:
+def run_record(evaluation: Evaluation, *, probability_trace: bool = False) -> dict[str, Any]:
     """An evaluation as a run keeps it, as plain values.
 
     Parameters
     ----------
     evaluation : Evaluation
-    certainty : bool
+    probability_trace : bool
         Whether it also keeps how certain each prediction is, and what each filter led to.
     """
     whole = evaluation.to_json()
-    result = {"digest": digest(evaluation.title, whole)} | whole
-    result["tracks"] = evaluation.tracks_to_json(stages=certainty)
-    if certainty:
+    result = {"digest": run_summary(evaluation.title, whole)} | whole
+    result["tracks"] = evaluation.tracks_to_json(stages=probability_trace)
+    if probability_trace:
         result["certainty"] = {
-            item.id: item.certainty.to_json()
+            item.id: item.probability_trace.to_json()
             for item in evaluation.tested
-            if item.certainty is not None
+            if item.probability_trace is not None
         }
     return result
 
 
-def digest(title: str, whole: Mapping[str, Any]) -> dict[str, Any]:
+def run_summary(title: str, whole: Mapping[str, Any]) -> dict[str, Any]:
     """What a list of runs says of one; rates from 0 to 1, None where there is none."""
     pooled = whole.get("filtered", {}).get("pooled", {})
     return {

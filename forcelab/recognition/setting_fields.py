@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from forcelab.recognition.classifiers import REGISTRY
-from forcelab.recognition.settings import counts
+from forcelab.recognition.settings import applies
 
 FieldKind = Literal["number", "whole", "choice", "flag", "channels", "windows", "merge"]
 #: What a form holds, by the names of :class:`~forcelab.recognition.settings.Settings`.
@@ -56,7 +56,7 @@ class SettingField:
 
     def applies(self, values: FormValues) -> bool:
         """Whether it is used, told from all values of the form."""
-        return counts(self.name, values)
+        return applies(self.name, values)
 
 
 #: In the order of the form.

@@ -364,14 +364,14 @@ _NEEDS: Mapping[str, tuple[Need, ...]] = {
 }
 
 
-def counts(name: str, values: Mapping[str, Any]) -> bool:
+def applies(name: str, values: Mapping[str, Any]) -> bool:
     """Whether a setting changes anything, told from all of them by name."""
-    return _missing(name, values) is None
+    return _unmet_need(name, values) is None
 
 
-def obstacle(name: str, values: Mapping[str, Any]) -> str:
+def why_not_applied(name: str, values: Mapping[str, Any]) -> str:
     """Why a setting changes nothing, as the end of a sentence; empty where it does."""
-    need = _missing(name, values)
+    need = _unmet_need(name, values)
     if need is None:
         return ""
     other, wanted = need
@@ -380,9 +380,9 @@ def obstacle(name: str, values: Mapping[str, Any]) -> str:
     )
 
 
-def _missing(name: str, values: Mapping[str, Any]) -> Need | None:
+def _unmet_need(name: str, values: Mapping[str, Any]) -> Need | None:
     """The first thing that would have to be otherwise."""
-    if name == "seed" and (values["trimmed"] or (values["changes"] and counts("changes", values))):
+    if name == "seed" and (values["trimmed"] or (values["changes"] and applies("changes", values))):
         return None  # of them, too, something is drawn
     return next((need for need in _NEEDS.get(name, ()) if values[need[0]] not in need[1]), None)
 

@@ -19,14 +19,12 @@ from typing import Any
 from forcelab.errors import InputError
 from forcelab.io import write_atomically
 from forcelab.recognition.classifiers import check_classifier, check_numbers
-from forcelab.recognition.ensemble import Averaged
-from forcelab.recognition.live_model import LivePart
+from forcelab.recognition.ensemble import CalibratedEnsemble
+from forcelab.recognition.live_model import LiveModel
 from forcelab.recognition.recogniser import Recogniser
 from forcelab.recognition.settings import PLAIN_CLASSIFIERS, RATES, Settings
-from forcelab.recognition.task_grammar import Changes, Choreography
+from forcelab.recognition.task_grammar import BoundaryModel, TaskGrammar
 from forcelab.resources import versions
-
-__all__ = ["dump", "load", "pack", "save"]
 
 #: Of what is written. Format 1 had of every node of a tree its children and all its values, in the
 #: longest numbers: twelve times as much.
@@ -99,16 +97,16 @@ def pack(recogniser: Recogniser) -> bytes:
                 "choreography": None if choreography is None else choreography.to_json(),
                 "changes": None if changes is None else changes.plain(),
                 "versions": versions(),
-                "classifier": _bare(recogniser.classifier, recogniser.settings.seed),
+                "classifier": _prediction_state(recogniser.classifier, recogniser.settings.seed),
                 "live": [part.plain() for part in recogniser.live],
             }
         )
     )
 
 
-def _bare(classifier: Any, seed: int) -> Any:
+def _prediction_state(classifier: Any, seed: int) -> Any:
     """What a classifier predicts with."""
-    if isinstance(classifier, Averaged):
+    if isinstance(classifier, CalibratedEnsemble):
         return classifier.plain()
     bare = copy.copy(classifier)
     # The optimiser's state and the shuffles serve further training only.
@@ -122,7 +120,7 @@ def _bare(classifier: Any, seed: int) -> Any:
     return bare
 
 
-def save(recogniser: Recogniser, path: str | PathLike[str]) -> None:
+def save_recogniser(recogniser: Recogniser, path: str | PathLike[str]) -> None:
     """Write a recogniser to a file, whole or not at all.
 
     Raises
@@ -133,7 +131,7 @@ def save(recogniser: Recogniser, path: str | PathLike[str]) -> None:
     write_atomically(Path(path), dump(recogniser))
 
 
-def load(path: str | PathLike[str]) -> Recogniser:
+def load_recogniser(path: str | PathLike[str]) -> Recogniser:
     """Read a recogniser from a file.
 
     Raises
@@ -213,7 +211,7 @@ def _recogniser(content: object, name: str) -> Recogniser:
         raise ValueError("a shortest segment that lasts forever")
     width = settings.width(len(recogniser.channels))
     if (changes := content.get("changes")) is not None:  # older files have nothing of it
-        recogniser = replace(recogniser, changes=Changes.from_plain(changes, width))
+        recogniser = replace(recogniser, changes=BoundaryModel.from_plain(changes, width))
     known = len(recogniser.actions)
     if (
         recogniser.choreography is not None
@@ -221,27 +219,29 @@ def _recogniser(content: object, name: str) -> Recogniser:
     ):
         raise ValueError("the choreography is of other actions")
     if settings.classifier in PLAIN_CLASSIFIERS:
-        return replace(recogniser, classifier=Averaged.from_plain(classifier, width, known))
+        return replace(
+            recogniser, classifier=CalibratedEnsemble.from_plain(classifier, width, known)
+        )
     check_classifier(classifier, settings.classifier, settings.needs_probabilities, width, known)
     return recogniser
 
 
-def _choreography(plain: object, settings: Settings) -> Choreography | None:
+def _choreography(plain: object, settings: Settings) -> TaskGrammar | None:
     """Check what the decoder knows; older files have no decoder and nothing of it."""
     if not settings.decodes:
         return None
     if not isinstance(plain, Mapping):
         raise TypeError("no choreography")
-    return Choreography.from_json(plain)
+    return TaskGrammar.from_json(plain)
 
 
-def _live(content: Mapping[str, Any]) -> tuple[LivePart, ...]:
+def _live(content: Mapping[str, Any]) -> tuple[LiveModel, ...]:
     """Check what follows streams; older files have nothing of it."""
     channels, actions = len(content["channels"]), len(content["actions"])
     parts = content.get("live", [])
     if not isinstance(parts, list):
         raise TypeError("no list of parts")
-    return tuple(LivePart.from_plain(part, channels, actions) for part in parts)
+    return tuple(LiveModel.from_plain(part, channels, actions) for part in parts)
 
 
 def _units(content: Mapping[str, Any]) -> tuple[str, ...]:

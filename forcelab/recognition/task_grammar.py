@@ -41,9 +41,14 @@ from numpy.typing import NDArray
 
 from forcelab.jobs import Progress, finish
 from forcelab.labels import UNLABELLED, Segment, Segments
-from forcelab.recognition.ensemble import Averaged, Care, fitting_averaged, learnt_steps
+from forcelab.recognition.ensemble import (
+    CalibratedEnsemble,
+    FitOptions,
+    fit_ensemble,
+    training_steps,
+)
 from forcelab.recognition.examples import Examples
-from forcelab.recognition.forest import must
+from forcelab.recognition.forest import require
 from forcelab.recognition.settings import Settings
 from forcelab.segment_edits import fill_gaps
 
@@ -68,7 +73,7 @@ _ARRAYS = ("mean", "sd", "share", "start", "follow")
 
 
 @dataclass(frozen=True, eq=False)
-class Choreography:
+class TaskGrammar:
     """What the training tracks tell of durations and order; K actions.
 
     Parameters
@@ -94,7 +99,7 @@ class Choreography:
     follow: Real
 
     @classmethod
-    def learn(cls, tracks: Iterable[Segments], actions: Sequence[str]) -> Choreography:
+    def learn(cls, tracks: Iterable[Segments], actions: Sequence[str]) -> TaskGrammar:
         """Learn from the tracks of the training demonstrations.
 
         Parameters
@@ -135,7 +140,7 @@ class Choreography:
         return {"actions": list(self.actions)} | arrays
 
     @classmethod
-    def from_json(cls, plain: Mapping[str, Any]) -> Choreography:
+    def from_json(cls, plain: Mapping[str, Any]) -> TaskGrammar:
         """The inverse of :meth:`to_json`.
 
         Raises
@@ -221,7 +226,7 @@ def _smoothed(follow: Real) -> Real:
     return counts / counts.sum(axis=1, keepdims=True)
 
 
-Whole = NDArray[np.int64]
+Codes = NDArray[np.int64]
 
 #: Seconds to either side of a change that are near it: about what coders differ by.
 NEAR = 0.06
@@ -235,18 +240,18 @@ FEWEST = 3
 
 
 @dataclass(frozen=True, eq=False)
-class Changes:
+class BoundaryModel:
     """What tells time steps near a change of actions from others.
 
     Parameters
     ----------
-    classifier : Averaged
+    classifier : CalibratedEnsemble
         Of two codes, 1 being near a change.
     share : float
         Of the time steps that it was trained on, how many are near one, 0 to 1.
     """
 
-    classifier: Averaged
+    classifier: CalibratedEnsemble
     share: float
 
     def ratios(self, features: Real) -> Real:
@@ -259,7 +264,7 @@ class Changes:
         return {"classifier": self.classifier.plain(), "share": self.share}
 
     @classmethod
-    def from_plain(cls, plain: Mapping[str, Any], width: int) -> Changes:
+    def from_plain(cls, plain: Mapping[str, Any], width: int) -> BoundaryModel:
         """Check what was read from a file, of so many features.
 
         Raises
@@ -268,11 +273,11 @@ class Changes:
             If anything does not fit together.
         """
         share = float(plain["share"])
-        must(0 < share < 1, "a share near changes between 0 and 1")
-        return cls(Averaged.from_plain(plain["classifier"], width, 2), share)
+        require(0 < share < 1, "a share near changes between 0 and 1")
+        return cls(CalibratedEnsemble.from_plain(plain["classifier"], width, 2), share)
 
 
-def near_changes(examples: Sequence[Examples], settings: Settings) -> tuple[Whole, list[Whole]]:
+def boundary_steps(examples: Sequence[Examples], settings: Settings) -> tuple[Codes, list[Codes]]:
     """Which time steps tell where actions change.
 
     Parameters
@@ -290,58 +295,58 @@ def near_changes(examples: Sequence[Examples], settings: Settings) -> tuple[Whol
         Their places in each demonstration.
     """
     asked = settings.changes and settings.decodes
-    if not asked or sum(len(_changes(example.segments)) for example in examples) < FEWEST:
+    if not asked or sum(len(_boundary_times(example.segments)) for example in examples) < FEWEST:
         none = np.empty(0, dtype=np.int64)
         return none, [none] * len(examples)
-    y, _, steps = learnt_steps([_near(example) for example in examples], settings.stride)
+    y, _, steps = training_steps([_near_boundary(example) for example in examples], settings.stride)
     return y, steps
 
 
-def fitting_changes(
-    X: Real, y: Whole, settings: Settings
-) -> Generator[Progress, None, Changes | None]:
+def fit_boundary_model(
+    X: Real, y: Codes, settings: Settings
+) -> Generator[Progress, None, BoundaryModel | None]:
     """Learn where actions change; yields progress.
 
     Parameters
     ----------
     X : ndarray, shape (m, f)
-        Features of the time steps that :func:`near_changes` names.
+        Features of the time steps that :func:`boundary_steps` names.
     y : ndarray of int64, shape (m,)
     settings : Settings
 
     Returns
     -------
-    Changes or None
+    BoundaryModel or None
         None where there is no time step near a change, or no other.
     """
     if len(np.unique(y)) < 2:
         return None
     yield Progress(0, 1, "changes")
     trees = TREES if settings.stride == 1 else TREES // 2
-    made = finish(fitting_averaged("extra-trees", X, y, settings.seed, Care(trees=trees)))
-    return Changes(made, float(y.mean()))
+    made = finish(fit_ensemble("extra-trees", X, y, settings.seed, FitOptions(trees=trees)))
+    return BoundaryModel(made, float(y.mean()))
 
 
-def _near(example: Examples) -> Whole:
+def _near_boundary(example: Examples) -> Codes:
     """1 for each time step near a change, 0 for others, -1 where no coder says; shape (n,).
 
     The middle of a short hole between two actions is where they change, and it counts as seen.
     """
     near = np.full(len(example.times), UNLABELLED, dtype=np.int64)
-    holes = [(a.end, b.start) for a, b in _meeting(example.segments)]
+    holes = [(a.end, b.start) for a, b in _adjacent_pairs(example.segments)]
     for span in [(s.start, s.end) for s in example.segments] + holes:
         near[slice(*np.searchsorted(example.times, span))] = 0
-    for change in _changes(example.segments):
+    for change in _boundary_times(example.segments):
         near[(np.abs(example.times - change) <= NEAR) & (near == 0)] = 1
     near[~example.valid] = UNLABELLED
     return near
 
 
-def _meeting(segments: Segments) -> list[tuple[Segment, Segment]]:
+def _adjacent_pairs(segments: Segments) -> list[tuple[Segment, Segment]]:
     """Neighbours with no more than a short hole between them."""
     return [(a, b) for a, b in pairwise(segments) if b.start - a.end <= HOLE]
 
 
-def _changes(segments: Segments) -> list[float]:
+def _boundary_times(segments: Segments) -> list[float]:
     """When one action gives way to another, in seconds."""
-    return [0.5 * (a.end + b.start) for a, b in _meeting(segments) if a.action != b.action]
+    return [0.5 * (a.end + b.start) for a, b in _adjacent_pairs(segments) if a.action != b.action]

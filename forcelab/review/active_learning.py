@@ -42,11 +42,11 @@ from numpy.typing import NDArray
 
 from forcelab.labels import UNLABELLED, Segments, to_codes
 from forcelab.recognition.examples import Examples
-from forcelab.recognition.probability_trace import Certainty
+from forcelab.recognition.probability_trace import ProbabilityTrace
 from forcelab.review.differences import Interval
 
 if TYPE_CHECKING:
-    from forcelab.review.run_result import Outcome, Reviewed
+    from forcelab.review.run_result import DemonstrationResult, RunResult
 
 
 #: Time steps of each demonstration that are looked at: their mean and spread are known to a
@@ -56,7 +56,7 @@ STEPS = 1000
 Steps = NDArray[np.float32]
 
 
-def sampled(examples: Examples) -> Steps:
+def sample_steps(examples: Examples) -> Steps:
     """Some time steps of a demonstration, spread evenly over all that are not in gaps.
 
     Returns
@@ -81,7 +81,7 @@ def typicality(demonstrations: Sequence[Steps]) -> NDArray[np.float64]:
     Parameters
     ----------
     demonstrations : sequence of ndarray, each of shape (m, f)
-        As :func:`sampled` leaves them; m may differ.
+        As :func:`sample_steps` leaves them; m may differ.
 
     Returns
     -------
@@ -95,7 +95,7 @@ def typicality(demonstrations: Sequence[Steps]) -> NDArray[np.float64]:
     every = np.concatenate([demonstrations[i] for i in seen])
     mean, scale = every.mean(axis=0, dtype=np.float64), every.std(axis=0, dtype=np.float64)
     scale[scale == 0] = 1.0
-    looks = np.stack([_look((demonstrations[i] - mean) / scale) for i in seen])
+    looks = np.stack([_mean_and_spread((demonstrations[i] - mean) / scale) for i in seen])
     # One after the other: of all pairs at once the differences of 1,000 take gigabytes.
     apart = np.stack([np.linalg.norm(looks - look, axis=1) for look in looks])
     differing = apart[apart > 0]
@@ -104,7 +104,7 @@ def typicality(demonstrations: Sequence[Steps]) -> NDArray[np.float64]:
     return found
 
 
-def _look(steps: NDArray[np.float64]) -> NDArray[np.float64]:
+def _mean_and_spread(steps: NDArray[np.float64]) -> NDArray[np.float64]:
     """Mean and spread of standardised features, shape (2 f,)."""
     ready = np.arcsinh(steps)
     return np.concatenate([ready.mean(axis=0), ready.std(axis=0)])
@@ -121,7 +121,7 @@ Real = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Calibration:
+class ConfidenceCalibration:
     """How often an outcome was right where it was so sure.
 
     Parameters
@@ -174,39 +174,39 @@ class Proposal:
     typicality: float | None = None
 
 
-def calibration(outcome: Outcome) -> Calibration:
+def calibrate_confidence(outcome: RunResult) -> ConfidenceCalibration:
     """Compare what was predicted of the tested demonstrations with their humans."""
     right, total = np.zeros(BINS), np.zeros(BINS)
     for reviewed in outcome.tested:
-        certainty = reviewed.certainty
-        if certainty is None or not len(certainty.values):
+        trace = reviewed.probability_trace
+        if trace is None or not len(trace.values):
             continue
         # An action that the recogniser never met is predicted wrong wherever it is.
-        actions = dict.fromkeys((*certainty.actions, *(s.action for s in reviewed.human)))
-        human = to_codes(reviewed.human, certainty.times, tuple(actions))
-        known = (human != UNLABELLED) & certainty.known
-        confidence = _confidence(certainty)[known]
+        actions = dict.fromkeys((*trace.actions, *(s.action for s in reviewed.human)))
+        human = to_codes(reviewed.human, trace.times, tuple(actions))
+        known = (human != UNLABELLED) & trace.known
+        confidence = _confidence(trace)[known]
         bins = np.minimum((confidence * BINS).astype(np.int64), BINS - 1)
-        hit = certainty.values.argmax(axis=1)[known] == human[known]
-        total += np.bincount(bins, minlength=BINS) / certainty.rate
-        right += np.bincount(bins, weights=hit, minlength=BINS) / certainty.rate
+        hit = trace.values.argmax(axis=1)[known] == human[known]
+        total += np.bincount(bins, minlength=BINS) / trace.rate
+        right += np.bincount(bins, weights=hit, minlength=BINS) / trace.rate
     tested = np.flatnonzero(total >= LEAST)
     if not len(tested):
-        return Calibration((np.arange(BINS) + 0.5) / BINS, 0.0)
-    rising = _rising(right[tested] / total[tested], total[tested])
+        return ConfidenceCalibration((np.arange(BINS) + 0.5) / BINS, 0.0)
+    rising = _pool_adjacent_violators(right[tested] / total[tested], total[tested])
     accuracy = np.interp(np.arange(BINS), tested, rising)
-    return Calibration(accuracy, float(total.sum()))
+    return ConfidenceCalibration(accuracy, float(total.sum()))
 
 
-def proposals(outcome: Outcome) -> tuple[Proposal, ...]:
+def rank_proposals(outcome: RunResult) -> tuple[Proposal, ...]:
     """The unlabelled demonstrations of an outcome, the one to label next first.
 
-    By uncertainty times typicality; by uncertainty alone where :func:`weighed` says so.
+    By uncertainty times typicality; by uncertainty alone where :func:`weighs_typicality` says so.
     """
-    known = calibration(outcome)
+    known = calibrate_confidence(outcome)
     made = (_proposal(reviewed, known) for reviewed in outcome.proposals)
     found = [one for one in made if one is not None]
-    typical = weighed(found)
+    typical = weighs_typicality(found)
 
     def urgency(one: Proposal) -> float:
         return one.uncertainty * (one.typicality or 0.0) if typical else one.uncertainty
@@ -214,23 +214,25 @@ def proposals(outcome: Outcome) -> tuple[Proposal, ...]:
     return tuple(sorted(found, key=urgency, reverse=True))
 
 
-def weighed(found: Sequence[Proposal]) -> bool:
+def weighs_typicality(found: Sequence[Proposal]) -> bool:
     """Whether proposals are ordered by their typicality, too; older runs did not keep it."""
     return all(one.typicality is not None for one in found)
 
 
-def acceptable(reviewed: Reviewed, start: float, end: float, at_least: float = 0.0) -> Segments:
+def acceptable_segments(
+    reviewed: DemonstrationResult, start: float, end: float, at_least: float = 0.0
+) -> Segments:
     """The predicted segments that overlap a stretch and are as probable as is asked for.
 
     Parameters
     ----------
-    reviewed : Reviewed
+    reviewed : DemonstrationResult
     start, end : float
         Seconds; a segment that overlaps ``[start, end)`` is taken as a whole.
     at_least : float
         Least mean probability; with 0 no probability is asked for.
     """
-    certainty = reviewed.certainty
+    trace = reviewed.probability_trace
     return tuple(
         s
         for s in reviewed.predicted
@@ -238,21 +240,21 @@ def acceptable(reviewed: Reviewed, start: float, end: float, at_least: float = 0
         and start < s.end
         and (
             not at_least
-            or (certainty is not None and certainty.of_action(s.action, s.start, s.end) >= at_least)
+            or (trace is not None and trace.of_action(s.action, s.start, s.end) >= at_least)
         )
     )
 
 
-def uncertainty(certainty: Certainty) -> float:
+def uncertainty(trace: ProbabilityTrace) -> float:
     """Mean of ``1 - p`` over time, p the probability of the most probable action; 0 to 1.
 
     Time of which nothing is known says nothing; where there is no other, the uncertainty is 0.
     """
-    met = certainty.known
-    return float(1.0 - _confidence(certainty)[met].mean()) if met.any() else 0.0
+    met = trace.known
+    return float(1.0 - _confidence(trace)[met].mean()) if met.any() else 0.0
 
 
-def _rising(values: Real, weights: Real) -> Real:
+def _pool_adjacent_violators(values: Real, weights: Real) -> Real:
     """The nearest values that never fall: what is surer is not less often right.
 
     Neighbours that fall are replaced by their mean, until none is left [2]_.
@@ -268,46 +270,46 @@ def _rising(values: Real, weights: Real) -> Real:
     return np.repeat([mean for mean, _, _ in pools], [count for _, _, count in pools])
 
 
-def _proposal(reviewed: Reviewed, known: Calibration) -> Proposal | None:
+def _proposal(reviewed: DemonstrationResult, known: ConfidenceCalibration) -> Proposal | None:
     """What labelling one demonstration brings; None where no probability is known."""
-    certainty = reviewed.certainty
-    if certainty is None or not (met := certainty.known).any():
+    trace = reviewed.probability_trace
+    if trace is None or not (met := trace.known).any():
         return None
-    confidence = _confidence(certainty)
+    confidence = _confidence(trace)
     return Proposal(
         id=reviewed.id,
         name=reviewed.name,
         task=reviewed.task,
         seconds=reviewed.end - reviewed.start,
-        uncertainty=uncertainty(certainty),
-        wrong=float(known.wrong(confidence[met]).sum() / certainty.rate),
-        place=_least_certain(reviewed, certainty),
+        uncertainty=uncertainty(trace),
+        wrong=float(known.wrong(confidence[met]).sum() / trace.rate),
+        place=_least_certain_interval(reviewed, trace),
         typicality=reviewed.typicality,
     )
 
 
-def _confidence(certainty: Certainty) -> Real:
+def _confidence(trace: ProbabilityTrace) -> Real:
     """Probability of the most probable action over time."""
-    return np.asarray(certainty.values.max(axis=1) / np.iinfo(certainty.values.dtype).max)
+    return np.asarray(trace.values.max(axis=1) / np.iinfo(trace.values.dtype).max)
 
 
-def _least_certain(reviewed: Reviewed, certainty: Certainty) -> Interval:
+def _least_certain_interval(reviewed: DemonstrationResult, trace: ProbabilityTrace) -> Interval:
     """The stretch of :data:`STRETCH` seconds, or less, with the most uncertainty in it.
 
     Of one value where they are farther apart than that.
     """
-    doubt = np.where(certainty.known, 1.0 - _confidence(certainty), 0.0)
-    width = min(max(round(STRETCH * certainty.rate), 1), len(doubt))
+    doubt = np.where(trace.known, 1.0 - _confidence(trace), 0.0)
+    width = min(max(round(STRETCH * trace.rate), 1), len(doubt))
     sums = np.cumsum(np.concatenate([[0.0], doubt]))
     first = int(np.argmax(sums[width:] - sums[:-width]))
-    start = max(certainty.start + first / certainty.rate, reviewed.start)
-    end = min(certainty.start + (first + width) / certainty.rate, reviewed.end)
-    means = certainty.mean(start, end)
+    start = max(trace.start + first / trace.rate, reviewed.start)
+    end = min(trace.start + (first + width) / trace.rate, reviewed.end)
+    means = trace.mean(start, end)
     best = int(np.argmax(means))
     return Interval(
         reviewed.id,
         start,
         end,
-        predicted=certainty.actions[best],
+        predicted=trace.actions[best],
         confidence=float(means[best]),
     )

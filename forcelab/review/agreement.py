@@ -43,8 +43,8 @@ from forcelab.errors import InputError
 from forcelab.jobs import Progress
 from forcelab.labels import Segment, Segments, is_model, to_codes
 from forcelab.project import Project
-from forcelab.recognition.intervals import FEWEST, LEVEL, draws
-from forcelab.recognition.metrics import OVERLAPS, Overlay, f1, match
+from forcelab.recognition.intervals import FEWEST, LEVEL, draw_resamples
+from forcelab.recognition.metrics import OVERLAPS, Overlay, f1, match_segments
 from forcelab.review.differences import Interval
 from forcelab.runs import Runs
 from forcelab.segment_edits import SLIVER
@@ -69,7 +69,7 @@ class CoderTracks:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Pieces:
+class TrackPieces:
     """Tracks laid over each other, cut wherever one of them changes; p pieces of c tracks.
 
     Parameters
@@ -94,19 +94,19 @@ class Pieces:
         """Which pieces no track leaves unlabelled, shape (p,)."""
         return np.asarray((self.codes >= 0).all(axis=0))
 
-    def joined(self, chosen: NDArray[np.bool_]) -> Pieces:
+    def joined(self, chosen: NDArray[np.bool_]) -> TrackPieces:
         """The chosen pieces, with touching ones of the same codes as one."""
         starts, ends, codes = self.starts[chosen], self.ends[chosen], self.codes[:, chosen]
         if not len(starts):
-            return Pieces(starts, ends, codes)
+            return TrackPieces(starts, ends, codes)
         apart = starts[1:] - ends[:-1] > SLIVER
         cuts = np.flatnonzero(apart | (np.diff(codes) != 0).any(axis=0)) + 1
         firsts = np.concatenate([[0], cuts])
         lasts = np.concatenate([cuts, [len(starts)]]) - 1
-        return Pieces(starts[firsts], ends[lasts], codes[:, firsts])
+        return TrackPieces(starts[firsts], ends[lasts], codes[:, firsts])
 
 
-def pieces_of(tracks: Sequence[Segments], actions: Sequence[str]) -> Pieces:
+def overlay_tracks(tracks: Sequence[Segments], actions: Sequence[str]) -> TrackPieces:
     """Lay tracks over each other: exact, nothing is sampled.
 
     Pieces no longer than :data:`~forcelab.segment_edits.SLIVER` are float dust and left out.
@@ -125,7 +125,7 @@ def pieces_of(tracks: Sequence[Segments], actions: Sequence[str]) -> Pieces:
     middles = starts + (ends - starts) / 2
     codes = np.stack([to_codes(track, middles, actions) for track in tracks])
     some = (codes >= 0).any(axis=0)
-    return Pieces(starts[some], ends[some], codes[:, some])
+    return TrackPieces(starts[some], ends[some], codes[:, some])
 
 
 def actions_of(tracks: Iterable[Segments]) -> tuple[str, ...]:
@@ -203,7 +203,7 @@ WORDS = (
 RESAMPLES = 1000
 
 
-def cohen(seconds: NDArray[np.float64]) -> float | None:
+def cohen_kappa(seconds: NDArray[np.float64]) -> float | None:
     """Cohen's kappa of two coders.
 
     Parameters
@@ -227,7 +227,7 @@ def cohen(seconds: NDArray[np.float64]) -> float | None:
     return (float(np.trace(shares)) - expected) / (1 - expected)
 
 
-def fleiss(ratings: NDArray[np.int64], weights: NDArray[np.float64]) -> float | None:
+def fleiss_kappa(ratings: NDArray[np.int64], weights: NDArray[np.float64]) -> float | None:
     """Fleiss' kappa of any number of coders.
 
     Parameters
@@ -241,7 +241,7 @@ def fleiss(ratings: NDArray[np.int64], weights: NDArray[np.float64]) -> float | 
     Returns
     -------
     float or None
-        As of :func:`cohen`. With equally many coders throughout it is the figure of Fleiss (1971).
+        As of :func:`cohen_kappa`; with equally many coders throughout that of Fleiss (1971).
     """
     coders = ratings.sum(axis=1)
     enough = coders >= 2
@@ -254,11 +254,11 @@ def fleiss(ratings: NDArray[np.int64], weights: NDArray[np.float64]) -> float | 
     return None if 1 - expected < 1e-12 else (agreed - expected) / (1 - expected)
 
 
-def specific(seconds: NDArray[np.float64]) -> NDArray[np.float64]:
+def specific_agreement(seconds: NDArray[np.float64]) -> NDArray[np.float64]:
     """Positive specific agreement of each action, shape (K,); nan where neither said it.
 
     ``2 n_kk / (n_k. + n_.k)``: if one of the two, drawn by lot, says the action, how probably the
-    other says it too. `seconds` as of :func:`cohen`.
+    other says it too. `seconds` as of :func:`cohen_kappa`.
     """
     said = seconds.sum(axis=0) + seconds.sum(axis=1)
     shares = np.full(len(seconds), np.nan)
@@ -266,13 +266,13 @@ def specific(seconds: NDArray[np.float64]) -> NDArray[np.float64]:
     return shares
 
 
-def spread(matrices: NDArray[np.float64]) -> tuple[float, float] | None:
+def kappa_interval(matrices: NDArray[np.float64]) -> tuple[float, float] | None:
     """95 % interval of Cohen's kappa by the percentile bootstrap over demonstrations.
 
     Parameters
     ----------
     matrices : ndarray, shape (D, K, K)
-        One of :func:`cohen` for each demonstration.
+        One of :func:`cohen_kappa` for each demonstration.
 
     Returns
     -------
@@ -282,8 +282,8 @@ def spread(matrices: NDArray[np.float64]) -> tuple[float, float] | None:
     count = len(matrices)
     if count < FEWEST:
         return None
-    weights = draws(count, RESAMPLES, 0).astype(np.float64)
-    kappas = [k for k in map(cohen, np.tensordot(weights, matrices, axes=1)) if k is not None]
+    weights = draw_resamples(count, RESAMPLES, 0).astype(np.float64)
+    kappas = [k for k in map(cohen_kappa, np.tensordot(weights, matrices, axes=1)) if k is not None]
     if not kappas:
         return None
     aside = 50 * (1 - LEVEL)
@@ -304,7 +304,7 @@ _Kind = tuple[bool, str]
 
 
 @dataclass(frozen=True, eq=False)
-class Boundaries:
+class MatchedBoundaries:
     """Matched boundaries of two tracks; m pairs.
 
     Parameters
@@ -330,7 +330,7 @@ class Boundaries:
         return 1000.0 * (self.times[:, 1] - self.times[:, 0])
 
 
-def boundaries(segments: Segments) -> dict[_Kind, list[float]]:
+def boundary_times(segments: Segments) -> dict[_Kind, list[float]]:
     """The times of every kind of boundary of a track, increasing.
 
     Touching segments of one action are one: nobody sees a boundary between them.
@@ -347,7 +347,7 @@ def boundaries(segments: Segments) -> dict[_Kind, list[float]]:
     return found
 
 
-def match_boundaries(a: Segments, b: Segments, window: float = WINDOW) -> Boundaries:
+def match_boundaries(a: Segments, b: Segments, window: float = WINDOW) -> MatchedBoundaries:
     """Match boundaries of the same kind, the nearest first, each at most once.
 
     Parameters
@@ -357,12 +357,12 @@ def match_boundaries(a: Segments, b: Segments, window: float = WINDOW) -> Bounda
     window : float
         Seconds that two matched ones are apart at most.
     """
-    ours, theirs = boundaries(a), boundaries(b)
+    ours, theirs = boundary_times(a), boundary_times(b)
     rows: list[tuple[float, float, _Kind]] = []
     for kind in ours.keys() & theirs.keys():
         rows += [(s, t, kind) for s, t in _nearest(ours[kind], theirs[kind], window)]
     rows.sort()
-    return Boundaries(
+    return MatchedBoundaries(
         times=np.array([row[:2] for row in rows], dtype=np.float64).reshape(-1, 2),
         actions=tuple(action for _, _, (_, action) in rows),
         starting=tuple(starting for _, _, (starting, _) in rows),
@@ -396,17 +396,17 @@ def _nearest(ours: list[float], theirs: list[float], window: float) -> list[tupl
 TICKS = 1e6
 
 
-def segment_counts(pieces: Pieces, a: Segments, b: Segments) -> NDArray[np.int64]:
+def segment_counts(pieces: TrackPieces, a: Segments, b: Segments) -> NDArray[np.int64]:
     """Count matched and unmatched segments of one demonstration.
 
     Each track in turn stands for the truth, by the rule of
-    :func:`forcelab.recognition.metrics.match`. Only time that both labelled counts: a segment is
-    weighed without the rest of it, and one that the other coder left unlabelled altogether is no
+    :func:`forcelab.recognition.metrics.match_segments`. Only time that both labelled counts: a
+    segment is weighed without the rest of it, and one that the other coder left unlabelled altogether is no
     segment. Durations are rounded to microseconds.
 
     Parameters
     ----------
-    pieces : Pieces
+    pieces : TrackPieces
         Of the two tracks.
     a, b : tuple of Segment
         The tracks.
@@ -416,12 +416,12 @@ def segment_counts(pieces: Pieces, a: Segments, b: Segments) -> NDArray[np.int64
     ndarray of int64, shape (overlaps, 2, 3)
         By overlap and by who stands for the truth: matched, false, missed.
     """
-    laid = _compressed(pieces, a, b)
-    ways = _overlay(laid, 0, 1), _overlay(laid, 1, 0)
+    laid = _cut_to_both(pieces, a, b)
+    ways = _pair_overlay(laid, 0, 1), _pair_overlay(laid, 1, 0)
     found = []
     for overlap in OVERLAPS:
         for over in ways:
-            true = len(match(over, overlap))
+            true = len(match_segments(over, overlap))
             found.append((true, len(over.predicted) - true, len(over.human) - true))
     return np.array(found, dtype=np.int64).reshape(len(OVERLAPS), 2, 3)
 
@@ -439,7 +439,7 @@ def segment_f1(counts: NDArray[np.int64]) -> dict[int, float | None]:
     return found
 
 
-class _Laid(NamedTuple):
+class _LabelledByBoth(NamedTuple):
     """Pieces that both labelled, on a clock that runs only there."""
 
     numbers: NDArray[np.int64]  # of each track's segments, shape (2, p)
@@ -447,7 +447,7 @@ class _Laid(NamedTuple):
     ticks: NDArray[np.int64]  # where each piece starts, and the end of the last, shape (p + 1,)
 
 
-def _compressed(pieces: Pieces, a: Segments, b: Segments) -> _Laid:
+def _cut_to_both(pieces: TrackPieces, a: Segments, b: Segments) -> _LabelledByBoth:
     """Cut out the time that only one labelled.
 
     On the remaining clock a segment stays one, even where the other coder left a gap within it.
@@ -455,12 +455,14 @@ def _compressed(pieces: Pieces, a: Segments, b: Segments) -> _Laid:
     ticks = np.rint(pieces.seconds * TICKS).astype(np.int64)
     both = pieces.labelled_by_all & (ticks > 0)
     middles = (pieces.starts + pieces.seconds / 2)[both]
-    numbers = [np.searchsorted(_starts(track), middles, side="right") - 1 for track in (a, b)]
+    numbers = [
+        np.searchsorted(_segment_starts(track), middles, side="right") - 1 for track in (a, b)
+    ]
     clock = np.concatenate([[0], np.cumsum(ticks[both])])
-    return _Laid(np.stack(numbers), pieces.codes[:, both], clock)
+    return _LabelledByBoth(np.stack(numbers), pieces.codes[:, both], clock)
 
 
-def _starts(track: Segments) -> list[float]:
+def _segment_starts(track: Segments) -> list[float]:
     """Where segments start; touching ones of one action are one."""
     return [
         segment.start
@@ -469,14 +471,14 @@ def _starts(track: Segments) -> list[float]:
     ]
 
 
-def _overlay(laid: _Laid, human: int, predicted: int) -> Overlay:
+def _pair_overlay(laid: _LabelledByBoth, human: int, predicted: int) -> Overlay:
     """The overlay of the two tracks, in ticks instead of samples."""
     either = laid.numbers[human] * (int(laid.numbers[predicted].max(initial=0)) + 1)
-    pairs = _stretches(laid, either + laid.numbers[predicted], laid.codes[human])
+    pairs = _number_runs(laid, either + laid.numbers[predicted], laid.codes[human])
     first = np.searchsorted(laid.ticks, pairs.firsts)
     return Overlay(
-        human=_stretches(laid, laid.numbers[human], laid.codes[human]),
-        predicted=_stretches(laid, laid.numbers[predicted], laid.codes[predicted]),
+        human=_number_runs(laid, laid.numbers[human], laid.codes[human]),
+        predicted=_number_runs(laid, laid.numbers[predicted], laid.codes[predicted]),
         pieces=pairs,
         human_codes=laid.codes[human][first],
         predicted_codes=laid.codes[predicted][first],
@@ -484,7 +486,9 @@ def _overlay(laid: _Laid, human: int, predicted: int) -> Overlay:
     )
 
 
-def _stretches(laid: _Laid, numbers: NDArray[np.int64], codes: NDArray[np.int64]) -> Runs:
+def _number_runs(
+    laid: _LabelledByBoth, numbers: NDArray[np.int64], codes: NDArray[np.int64]
+) -> Runs:
     """Neighbouring pieces of one number as one stretch."""
     if not len(numbers):
         none, never = np.empty(0, dtype=np.int64), np.empty(0)
@@ -526,26 +530,26 @@ class CoderDifference:
         return Interval(demonstration, self.start, self.end, self.a, self.b)
 
 
-def differences(a: Segments, b: Segments) -> tuple[CoderDifference, ...]:
+def coder_differences(a: Segments, b: Segments) -> tuple[CoderDifference, ...]:
     """Every stretch in which two tracks differ, in order of time."""
     if not a and not b:
         return ()
     actions = actions_of((a, b))
-    laid = pieces_of((a, b), actions)
+    laid = overlay_tracks((a, b), actions)
     pieces = laid.joined(np.ones(len(laid.starts), dtype=np.bool_))
     names = (*actions, None)
     found = []
     for i, (one, other) in enumerate(pieces.codes.T.tolist()):
         if one == other:
             continue
-        before, after = _neighbour(pieces, i, -1), _neighbour(pieces, i, 1)
+        before, after = _common_neighbour(pieces, i, -1), _common_neighbour(pieces, i, 1)
         edge = before is not None and after is not None and {before, after} == {one, other}
         start, end = float(pieces.starts[i]), float(pieces.ends[i])
         found.append(CoderDifference(start, end, names[one], names[other], edge))
     return tuple(found)
 
 
-def _neighbour(pieces: Pieces, index: int, step: int) -> int | None:
+def _common_neighbour(pieces: TrackPieces, index: int, step: int) -> int | None:
     """What both say right beside a piece; None where they differ there too."""
     other = index + step
     touches = 0 <= other < len(pieces.starts) and (
@@ -608,13 +612,13 @@ class PairAgreement:
 
     @property
     def kappa(self) -> float | None:
-        """Cohen's kappa; see :func:`forcelab.review.agreement.cohen`."""
-        return cohen(self.both)
+        """Cohen's kappa; see :func:`forcelab.review.agreement.cohen_kappa`."""
+        return cohen_kappa(self.both)
 
     @property
     def interval(self) -> tuple[float, float] | None:
-        """95 % interval of kappa; see :func:`forcelab.review.agreement.spread`."""
-        return spread(self.seconds[:, :-1, :-1])
+        """95 % interval of kappa; see :func:`forcelab.review.agreement.kappa_interval`."""
+        return kappa_interval(self.seconds[:, :-1, :-1])
 
     @property
     def agreed(self) -> float | None:
@@ -637,7 +641,7 @@ class PairAgreement:
     @property
     def by_action(self) -> dict[str, float | None]:
         """Positive specific agreement; None for what neither says where both labelled."""
-        shares = specific(self.both).tolist()
+        shares = specific_agreement(self.both).tolist()
         return {
             action: None if np.isnan(share) else share
             for action, share in zip(self.actions, shares, strict=True)
@@ -684,7 +688,7 @@ class PairAgreement:
         }
 
 
-def agreeing(
+def compare_pair(
     coded: Sequence[CoderTracks], a: str, b: str
 ) -> Generator[Progress, None, PairAgreement | None]:
     """Compare two coders over the demonstrations that both labelled.
@@ -709,15 +713,15 @@ def agreeing(
     for done, one in enumerate(shared):
         yield Progress(done, len(shared), f"{a} / {b}")
         first, second = one.tracks[a], one.tracks[b]
-        pieces, edges = pieces_of((first, second), actions), match_boundaries(first, second)
+        pieces, edges = overlay_tracks((first, second), actions), match_boundaries(first, second)
         both, differ = pieces.labelled_by_all, pieces.codes[0] != pieces.codes[1]
-        seconds.append(_seconds(pieces, len(actions)))
+        seconds.append(_time_matrix(pieces, len(actions)))
         offsets.append(edges.offsets)
         boundaries += edges.counts
         segments.append(segment_counts(pieces, first, second))
-        apart += _differing(one.id, pieces.joined(both & differ), actions)
-        alone += _differing(one.id, pieces.joined(~both), actions)
-        shifted += _shifted(one.id, edges)
+        apart += _piece_intervals(one.id, pieces.joined(both & differ), actions)
+        alone += _piece_intervals(one.id, pieces.joined(~both), actions)
+        shifted += _shifted_intervals(one.id, edges)
     return PairAgreement(
         a=a,
         b=b,
@@ -733,14 +737,14 @@ def agreeing(
     )
 
 
-def _differing(id_: str, pieces: Pieces, actions: Sequence[str]) -> list[Interval]:
+def _piece_intervals(id_: str, pieces: TrackPieces, actions: Sequence[str]) -> list[Interval]:
     """Each of the pieces of two tracks as a place; ``human`` is the first track's action."""
     names = (*actions, None)  # the last is found with -1
     rows = zip(pieces.starts.tolist(), pieces.ends.tolist(), *pieces.codes.tolist(), strict=True)
     return [Interval(id_, start, end, names[a], names[b]) for start, end, a, b in rows]
 
 
-def _seconds(pieces: Pieces, k: int) -> NDArray[np.float64]:
+def _time_matrix(pieces: TrackPieces, k: int) -> NDArray[np.float64]:
     """How long two tracks say what, shape (k + 1, k + 1); the last is unlabelled."""
     # Code -1 is the last row and the last column as it is.
     total = np.zeros((k + 1, k + 1))
@@ -748,7 +752,7 @@ def _seconds(pieces: Pieces, k: int) -> NDArray[np.float64]:
     return total
 
 
-def _shifted(id_: str, found: Boundaries) -> list[Interval]:
+def _shifted_intervals(id_: str, found: MatchedBoundaries) -> list[Interval]:
     """The stretches between matched boundaries that are not at the same time."""
     places = []
     for (s, t), action, starting in zip(
@@ -853,13 +857,13 @@ def consistency(coded: Sequence[CoderTracks], author: str) -> Consistency:
             mean = float(lengths.mean())
             variation = float(lengths.std(ddof=1)) / mean if len(lengths) > 1 else None
             durations.append(Durations(task, action, len(lengths), mean, variation))
-            odd += _odd(found)
-        rare += _rare(tracks)
+            odd += _odd_durations(found)
+        rare += _rare_transitions(tracks)
     odd.sort(key=lambda item: -item[0])
     return Consistency(author, tuple(durations), tuple(place for _, place in odd), tuple(rare))
 
 
-def _odd(found: Sequence[tuple[str, Segment]]) -> list[tuple[float, Interval]]:
+def _odd_durations(found: Sequence[tuple[str, Segment]]) -> list[tuple[float, Interval]]:
     """Segments of one action whose duration stands out, with their robust z."""
     lengths = np.array([segment.duration for _, segment in found])
     away = np.abs(lengths - np.median(lengths))
@@ -874,7 +878,7 @@ def _odd(found: Sequence[tuple[str, Segment]]) -> list[tuple[float, Interval]]:
     ]
 
 
-def _rare(tracks: dict[str, tuple[Segment, ...]]) -> list[Interval]:
+def _rare_transitions(tracks: dict[str, tuple[Segment, ...]]) -> list[Interval]:
     """Orders of two actions that only one of the tracks has."""
     if len(tracks) < FEWEST_DEMONSTRATIONS:
         return []
@@ -978,14 +982,14 @@ def agreement(
     compared = tuple(name for name in names if same is None or name != same[1])
     pairs = []
     for a, b in combinations(compared, 2):
-        if (pair := (yield from agreeing(coded, a, b))) is not None:
+        if (pair := (yield from compare_pair(coded, a, b))) is not None:
             pairs.append(pair)
-    again = None if same is None else (yield from agreeing(coded, *same))
+    again = None if same is None else (yield from compare_pair(coded, *same))
     return Agreement(
         authors=compared,
         coded=tuple(coded),
         pairs=tuple(pairs),
-        fleiss=_fleiss(coded, compared),
+        fleiss=_fleiss_of_all(coded, compared),
         fleiss_coders=max(
             (sum(name in compared for name in one.tracks) for one in coded), default=0
         ),
@@ -995,7 +999,7 @@ def agreement(
     )
 
 
-def _fleiss(coded: Sequence[CoderTracks], authors: Sequence[str]) -> float | None:
+def _fleiss_of_all(coded: Sequence[CoderTracks], authors: Sequence[str]) -> float | None:
     """Fleiss' kappa of these coders over all demonstrations."""
     chosen: list[list[Segments]] = [
         [one.tracks[author] for author in authors if author in one.tracks] for one in coded
@@ -1004,8 +1008,8 @@ def _fleiss(coded: Sequence[CoderTracks], authors: Sequence[str]) -> float | Non
     actions = actions_of(track for tracks in chosen for track in tracks)
     ratings, weights = [np.empty((0, len(actions)), dtype=np.int64)], [np.empty(0)]
     for tracks in chosen:
-        pieces = pieces_of(tracks, actions)
+        pieces = overlay_tracks(tracks, actions)
         numbers = np.arange(len(actions))[:, np.newaxis]
         ratings.append(np.stack([(row == numbers).T for row in pieces.codes]).sum(axis=0))
         weights.append(pieces.seconds)
-    return fleiss(np.concatenate(ratings), np.concatenate(weights))
+    return fleiss_kappa(np.concatenate(ratings), np.concatenate(weights))

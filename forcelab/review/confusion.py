@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.jobs import Progress
-from forcelab.recognition.metrics import TICKS, timed_overlay
+from forcelab.recognition.metrics import TICKS, overlay_segments
 from forcelab.review.differences import Interval
-from forcelab.review.run_result import Outcome, Reviewed
+from forcelab.review.run_result import DemonstrationResult, RunResult
 
 #: What a cell counts: seconds, or human segments by what covers most of each.
 Unit = Literal["time", "segments"]
@@ -49,7 +49,7 @@ class _Parts:
 
 
 @dataclass(frozen=True, eq=False)
-class Cells:
+class ConfusionCounts:
     """A confusion matrix that knows what it was counted from; k actions.
 
     Rows are human and columns predicted actions; the last column is unlabelled: missed time.
@@ -57,14 +57,14 @@ class Cells:
     Parameters
     ----------
     actions : tuple of str, length k
-    demonstrations : tuple of Reviewed
+    demonstrations : tuple of DemonstrationResult
     stage : str
         The stage of prediction, ``"filtered"`` or ``"raw"``; demonstrations that did not keep it
         are left out.
     """
 
     actions: tuple[str, ...]
-    demonstrations: tuple[Reviewed, ...]
+    demonstrations: tuple[DemonstrationResult, ...]
     stage: str
     _pieces: _Parts
     _segments: _Parts
@@ -110,8 +110,8 @@ class Cells:
         one = self.demonstrations[parts.owners[number]]
         start, end = float(parts.starts[number]), float(parts.ends[number])
         confidence = None
-        if one.certainty is not None and predicted is not None:
-            confidence = one.certainty.of_action(predicted, start, end)
+        if one.probability_trace is not None and predicted is not None:
+            confidence = one.probability_trace.of_action(predicted, start, end)
         return Interval(one.id, start, end, human, predicted, confidence)
 
     def _parts(self, unit: Unit) -> _Parts:
@@ -126,12 +126,14 @@ class Cells:
         return sums.reshape(k, k + 1)
 
 
-def crossing(outcome: Outcome, stage: str = "filtered") -> Generator[Progress, None, Cells]:
+def count_confusion(
+    outcome: RunResult, stage: str = "filtered"
+) -> Generator[Progress, None, ConfusionCounts]:
     """Lay predictions over human tracks.
 
     Parameters
     ----------
-    outcome : Outcome
+    outcome : RunResult
         Its tested demonstrations are counted.
     stage : str
         Of the predictions.
@@ -144,14 +146,16 @@ def crossing(outcome: Outcome, stage: str = "filtered") -> Generator[Progress, N
     kept = tuple(one for one in outcome.tested if stage in one.stages)
     pieces, segments = [], []
     for number, one in enumerate(kept):
-        piece, segment = _crossed(number, one, stage, outcome.actions)
+        piece, segment = _count_demonstration(number, one, stage, outcome.actions)
         pieces.append(piece)
         segments.append(segment)
         yield Progress(number + 1, len(kept), one.name)
-    return Cells(outcome.actions, kept, stage, _Parts.joined(pieces), _Parts.joined(segments))
+    return ConfusionCounts(
+        outcome.actions, kept, stage, _Parts.joined(pieces), _Parts.joined(segments)
+    )
 
 
-def shares(matrix: NDArray[np.float64], of: Share) -> NDArray[np.float64]:
+def normalise(matrix: NDArray[np.float64], of: Share) -> NDArray[np.float64]:
     """A matrix over the sums of its rows or columns; of ``"counts"`` over its largest cell.
 
     Zero where there is nothing to have a share of.
@@ -165,11 +169,11 @@ def shares(matrix: NDArray[np.float64], of: Share) -> NDArray[np.float64]:
     return np.divide(matrix, whole, out=np.zeros(matrix.shape), where=whole > 0)
 
 
-def _crossed(
-    number: int, one: Reviewed, stage: str, actions: Sequence[str]
+def _count_demonstration(
+    number: int, one: DemonstrationResult, stage: str, actions: Sequence[str]
 ) -> tuple[_Parts, _Parts]:
     """The pieces and the human segments of one demonstration."""
-    over = timed_overlay(one.human, one.stages[stage], actions)
+    over = overlay_segments(one.human, one.stages[stage], actions)
     pieces, human, k = over.pieces, over.human, len(actions)
     predicted = np.where(over.predicted_codes < 0, k, over.predicted_codes)
     covered = np.zeros((len(human), k + 1), dtype=np.int64)

@@ -16,11 +16,9 @@ from typing import Literal
 from forcelab.errors import InputError
 from forcelab.labels import Segment, Segments
 from forcelab.project import Edit, Project
-from forcelab.review.agreement import CoderDifference, actions_of, differences, pieces_of
+from forcelab.review.agreement import CoderDifference, actions_of, coder_differences, overlay_tracks
 from forcelab.segment_edits import SLIVER, erase, paint
 from forcelab.text import counted
-
-__all__ = ["CONSENSUS", "TOLERANCE", "CoderDifference", "Consensus", "differences", "standing"]
 
 #: Who the consensus is by, unless said otherwise.
 CONSENSUS = "consensus"
@@ -34,7 +32,7 @@ _end = attrgetter("end")
 _Parts = list[tuple[float, float, str | None]]
 
 
-def standing(edits: Iterable[Edit]) -> tuple[Edit, ...]:
+def effective_edits(edits: Iterable[Edit]) -> tuple[Edit, ...]:
     """The edits of a track that were not undone, or were redone, in the order of their making."""
     there: dict[int, Edit] = {}
     undone: dict[int, Edit] = {}  # by the undo that took the edit back
@@ -112,9 +110,9 @@ class Consensus:
         self.track_b = read(self.demonstration, self.b).segments
         self.segments = read(self.demonstration, self.author).segments
         if (self.track_a, self.track_b) != before:
-            self.differences = differences(self.track_a, self.track_b)
+            self.differences = coder_differences(self.track_a, self.track_b)
         history = self.project.history(self.demonstration, self.author)
-        edits = standing(history)
+        edits = effective_edits(history)
         self._left = frozenset(edit.what for edit in edits)
         self.can_undo, self.can_redo = bool(edits), _can_redo(history)
 
@@ -131,7 +129,7 @@ class Consensus:
     def decided(self, difference: CoderDifference) -> bool:
         """Whether the consensus says anything there, or was left unlabelled there on purpose."""
         return bool(_cut(self.segments, difference.start, difference.end)) or (
-            _left(difference) in self._left
+            _left_text(difference) in self._left
         )
 
     def begin(self) -> Edit | None:
@@ -153,13 +151,13 @@ class Consensus:
 
     def put(self, difference: CoderDifference, action: str, why: str = "decided") -> Edit | None:
         """Decide for any action."""
-        what = f"{action} {_stretch(difference)} {why}"
+        what = f"{action} {_span_text(difference)} {why}"
         return self._decide([(difference, [(difference.start, difference.end, action)])], what)
 
     def leave(self, difference: CoderDifference) -> Edit | None:
         """Decide that it is unlabelled."""
         parts: _Parts = [(difference.start, difference.end, None)]
-        return self._decide([(difference, parts)], _left(difference), even_so=True)
+        return self._decide([(difference, parts)], _left_text(difference), even_so=True)
 
     def mean(self, difference: CoderDifference) -> Edit | None:
         """Set the boundary to the middle between the two coders' edges.
@@ -171,7 +169,7 @@ class Consensus:
         """
         if not difference.edge:
             raise InputError("Only a boundary has a mean; here the actions differ.")
-        what = f"edge in {_stretch(difference)} set to the mean"
+        what = f"edge in {_span_text(difference)} set to the mean"
         return self._decide([(difference, self._halves(difference))], what)
 
     def mean_all(self, tolerance: float = TOLERANCE) -> Edit | None:
@@ -233,7 +231,7 @@ class Consensus:
     def _agreed(self) -> Segments:
         """What both say, in order."""
         actions = actions_of((self.track_a, self.track_b))
-        laid = pieces_of((self.track_a, self.track_b), actions)
+        laid = overlay_tracks((self.track_a, self.track_b), actions)
         same = laid.joined(laid.codes[0] == laid.codes[1])
         rows = zip(same.starts.tolist(), same.ends.tolist(), same.codes[0].tolist(), strict=True)
         return tuple(Segment(start, end, actions[code]) for start, end, code in rows)
@@ -257,11 +255,11 @@ def _free(segments: Segments, start: float, end: float) -> list[tuple[float, flo
     ]
 
 
-def _stretch(difference: CoderDifference) -> str:
+def _span_text(difference: CoderDifference) -> str:
     """Its bounds in a line of history."""
     return f"{difference.start:.3f}-{difference.end:.3f} s"
 
 
-def _left(difference: CoderDifference) -> str:
+def _left_text(difference: CoderDifference) -> str:
     """The line of history of a stretch that was left unlabelled on purpose."""
-    return f"{_stretch(difference)} decided: unlabelled"
+    return f"{_span_text(difference)} decided: unlabelled"

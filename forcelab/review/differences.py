@@ -16,8 +16,8 @@ from forcelab.labels import Segment, Segments
 from forcelab.project import Project
 
 if TYPE_CHECKING:
-    from forcelab.recognition.probability_trace import Certainty
-    from forcelab.review.run_result import Outcome, Reviewed  # loads SciPy
+    from forcelab.recognition.probability_trace import ProbabilityTrace
+    from forcelab.review.run_result import DemonstrationResult, RunResult  # loads SciPy
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,12 +59,14 @@ def action_over(segments: Segments, start: float, end: float) -> str | None:
     return max(covered, key=lambda action: covered[action], default=None)
 
 
-def place_of(reviewed: Reviewed, start: float, end: float, human: str | None = None) -> Interval:
+def interval_of(
+    reviewed: DemonstrationResult, start: float, end: float, human: str | None = None
+) -> Interval:
     """A stretch of a demonstration with what human and model mostly make of it.
 
     Parameters
     ----------
-    reviewed : Reviewed
+    reviewed : DemonstrationResult
     start, end : float
         Seconds.
     human : str, optional
@@ -72,13 +74,13 @@ def place_of(reviewed: Reviewed, start: float, end: float, human: str | None = N
     """
     predicted = action_over(reviewed.predicted, start, end)
     confidence = None
-    if predicted is not None and reviewed.certainty is not None:
-        confidence = reviewed.certainty.of_action(predicted, start, end)
+    if predicted is not None and reviewed.probability_trace is not None:
+        confidence = reviewed.probability_trace.of_action(predicted, start, end)
     human = human or action_over(reviewed.human, start, end)
     return Interval(reviewed.id, start, end, human, predicted, confidence)
 
 
-def place_at(reviewed: Reviewed, time: float) -> Interval | None:
+def interval_at(reviewed: DemonstrationResult, time: float) -> Interval | None:
     """The stretch around a time (s) in which neither human nor model changes their mind.
 
     None where nothing is labelled and nothing is predicted there.
@@ -94,10 +96,10 @@ def place_at(reviewed: Reviewed, time: float) -> Interval | None:
                 start = max(start, segment.end)
             else:
                 end = min(end, segment.start)
-    return place_of(reviewed, start, end) if found else None
+    return interval_of(reviewed, start, end) if found else None
 
 
-Kind = Literal["action", "missed", "invented", "boundary"]
+DifferenceKind = Literal["action", "missed", "invented", "boundary"]
 
 #: A displaced edge differs by at most this share of the shorter of the two segments at it.
 EDGE_SHARE = 0.25
@@ -119,7 +121,7 @@ class Difference(Interval):
         How much speaks for an error of the coder, 0 to 1; see :mod:`forcelab.review.label_errors`.
     """
 
-    kind: Kind = "action"
+    kind: DifferenceKind = "action"
     suspicion: float = 0.0
 
     @property
@@ -141,20 +143,22 @@ class _Piece(NamedTuple):
         return self.human != self.predicted
 
 
-def current_tracks(project: Project, outcome: Outcome) -> dict[str, Segments]:
+def current_tracks(project: Project, outcome: RunResult) -> dict[str, Segments]:
     """The tracks of an outcome's coder as they are now, spelt as they were trained.
 
     Demonstrations that have left the project since are left out.
     """
     there = {info.id for info in project.demonstrations()}
     return {
-        reviewed.id: spelt(project.track(reviewed.id, outcome.author).segments, outcome, reviewed)
+        reviewed.id: as_trained(
+            project.track(reviewed.id, outcome.author).segments, outcome, reviewed
+        )
         for reviewed in outcome.tested
         if reviewed.id in there
     }
 
 
-def spelt(segments: Segments, outcome: Outcome, reviewed: Reviewed) -> Segments:
+def as_trained(segments: Segments, outcome: RunResult, reviewed: DemonstrationResult) -> Segments:
     """Segments of a demonstration with the actions as the outcome trained them."""
     merged = outcome.settings.merge.apply_segments(segments)
     if not outcome.apart:
@@ -162,7 +166,7 @@ def spelt(segments: Segments, outcome: Outcome, reviewed: Reviewed) -> Segments:
     return tuple(replace(s, action=f"{s.action}_{reviewed.task}") for s in merged)
 
 
-def spelt_back(action: str, outcome: Outcome, reviewed: Reviewed) -> str:
+def action_as_coded(action: str, outcome: RunResult, reviewed: DemonstrationResult) -> str:
     """What a coder writes for an action that a recogniser has learnt, perhaps in another task."""
     if not outcome.apart:
         return action
@@ -171,18 +175,18 @@ def spelt_back(action: str, outcome: Outcome, reviewed: Reviewed) -> str:
     return action.removesuffix(next((f"_{t}" for t in tasks if action.endswith(f"_{t}")), ""))
 
 
-def spelt_as_coded(segments: Segments, outcome: Outcome, reviewed: Reviewed) -> Segments:
+def as_coded(segments: Segments, outcome: RunResult, reviewed: DemonstrationResult) -> Segments:
     """Predicted segments of a demonstration with the actions as a coder writes them."""
     if not outcome.apart:
         return segments
-    return tuple(replace(s, action=spelt_back(s.action, outcome, reviewed)) for s in segments)
+    return tuple(replace(s, action=action_as_coded(s.action, outcome, reviewed)) for s in segments)
 
 
-def compared(
+def find_differences(
     demonstration: str,
     human: Sequence[Segment],
     predicted: Sequence[Segment],
-    certainty: Certainty | None = None,
+    trace: ProbabilityTrace | None = None,
 ) -> tuple[Difference, ...]:
     """The differences of two tracks over one demonstration: they tile the time that differs.
 
@@ -192,7 +196,7 @@ def compared(
         Its id.
     human, predicted : sequence of Segment
         In order, never overlapping.
-    certainty : Certainty, optional
+    probability_trace : ProbabilityTrace, optional
         The model's.
     """
     pieces = list(_pieces(human, predicted))
@@ -204,7 +208,7 @@ def compared(
             piece.end,
             piece.human,
             piece.predicted,
-            _confidence(piece, certainty),
+            _confidence(piece, trace),
             "boundary" if number in edges else _kind(piece),
         )
         for number, piece in enumerate(pieces)
@@ -212,20 +216,20 @@ def compared(
     )
 
 
-def _kind(piece: _Piece) -> Kind:
+def _kind(piece: _Piece) -> DifferenceKind:
     """What a piece is that differs by more than an edge."""
     if piece.human is None:
         return "invented"
     return "missed" if piece.predicted is None else "action"
 
 
-def _confidence(piece: _Piece, certainty: Certainty | None) -> float | None:
+def _confidence(piece: _Piece, trace: ProbabilityTrace | None) -> float | None:
     """How sure the model is that the human is not right."""
-    if certainty is None:
+    if trace is None:
         return None
     if piece.predicted is None:
-        return 1.0 - certainty.of_action(piece.human, piece.start, piece.end)
-    return certainty.of_action(piece.predicted, piece.start, piece.end)
+        return 1.0 - trace.of_action(piece.human, piece.start, piece.end)
+    return trace.of_action(piece.predicted, piece.start, piece.end)
 
 
 def _pieces(human: Sequence[Segment], predicted: Sequence[Segment]) -> Iterator[_Piece]:
@@ -273,7 +277,7 @@ def _edges(pieces: Sequence[_Piece]) -> set[int]:
         before = pieces[left] if left >= 0 else None
         after = pieces[right] if right < len(pieces) else None
         between = range(left + 1, right)
-        if _from_to(before, after, [pieces[i] for i in between]):
+        if _same_transition(before, after, [pieces[i] for i in between]):
             room = EDGE_SHARE * min(_length(before), _length(after))
             for i in between:
                 if pieces[i].differs and pieces[i].end - pieces[i].start <= room:
@@ -286,7 +290,9 @@ def _length(piece: _Piece | None) -> float:
     return math.inf if piece is None else piece.end - piece.start
 
 
-def _from_to(before: _Piece | None, after: _Piece | None, between: Sequence[_Piece]) -> bool:
+def _same_transition(
+    before: _Piece | None, after: _Piece | None, between: Sequence[_Piece]
+) -> bool:
     """Whether both tracks go from one action to the other between two agreed stretches."""
     first = None if before is None else before.human
     last = None if after is None else after.human

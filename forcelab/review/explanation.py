@@ -42,16 +42,27 @@ from forcelab.errors import InputError
 from forcelab.jobs import Progress
 from forcelab.labels import UNLABELLED, Segments, to_codes
 from forcelab.project import LabelsUsed, Project
-from forcelab.recognition.attribution import Judge, Network, Voter, judge_of, log_odds
-from forcelab.recognition.examples import Examples, Labelled, common_rate, kept_apart
-from forcelab.recognition.groups import groups
-from forcelab.recognition.label_noise import trimming
-from forcelab.recognition.probability_trace import Certainty
+from forcelab.recognition.attribution import (
+    BlackBoxScorer,
+    MlpScorer,
+    Scorer,
+    log_odds,
+    make_scorer,
+)
+from forcelab.recognition.examples import (
+    Examples,
+    LabelledDemonstration,
+    common_rate,
+    suffix_actions,
+)
+from forcelab.recognition.groups import fold_groups
+from forcelab.recognition.label_noise import drop_contradicted
+from forcelab.recognition.probability_trace import ProbabilityTrace
 from forcelab.recognition.recogniser import Recogniser
-from forcelab.recognition.storage import load
-from forcelab.recognition.training import fit_trimmed, preparing
-from forcelab.review.differences import Interval, action_over, place_at
-from forcelab.review.run_result import Outcome
+from forcelab.recognition.storage import load_recogniser
+from forcelab.recognition.training import fit_cleaned, prepare_all
+from forcelab.review.differences import Interval, action_over, interval_at
+from forcelab.review.run_result import RunResult
 from forcelab.signals.channels import channel_map
 from forcelab.signals.grid import measured
 
@@ -99,7 +110,7 @@ class SegmentFeatures:
         return cls(places, np.concatenate([part.values for part in parts]))
 
 
-def summary(
+def summarise(
     examples: Examples, demonstration: Demonstration, scales: int, start: float, end: float
 ) -> Real | None:
     """The numbers by which ``[start, end)`` seconds of a demonstration are known, shape (d,).
@@ -141,11 +152,13 @@ def summary(
     )
 
 
-def summarised(examples: Examples, demonstration: Demonstration, scales: int) -> SegmentFeatures:
-    """All human segments of a demonstration in numbers; parameters as of :func:`summary`."""
+def summarise_segments(
+    examples: Examples, demonstration: Demonstration, scales: int
+) -> SegmentFeatures:
+    """All human segments of a demonstration in numbers; parameters as of :func:`summarise`."""
     places, values = [], []
     for segment in examples.segments:
-        found = summary(examples, demonstration, scales, segment.start, segment.end)
+        found = summarise(examples, demonstration, scales, segment.start, segment.end)
         if found is not None:
             places.append(Interval(demonstration.id, segment.start, segment.end, segment.action))
             values.append(found)
@@ -153,7 +166,7 @@ def summarised(examples: Examples, demonstration: Demonstration, scales: int) ->
     return SegmentFeatures(tuple(places), np.array(values).reshape(len(values), width))
 
 
-def nearest(
+def nearest_segments(
     wanted: Real,
     training: SegmentFeatures,
     action: str,
@@ -165,7 +178,7 @@ def nearest(
     Parameters
     ----------
     wanted : ndarray, shape (d,)
-        The stretch, as of :func:`summary`.
+        The stretch, as of :func:`summarise`.
     training : Summaries
         Of all actions: the standard deviations are theirs.
     action : str
@@ -198,7 +211,7 @@ COLUMNS, WIDTH = 160, 192
 
 
 @dataclass(frozen=True, eq=False)
-class Trace:
+class ForcePreview:
     """A stretch in little.
 
     Parameters
@@ -218,7 +231,9 @@ class Trace:
     frame: NDArray[np.uint8] | None = None
 
 
-def trace(demonstration: Demonstration, start: float, end: float, columns: int = COLUMNS) -> Trace:
+def force_preview(
+    demonstration: Demonstration, start: float, end: float, columns: int = COLUMNS
+) -> ForcePreview:
     """The forces of ``[start, end)`` seconds, without the frame."""
     first, last = np.searchsorted(demonstration.times, (start, end)).tolist()
     first = min(first, len(demonstration.times) - 1)  # the last sample lasts on after its stamp
@@ -227,10 +242,12 @@ def trace(demonstration: Demonstration, start: float, end: float, columns: int =
     firsts = np.unique(np.linspace(0, len(values), columns, endpoint=False).astype(np.int64))
     # fmin and fmax pass over what is missing, and give NaN only where there is nothing else.
     low, high = np.fmin.reduceat(values, firsts), np.fmax.reduceat(values, firsts)
-    return Trace(demonstration.name, low, high)
+    return ForcePreview(demonstration.name, low, high)
 
 
-def tracing(path: Path, places: Sequence[Interval]) -> Generator[Progress, None, list[Trace]]:
+def preview_job(
+    path: Path, places: Sequence[Interval]
+) -> Generator[Progress, None, list[ForcePreview]]:
     """The traces of some places, in their order; a video that cannot be read has no frame.
 
     Parameters
@@ -247,17 +264,17 @@ def tracing(path: Path, places: Sequence[Interval]) -> Generator[Progress, None,
     with Project.open(path) as project:
         for place in places:
             demonstration = project.load(place.demonstration)
-            made = trace(demonstration, place.start, place.end)
+            made = force_preview(demonstration, place.start, place.end)
             if demonstration.video is not None:
                 middle = 0.5 * (place.start + place.end)
-                frame = yield from _framing(demonstration.video, middle)
-                made = Trace(made.name, made.low, made.high, frame)
+                frame = yield from _read_frame(demonstration.video, middle)
+                made = ForcePreview(made.name, made.low, made.high, frame)
             found.append(made)
             yield Progress(len(found), len(places), "traces")
     return found
 
 
-def _framing(
+def _read_frame(
     video: VideoReference, time: float
 ) -> Generator[Progress, None, NDArray[np.uint8] | None]:
     """The frame at a time on the force clock (s); None before the first one or if undecodable."""
@@ -285,11 +302,11 @@ def _framing(
 #: How many time steps that were trained on are kept, to replace features by.
 SAMPLE = 2048
 
-How = Literal["left out", "other task", "final"]
+TrainedHow = Literal["left out", "other task", "final"]
 
 
 @dataclass(frozen=True, eq=False)
-class Withheld:
+class HeldOutModel:
     """A recogniser that has not seen a demonstration, and that demonstration as it sees it.
 
     Parameters
@@ -303,11 +320,11 @@ class Withheld:
         The one that was not seen.
     examples : Examples
         Its features; f of them at each of n time steps.
-    judge : Network or Voter
+    judge : Network or BlackBoxScorer
         The classifier.
     hertz : ndarray, shape (k,)
         Of the scales or windows, the smallest first.
-    certainty : Certainty or None
+    probability_trace : ProbabilityTrace or None
         Of the run if it kept any, else of `judge`; None if that gives no probabilities.
     kept : bool
         Whether `certainty` is the run's.
@@ -324,12 +341,12 @@ class Withheld:
     """
 
     run: int
-    how: How
+    how: TrainedHow
     demonstration: Demonstration
     examples: Examples
-    judge: Network | Voter
+    judge: MlpScorer | BlackBoxScorer
     hertz: Real
-    certainty: Certainty | None
+    probability_trace: ProbabilityTrace | None
     kept: bool
     same: float
     mean: Real
@@ -344,7 +361,7 @@ class Withheld:
         return sum(array.nbytes for array in arrays) + self.demonstration.signals.nbytes
 
 
-def track_at(project: Project, used: LabelsUsed) -> Segments:
+def track_after_edit(project: Project, used: LabelsUsed) -> Segments:
     """One author's segments as they were after an edit, whatever was edited since."""
     if project.head(used.demonstration, used.author) == used.edit:
         return project.track(used.demonstration, used.author).segments
@@ -357,14 +374,16 @@ def track_at(project: Project, used: LabelsUsed) -> Segments:
     return segments
 
 
-def withholding(path: Path, outcome: Outcome, id_: str) -> Generator[Progress, None, Withheld]:
+def train_held_out(
+    path: Path, outcome: RunResult, id_: str
+) -> Generator[Progress, None, HeldOutModel]:
     """Train the recogniser of a run that has not seen a demonstration.
 
     Parameters
     ----------
     path : Path
         Of the project.
-    outcome : Outcome
+    outcome : RunResult
         The run.
     id_ : str
         Of a demonstration that the run tested or proposed labels for.
@@ -389,19 +408,21 @@ def withholding(path: Path, outcome: Outcome, id_: str) -> Generator[Progress, N
     with Project.open(path) as project:
         labelled = _labelled(project, outcome)
         own = next((item for item in labelled if item.demonstration.id == id_), None)
-        held_out = own or Labelled(project.load(id_))
+        held_out = own or LabelledDemonstration(project.load(id_))
         final = None
         if own is None and outcome.recogniser:
-            final = load(project.recogniser_path(outcome.recogniser))
+            final = load_recogniser(project.recogniser_path(outcome.recogniser))
     tested = {one.id for one in outcome.tested}
-    how: How = "final" if own is None else "left out" if outcome.test_task is None else "other task"
+    how: TrainedHow = (
+        "final" if own is None else "left out" if outcome.test_task is None else "other task"
+    )
     together = labelled
     if outcome.test_task is not None:
         together = [item for item in labelled if item.demonstration.id not in tested]
     learnt = [item for item in together if item is not own]
     if how == "left out":
         at = next(i for i, item in enumerate(together) if item is own)
-        parts = groups([item.demonstration for item in together], outcome.folds)
+        parts = fold_groups([item.demonstration for item in together], outcome.folds)
         of = next(group for group in parts if at in group)
         learnt = [item for i, item in enumerate(together) if i not in of]
     # The run had all demonstrations on one grid, the one that is left out among them.
@@ -409,36 +430,36 @@ def withholding(path: Path, outcome: Outcome, id_: str) -> Generator[Progress, N
     settings = outcome.settings.replace(rate=rate)
     if final is not None:
         settings = settings.replace(rate=final.rate, channels=final.channels)
-    *known, examples = yield from preparing([*learnt, held_out], settings)
+    *known, examples = yield from prepare_all([*learnt, held_out], settings)
     hertz = settings.bands(examples.rate)
     prepared = perf_counter()
     # What is shown as trained on must have been.
-    known, left_out = yield from trimming(known, outcome.settings)
+    known, left_out = yield from drop_contradicted(known, outcome.settings)
     training = SegmentFeatures.joined(
         [
-            summarised(example, item.demonstration, len(hertz))
+            summarise_segments(example, item.demonstration, len(hertz))
             for example, item in zip(known, learnt, strict=True)
         ]
     )
-    recogniser = final or (yield from fit_trimmed(known, left_out, outcome.settings))
+    recogniser = final or (yield from fit_cleaned(known, left_out, outcome.settings))
     fitted = perf_counter()
-    judge = judge_of(recogniser)
-    certainty = reviewed.certainty
-    if certainty is None and (proba := judge.probabilities(examples.features)) is not None:
-        certainty = Certainty.of(examples.times, proba, recogniser.actions)
+    judge = make_scorer(recogniser)
+    trace = reviewed.probability_trace
+    if trace is None and (proba := judge.probabilities(examples.features)) is not None:
+        trace = ProbabilityTrace.of(examples.times, proba, recogniser.actions)
     mean, sample = _rows(known, recogniser)
     # What was tested is scored on its own stamps; a proposal is as the recogniser made it.
     stamps = examples.times if own is None else held_out.demonstration.times
-    return Withheld(
+    return HeldOutModel(
         run=outcome.number,
         how=how,
         demonstration=held_out.demonstration,
         examples=examples,
         judge=judge,
         hertz=hertz,
-        certainty=certainty,
-        kept=reviewed.certainty is not None,
-        same=_same(recogniser, examples, stamps, reviewed.predicted),
+        probability_trace=trace,
+        kept=reviewed.probability_trace is not None,
+        same=_same_share(recogniser, examples, stamps, reviewed.predicted),
         mean=mean,
         sample=sample,
         training=training,
@@ -446,17 +467,17 @@ def withholding(path: Path, outcome: Outcome, id_: str) -> Generator[Progress, N
     )
 
 
-def _labelled(project: Project, outcome: Outcome) -> list[Labelled]:
+def _labelled(project: Project, outcome: RunResult) -> list[LabelledDemonstration]:
     """What the run had labels of, as they were then and in the run's order."""
     items, tasks = [], []
     for used in outcome.labels:
-        segments = track_at(project, used)
+        segments = track_after_edit(project, used)
         if segments:
-            items.append(Labelled(project.load(used.demonstration), segments))
+            items.append(LabelledDemonstration(project.load(used.demonstration), segments))
             tasks.append(project.info(used.demonstration).task)
     if not outcome.apart:
         return items
-    return kept_apart([item.merged(outcome.settings.merge) for item in items], tasks)
+    return suffix_actions([item.merged(outcome.settings.merge) for item in items], tasks)
 
 
 def _rows(known: Sequence[Examples], recogniser: Recogniser) -> tuple[Real, Real]:
@@ -476,7 +497,9 @@ def _rows(known: Sequence[Examples], recogniser: Recogniser) -> tuple[Real, Real
     return mean, np.concatenate(sample)
 
 
-def _same(recogniser: Recogniser, examples: Examples, stamps: Real, before: Segments) -> float:
+def _same_share(
+    recogniser: Recogniser, examples: Examples, stamps: Real, before: Segments
+) -> float:
     """The share of samples on which the recogniser and the run's prediction agree."""
     prediction = recogniser.predict_examples(examples)
     actions = tuple(dict.fromkeys((*recogniser.actions, *(s.action for s in before))))
@@ -491,7 +514,7 @@ BLOCK = 4096
 
 
 @dataclass(frozen=True, eq=False)
-class Influence:
+class Attribution:
     """How much each band and channel speaks for one action and against another.
 
     Parameters
@@ -523,8 +546,8 @@ class Influence:
     repeats: int
 
 
-def influence(
-    judge: Judge,
+def attribute_bands(
+    judge: Scorer,
     rows: Real,
     favoured: str,
     against: str,
@@ -533,12 +556,12 @@ def influence(
     mean: Real,
     sample: Real,
     seed: int = 0,
-) -> Generator[Progress, None, Influence]:
+) -> Generator[Progress, None, Attribution]:
     """How much each band speaks for an action; by gradient where that can be had.
 
     Parameters
     ----------
-    judge : Judge
+    judge : Scorer
     rows : ndarray, shape (n, f)
         Features of the time steps that are explained.
     favoured, against : str
@@ -552,14 +575,14 @@ def influence(
     seed : int
         Of the permutation.
     """
-    if isinstance(judge, Network):
+    if isinstance(judge, MlpScorer):
         return (yield from _by_gradient(judge, rows, favoured, against, shape, mean))
     return (yield from _by_permutation(judge, rows, favoured, against, shape, sample, seed))
 
 
 def _by_gradient(
-    network: Network, rows: Real, favoured: str, against: str, shape: tuple[int, int], mean: Real
-) -> Generator[Progress, None, Influence]:
+    network: MlpScorer, rows: Real, favoured: str, against: str, shape: tuple[int, int], mean: Real
+) -> Generator[Progress, None, Attribution]:
     """The shares of all features, gathered by band."""
     total = np.zeros(rows.shape[1])
     for first in range(0, len(rows), BLOCK):
@@ -571,7 +594,7 @@ def _by_gradient(
     bands = shares.reshape(-1, *shape).sum(axis=0)
     here = float(log_odds(network, rows, favoured, against).mean())
     there = float(log_odds(network, mean[np.newaxis], favoured, against)[0])
-    return Influence(
+    return Attribution(
         method="gradient",
         bands=bands,
         bands_error=np.zeros(shape),
@@ -586,14 +609,14 @@ def _by_gradient(
 
 
 def _by_permutation(
-    judge: Judge,
+    judge: Scorer,
     rows: Real,
     favoured: str,
     against: str,
     shape: tuple[int, int],
     sample: Real,
     seed: int,
-) -> Generator[Progress, None, Influence]:
+) -> Generator[Progress, None, Attribution]:
     """What the log-odds lose when a band, or a whole channel, is replaced."""
     random = np.random.default_rng(seed)
     chosen = np.unique(np.linspace(0, len(rows) - 1, STEPS).round().astype(np.int64))
@@ -612,7 +635,7 @@ def _by_permutation(
         losses[number] = here - left.mean()
         errors[number] = left.std(ddof=1) / np.sqrt(REPEATS)
         yield Progress(number + 1, len(groups), "explaining")
-    return Influence(
+    return Attribution(
         method="permutation",
         bands=losses[: q * k].reshape(shape),
         bands_error=errors[: q * k].reshape(shape),
@@ -646,7 +669,7 @@ class Band:
 
 
 @dataclass(frozen=True, eq=False)
-class Why:
+class Explanation:
     """An explanation of one place.
 
     Parameters
@@ -658,13 +681,13 @@ class Why:
     channels : tuple of str, length q
     hertz : ndarray, shape (k,)
         Of the scales, the highest first.
-    influence : Influence
-    certainty : Certainty or None
+    influence : Attribution
+    probability_trace : ProbabilityTrace or None
         How probable each action is over the whole demonstration.
     kept : bool
         Whether that is the run's own; otherwise it was computed with the recogniser trained anew.
     how : str
-        Which recogniser it was; see :class:`~forcelab.review.explanation.Withheld`.
+        Which recogniser it was; see :class:`~forcelab.review.explanation.HeldOutModel`.
     same : float
         The share of samples that it labels as the run did.
     neighbours : mapping of str to tuple of Neighbour
@@ -680,8 +703,8 @@ class Why:
     against: str
     channels: tuple[str, ...]
     hertz: Real
-    influence: Influence
-    certainty: Certainty | None
+    influence: Attribution
+    probability_trace: ProbabilityTrace | None
     kept: bool
     how: str
     same: float
@@ -707,7 +730,7 @@ class Why:
         """Everything but the probabilities outside of the place, as plain values."""
         found = self.influence
         return {
-            "place": _plain(self.place),
+            "place": _interval_json(self.place),
             "favoured": self.favoured,
             "against": self.against,
             "probabilities": self._probabilities(),
@@ -729,7 +752,7 @@ class Why:
             "bands": found.bands.tolist(),
             "bands_error": found.bands_error.tolist(),
             "nearest": {
-                action: [_plain(n.place) | {"distance": n.distance} for n in found_here]
+                action: [_interval_json(n.place) | {"distance": n.distance} for n in found_here]
                 for action, found_here in self.neighbours.items()
             },
             "remarks": list(self.remarks),
@@ -737,22 +760,22 @@ class Why:
 
     def _probabilities(self) -> dict[str, float] | None:
         """Mean probability of each action over the place."""
-        if self.certainty is None:
+        if self.probability_trace is None:
             return None
-        values = self.certainty.mean(self.place.start, self.place.end)
-        return dict(zip(self.certainty.actions, values.tolist(), strict=True))
+        values = self.probability_trace.mean(self.place.start, self.place.end)
+        return dict(zip(self.probability_trace.actions, values.tolist(), strict=True))
 
 
-def explaining(
-    withheld: Withheld, outcome: Outcome, place: Interval, hidden: Collection[str] = ()
-) -> Generator[Progress, None, Why]:
+def explain(
+    withheld: HeldOutModel, outcome: RunResult, place: Interval, hidden: Collection[str] = ()
+) -> Generator[Progress, None, Explanation]:
     """Explain a place.
 
     Parameters
     ----------
-    withheld : Withheld
+    withheld : HeldOutModel
         Of the place's demonstration.
-    outcome : Outcome
+    outcome : RunResult
         The run.
     place : Place
     hidden : collection of str
@@ -777,23 +800,27 @@ def explaining(
         )
     favoured, against = _sides(judge, rows, place)
     shape = len(examples.channels), len(withheld.hertz)
-    found = yield from influence(
+    found = yield from attribute_bands(
         judge, rows, favoured, against, shape, mean=withheld.mean, sample=withheld.sample
     )
-    wanted = summary(examples, withheld.demonstration, len(withheld.hertz), place.start, place.end)
+    wanted = summarise(
+        examples, withheld.demonstration, len(withheld.hertz), place.start, place.end
+    )
     assert wanted is not None  # there are samples
     neighbours = {}
     for action in (favoured, against):
-        near = nearest(wanted, withheld.training, action, without={place.demonstration, *hidden})
+        near = nearest_segments(
+            wanted, withheld.training, action, without={place.demonstration, *hidden}
+        )
         neighbours[action] = tuple(_neighbour_with_prediction(outcome, one) for one in near)
-    return Why(
+    return Explanation(
         place=place,
         favoured=favoured,
         against=against,
         channels=examples.channels,
         hertz=withheld.hertz,
         influence=found,
-        certainty=withheld.certainty,
+        probability_trace=withheld.probability_trace,
         kept=withheld.kept,
         how=withheld.how,
         same=withheld.same,
@@ -803,9 +830,9 @@ def explaining(
     )
 
 
-def why_at(
-    path: str | PathLike[str], outcome: Outcome, id_: str, time: float
-) -> Generator[Progress, None, Why]:
+def explain_at(
+    path: str | PathLike[str], outcome: RunResult, id_: str, time: float
+) -> Generator[Progress, None, Explanation]:
     """Explain what a run predicted at a time of a demonstration.
 
     The recogniser that has not seen the demonstration is trained once more.
@@ -814,7 +841,7 @@ def why_at(
     ----------
     path : path-like
         The project's.
-    outcome : Outcome
+    outcome : RunResult
         The run.
     id_ : str
         The demonstration's.
@@ -836,17 +863,17 @@ def why_at(
             f"Run {outcome.number} neither tested nor proposed labels for this demonstration; "
             f"choose another run, or evaluate again."
         )
-    place = place_at(reviewed, time)
+    place = interval_at(reviewed, time)
     if place is None:
         raise InputError(
             f"Nothing is labelled or predicted in '{reviewed.name}' at {time:g} s; choose another "
             f"time."
         )
-    withheld = yield from withholding(Path(path), outcome, id_)
-    return (yield from explaining(withheld, outcome, place))
+    withheld = yield from train_held_out(Path(path), outcome, id_)
+    return (yield from explain(withheld, outcome, place))
 
 
-def _sides(judge: Judge, rows: Real, place: Interval) -> tuple[str, str]:
+def _sides(judge: Scorer, rows: Real, place: Interval) -> tuple[str, str]:
     """Which action is spoken for, and which one against."""
     known, scores = judge.actions, judge.scores(rows).mean(axis=0)
     order = [known[i] for i in np.argsort(-scores, kind="stable")]
@@ -857,7 +884,7 @@ def _sides(judge: Judge, rows: Real, place: Interval) -> tuple[str, str]:
     return favoured, next(action for action in order if action != favoured)
 
 
-def _neighbour_with_prediction(outcome: Outcome, found: Neighbour) -> Neighbour:
+def _neighbour_with_prediction(outcome: RunResult, found: Neighbour) -> Neighbour:
     """A neighbour with what was predicted there."""
     place, reviewed = found.place, outcome.find(found.place.demonstration)
     if reviewed is None:
@@ -866,7 +893,7 @@ def _neighbour_with_prediction(outcome: Outcome, found: Neighbour) -> Neighbour:
     return replace(found, place=replace(place, predicted=predicted))
 
 
-def _remarks(withheld: Withheld, place: Interval) -> tuple[str, ...]:
+def _remarks(withheld: HeldOutModel, place: Interval) -> tuple[str, ...]:
     """What is not as one might think."""
     remarks = []
     if place.human is not None and place.human not in withheld.judge.actions:
@@ -881,7 +908,7 @@ def _remarks(withheld: Withheld, place: Interval) -> tuple[str, ...]:
     return tuple(remarks)
 
 
-def _plain(place: Interval) -> dict[str, Any]:
+def _interval_json(place: Interval) -> dict[str, Any]:
     """A place as plain values."""
     return {
         "demonstration": place.demonstration,

@@ -40,10 +40,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.labels import Segments
-from forcelab.recognition.label_noise import MARGIN, PSEUDO, SUSPECT, Line, suspicions, told
-from forcelab.recognition.probability_trace import Certainty
+from forcelab.recognition.label_noise import (
+    MARGIN,
+    PSEUDO,
+    SUSPECT,
+    SegmentSequence,
+    neighbour_information,
+    score_suspicions,
+)
+from forcelab.recognition.probability_trace import ProbabilityTrace
 from forcelab.review.differences import Difference
-from forcelab.review.run_result import Reviewed
+from forcelab.review.run_result import DemonstrationResult
 
 Real = NDArray[np.float64]
 
@@ -76,8 +83,8 @@ class ModelEvidence:
     of_parts: Real
 
 
-def heard(
-    reviewed: Reviewed,
+def gather_evidence(
+    reviewed: DemonstrationResult,
     segments: Segments,
     actions: Sequence[str],
     differences: Iterable[Difference] = (),
@@ -88,7 +95,7 @@ def heard(
 
     Parameters
     ----------
-    reviewed : Reviewed
+    reviewed : DemonstrationResult
     segments : tuple of Segment
         The human's.
     actions : sequence of str
@@ -105,16 +112,18 @@ def heard(
     return ModelEvidence(reviewed.id, segments, said, predicted, parts, of_parts)
 
 
-def _said(reviewed: Reviewed, spans: Sequence[tuple[float, float]], actions: Sequence[str]) -> Real:
+def _said(
+    reviewed: DemonstrationResult, spans: Sequence[tuple[float, float]], actions: Sequence[str]
+) -> Real:
     """Mean probability of each action over the middle of each span, shape (spans, K)."""
     said = np.zeros((len(spans), len(actions)))
     raw = reviewed.stages.get("raw", reviewed.predicted)
     for row, (start, end) in enumerate(spans):
         inside = _middle(start, end)
-        if reviewed.certainty is None:
+        if reviewed.probability_trace is None:
             said[row] = _shares(raw, *inside, actions)
         else:
-            said[row] = _means(reviewed.certainty, *inside, actions)
+            said[row] = _means(reviewed.probability_trace, *inside, actions)
     return said
 
 
@@ -124,9 +133,9 @@ def _middle(start: float, end: float) -> tuple[float, float]:
     return start + margin, end - margin
 
 
-def _means(certainty: Certainty, start: float, end: float, actions: Sequence[str]) -> Real:
+def _means(trace: ProbabilityTrace, start: float, end: float, actions: Sequence[str]) -> Real:
     """Mean probability of each action, in the order of `actions`."""
-    means = dict(zip(certainty.actions, certainty.mean(start, end).tolist(), strict=True))
+    means = dict(zip(trace.actions, trace.mean(start, end).tolist(), strict=True))
     return np.array([means.get(action, 0.0) for action in actions])
 
 
@@ -145,7 +154,7 @@ ALIKE = 0.5
 
 
 @dataclass(frozen=True)
-class _Part:
+class _SuspectPart:
     """A part, in numbers.
 
     Parameters
@@ -184,8 +193,8 @@ def suspect_parts(
         The columns of what was heard; parts that are called otherwise are left out.
     """
     codes = {action: code for code, action in enumerate(actions)}
-    parts = list(_numbered(everything, codes))
-    words, order = _Words(everything, codes, parts), _Order(everything, codes)
+    parts = list(_numbered_parts(everything, codes))
+    words, order = _ProbabilityEvidence(everything, codes, parts), _OrderEvidence(everything, codes)
     lengths: dict[str | None, list[float]] = defaultdict(list)
     for one in everything:
         for segment in one.segments:
@@ -203,11 +212,13 @@ def suspect_parts(
     return result
 
 
-def _numbered(everything: Sequence[ModelEvidence], codes: Mapping[str, int]) -> Iterator[_Part]:
+def _numbered_parts(
+    everything: Sequence[ModelEvidence], codes: Mapping[str, int]
+) -> Iterator[_SuspectPart]:
     """The parts whose actions are known."""
     before = 0
     for one in everything:
-        line = _line(one, codes)
+        line = _code_sequence(one, codes)
         starts = [segment.start for segment in one.segments]
         for difference, said in zip(one.parts, one.of_parts, strict=True):
             x, y = codes.get(difference.human or ""), codes.get(difference.predicted or "")
@@ -221,24 +232,27 @@ def _numbered(everything: Sequence[ModelEvidence], codes: Mapping[str, int]) -> 
             # An action that goes on is one.
             instead = tuple(code for code, _ in groupby([left, *ahead, y, *rest, right]))
             coded = (left, x, right)
-            yield _Part(difference, before + k, starts[k], x, y, said, coded, instead)
+            yield _SuspectPart(difference, before + k, starts[k], x, y, said, coded, instead)
         before += len(starts)
 
 
-def _line(heard: ModelEvidence, codes: Mapping[str, int]) -> list[int]:
+def _code_sequence(heard: ModelEvidence, codes: Mapping[str, int]) -> list[int]:
     """The codes of a demonstration's segments; K stands for either end and for the unknown."""
     K = len(codes)
     return [K, *(codes.get(segment.action, K) for segment in heard.segments), K]
 
 
-class _Words:
+class _ProbabilityEvidence:
     """How the model speaks of each action."""
 
     def __init__(
-        self, everything: Sequence[ModelEvidence], codes: Mapping[str, int], parts: Sequence[_Part]
+        self,
+        everything: Sequence[ModelEvidence],
+        codes: Mapping[str, int],
+        parts: Sequence[_SuspectPart],
     ) -> None:
         K = len(codes)
-        own = [code for one in everything for code in _line(one, codes)[1:-1]]
+        own = [code for one in everything for code in _code_sequence(one, codes)[1:-1]]
         self._said = np.concatenate([one.said for one in everything])
         self._totals = np.zeros((K + 1, K))
         np.add.at(self._totals, own, self._said)
@@ -249,7 +263,7 @@ class _Words:
             length = part.difference.duration
             known[part.number] = max(known.get(part.number, 0.0), length)
 
-    def evidence(self, part: _Part) -> float:
+    def evidence(self, part: _SuspectPart) -> float:
         """Log ratio of what it says over a part."""
         x, y, spread = part.x, part.y, 1.0 / len(part.said)
         called_y = (self._totals[y] + spread) / (self._counts[y] + 1)
@@ -262,17 +276,17 @@ class _Words:
         return float(part.said @ np.log(called_y / called_x))
 
 
-class _Order:
+class _OrderEvidence:
     """Which action follows which."""
 
     def __init__(self, everything: Sequence[ModelEvidence], codes: Mapping[str, int]) -> None:
         self._met = np.zeros((len(codes) + 1, len(codes) + 1))
         for one in everything:
-            for pair in pairwise(_line(one, codes)):
+            for pair in pairwise(_code_sequence(one, codes)):
                 self._met[pair] += 1.0
-        self._mutual_information = told(self._met)
+        self._mutual_information = neighbour_information(self._met)
 
-    def evidence(self, part: _Part) -> float:
+    def evidence(self, part: _SuspectPart) -> float:
         """Log ratio of the order with a part."""
         met = self._met.copy()
         for pair in pairwise(part.coded):
@@ -290,7 +304,9 @@ class _Order:
 FAR, LEAST_USUAL = 4.0, 0.025
 
 
-def suspects(all_heard: Iterable[ModelEvidence], actions: Sequence[str]) -> tuple[Difference, ...]:
+def suspect_segments(
+    all_heard: Iterable[ModelEvidence], actions: Sequence[str]
+) -> tuple[Difference, ...]:
     """Every human segment, or part of one, that the model would rather call something else.
 
     Parameters
@@ -341,7 +357,7 @@ def _segments(everything: Sequence[ModelEvidence], actions: Sequence[str]) -> li
     """The whole segments of which anything is suspected."""
     said = np.concatenate([h.said for h in everything])
     number = {action: code for code, action in enumerate(actions)}
-    line = Line([[number.get(s.action, -1) for s in h.segments] for h in everything])
+    line = SegmentSequence([[number.get(s.action, -1) for s in h.segments] for h in everything])
     segments = [(h.demonstration, segment) for h in everything for segment in h.segments]
     predicted = np.concatenate([h.predicted for h in everything])[line.known]
     known, own = said[line.known], (np.arange(len(line.known)), line.codes)
@@ -357,13 +373,13 @@ def _segments(everything: Sequence[ModelEvidence], actions: Sequence[str]) -> li
             float(said[i, other]),
             suspicion=suspicion,
         )
-        for i, other, suspicion in suspicions(known, line, contradicts)
+        for i, other, suspicion in score_suspicions(known, line, contradicts)
         if suspicion > 0
     ]
 
 
 def suspect_edges(
-    differences: Sequence[Difference], certainties: Mapping[str, Certainty | None]
+    differences: Sequence[Difference], certainties: Mapping[str, ProbabilityTrace | None]
 ) -> tuple[Difference, ...]:
     """The same differences; those of kind "boundary" with their suspicion.
 
@@ -371,7 +387,7 @@ def suspect_edges(
     ----------
     differences : sequence of Difference
         Of all demonstrations: what is usual is learnt from them.
-    certainties : mapping of str to Certainty or None
+    certainties : mapping of str to ProbabilityTrace or None
         By the demonstration's id; without probabilities no edge is suspect.
     """
     lengths: dict[frozenset[str | None], list[float]] = {}
@@ -392,14 +408,14 @@ def _transition(difference: Difference) -> frozenset[str | None]:
     return frozenset((difference.human, difference.predicted))
 
 
-def _edge(difference: Difference, usual: float, certainty: Certainty | None) -> float:
+def _edge(difference: Difference, usual: float, trace: ProbabilityTrace | None) -> float:
     """How suspect a displaced edge is."""
-    if certainty is None or difference.confidence is None:
+    if trace is None or difference.confidence is None:
         return 0.0
     far = min(1.0, difference.duration / (FAR * usual))
     if far < 0.5:
         return 0.0
     start, end, length = difference.start, difference.end, difference.duration
-    beside = (certainty.mean(start - length, start), certainty.mean(end, end + length))
+    beside = (trace.mean(start - length, start), trace.mean(end, end + length))
     sure = min(difference.confidence, *(float(side.max()) for side in beside))
     return sure * far**2

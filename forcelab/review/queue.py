@@ -10,12 +10,15 @@ from forcelab.labels import Segments
 from forcelab.project import Project, StoredVerdict
 from forcelab.project.records import changed_labels
 from forcelab.recognition.label_noise import SUSPECT
-from forcelab.review.differences import Difference, Kind, compared, current_tracks
-from forcelab.review.label_errors import ModelEvidence, heard, suspect_edges, suspects
-from forcelab.review.run_result import Outcome, Reviewed
-from forcelab.review.verdicts import covers, speaks_of
-
-__all__ = ["LEAST", "Compared", "Queue", "arranging", "queue"]
+from forcelab.review.differences import Difference, DifferenceKind, current_tracks, find_differences
+from forcelab.review.label_errors import (
+    ModelEvidence,
+    gather_evidence,
+    suspect_edges,
+    suspect_segments,
+)
+from forcelab.review.run_result import DemonstrationResult, RunResult
+from forcelab.review.verdicts import applies_to, covers
 
 #: Differences that last less, in seconds, are not listed: nobody sees a fiftieth of a second.
 LEAST = 0.02
@@ -65,22 +68,22 @@ class Queue:
 
 
 @dataclass(frozen=True)
-class Compared:
+class ComparedDemonstration:
     """A demonstration as it was compared last, so that an edit costs no other one's comparison."""
 
-    reviewed: Reviewed
+    reviewed: DemonstrationResult
     segments: Segments
     differences: tuple[Difference, ...]
     heard: ModelEvidence
 
 
-def queue(project: Project, outcome: Outcome, invented: bool = False) -> Queue:
+def review_queue(project: Project, outcome: RunResult, invented: bool = False) -> Queue:
     """What is to be looked at in a project, with the tracks as they are now.
 
     Parameters
     ----------
     project : Project
-    outcome : Outcome
+    outcome : RunResult
     invented : bool
         Whether to list what the model predicts where the human left time unlabelled, which is
         never scored.
@@ -92,31 +95,31 @@ def queue(project: Project, outcome: Outcome, invented: bool = False) -> Queue:
         of a difference is None where that one left the time unlabelled.
     """
     tracks = current_tracks(project, outcome)
-    return finish(arranging(outcome, tracks, project.verdicts(), invented=invented))[0]
+    return finish(arrange_queue(outcome, tracks, project.verdicts(), invented=invented))[0]
 
 
-def arranging(
-    outcome: Outcome,
+def arrange_queue(
+    outcome: RunResult,
     tracks: Mapping[str, Segments],
     verdicts: Collection[StoredVerdict],
-    known: Mapping[str, Compared] | None = None,
+    known: Mapping[str, ComparedDemonstration] | None = None,
     invented: bool = False,
-) -> Generator[Progress, None, tuple[Queue, dict[str, Compared]]]:
+) -> Generator[Progress, None, tuple[Queue, dict[str, ComparedDemonstration]]]:
     """Compare all demonstrations and put what differs in order.
 
     Parameters
     ----------
-    outcome : Outcome
+    outcome : RunResult
     tracks : mapping of str to tuple of Segment
         As of :func:`~forcelab.review.differences.current_tracks`; demonstrations that are not in
         it are left out altogether, judged ones as well.
     verdicts : collection of StoredVerdict
         Those that count.
-    known : mapping of str to Compared, optional
+    known : mapping of str to ComparedDemonstration, optional
         What an earlier call returned; demonstrations whose tracks are the same are not compared
         again.
     invented : bool
-        As of :func:`queue`.
+        As of :func:`review_queue`.
 
     Yields
     ------
@@ -125,34 +128,38 @@ def arranging(
     Returns
     -------
     queue : Queue
-    known : dict of str to Compared
+    known : dict of str to ComparedDemonstration
         For the next call.
     """
-    now: dict[str, Compared] = {}
+    now: dict[str, ComparedDemonstration] = {}
     shown = [d for d in outcome.tested if tracks.get(d.id)]
     for reviewed in shown:
         old = (known or {}).get(reviewed.id)
         segments = tracks[reviewed.id]
         if old is None or old.reviewed is not reviewed or old.segments != segments:
-            old = _compared(reviewed, segments, outcome.actions)
+            old = _compare(reviewed, segments, outcome.actions)
         now[reviewed.id] = old
         yield Progress(len(now), len(shown), "comparing")
     everything = [d for each in now.values() for d in each.differences]
-    certainties = {reviewed.id: reviewed.certainty for reviewed in shown}
+    certainties = {reviewed.id: reviewed.probability_trace for reviewed in shown}
     differing = suspect_edges(everything, certainties)
-    segments_suspected = suspects((c.heard for c in now.values()), outcome.actions)
+    segments_suspected = suspect_segments((c.heard for c in now.values()), outcome.actions)
     mine = [v for v in verdicts if v.coder == outcome.author and v.demonstration in tracks]
-    return _arranged(differing, segments_suspected, mine, invented), now
+    return _arrange(differing, segments_suspected, mine, invented), now
 
 
-def _compared(reviewed: Reviewed, segments: Segments, actions: tuple[str, ...]) -> Compared:
+def _compare(
+    reviewed: DemonstrationResult, segments: Segments, actions: tuple[str, ...]
+) -> ComparedDemonstration:
     """Compare one demonstration."""
-    found = compared(reviewed.id, segments, reviewed.predicted, reviewed.certainty)
+    found = find_differences(reviewed.id, segments, reviewed.predicted, reviewed.probability_trace)
     listed = tuple(d for d in found if d.duration >= LEAST)
-    return Compared(reviewed, segments, listed, heard(reviewed, segments, actions, listed))
+    return ComparedDemonstration(
+        reviewed, segments, listed, gather_evidence(reviewed, segments, actions, listed)
+    )
 
 
-def _arranged(
+def _arrange(
     differing: Iterable[Difference],
     segments: Iterable[Difference],
     verdicts: Collection[StoredVerdict],
@@ -166,7 +173,7 @@ def _arranged(
     over: dict[str, list[Difference]] = {}
     for suspect in suspected:
         over.setdefault(suspect.demonstration, []).append(suspect)
-    sections: dict[Kind, list[Difference]] = {
+    sections: dict[DifferenceKind, list[Difference]] = {
         "action": [],
         "missed": [],
         "boundary": [],
@@ -175,7 +182,7 @@ def _arranged(
     still_there: set[int] = set()  # verdicts whose edit was undone
 
     def settled(difference: Difference) -> bool:
-        speaking = [v for v in said.get(difference.demonstration, ()) if speaks_of(v, difference)]
+        speaking = [v for v in said.get(difference.demonstration, ()) if applies_to(v, difference)]
         still_there.update(v.id for v in speaking if changed_labels(v))
         return any(not changed_labels(v) for v in speaking)
 

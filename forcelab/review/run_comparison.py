@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from forcelab.jobs import Progress, finish
-from forcelab.recognition.intervals import Intervals, differences
-from forcelab.recognition.metrics import Counts, pool, timed_counts
-from forcelab.review.run_result import Outcome, Reviewed
+from forcelab.recognition.intervals import Intervals, difference_intervals
+from forcelab.recognition.metrics import Counts, count_segments, pool
+from forcelab.review.run_result import DemonstrationResult, RunResult
 
 #: The stages of prediction that have scores.
 STAGES = ("raw", "filtered")
@@ -22,7 +22,7 @@ class Comparison:
 
     Parameters
     ----------
-    one, other : Outcome
+    one, other : RunResult
     shared : tuple of str
         Ids of the demonstrations that both tested, in the order of `one`.
     names : mapping of str to str
@@ -41,8 +41,8 @@ class Comparison:
         difference is not the recognisers' alone.
     """
 
-    one: Outcome
-    other: Outcome
+    one: RunResult
+    other: RunResult
     shared: tuple[str, ...]
     names: Mapping[str, str]
     pooled: Mapping[str, tuple[Mapping[str, Any], Mapping[str, Any]]]
@@ -52,12 +52,12 @@ class Comparison:
     relabelled: tuple[str, ...]
 
 
-def compare(one: Outcome, other: Outcome) -> Comparison:
+def compare_runs(one: RunResult, other: RunResult) -> Comparison:
     """Compare two runs over what both tested.
 
     Parameters
     ----------
-    one, other : Outcome
+    one, other : RunResult
         From ``load_run(project, number)`` or ``latest_run(project)``.
 
     Returns
@@ -65,10 +65,10 @@ def compare(one: Outcome, other: Outcome) -> Comparison:
     Comparison
         Differences are what `other` has more.
     """
-    return finish(comparing(one, other))
+    return finish(comparison_job(one, other))
 
 
-def comparing(one: Outcome, other: Outcome) -> Generator[Progress, None, Comparison]:
+def comparison_job(one: RunResult, other: RunResult) -> Generator[Progress, None, Comparison]:
     """Compare two runs over what both tested.
 
     Scores are those that the runs hold; where one of them tested more than the other, pooled
@@ -76,7 +76,7 @@ def comparing(one: Outcome, other: Outcome) -> Generator[Progress, None, Compari
 
     Parameters
     ----------
-    one, other : Outcome
+    one, other : RunResult
 
     Yields
     ------
@@ -91,14 +91,14 @@ def comparing(one: Outcome, other: Outcome) -> Generator[Progress, None, Compari
         for number, pair in enumerate(pairs):
             if all(stage in side.stages for side in pair):
                 for outcome, side, into in zip((one, other), pair, counts, strict=True):
-                    into.append(timed_counts(side.human, side.stages[stage], outcome.actions))
+                    into.append(count_segments(side.human, side.stages[stage], outcome.actions))
             yield Progress(step * len(pairs) + number + 1, 2 * len(pairs), pair[0].name)
         sides = list(zip((one, other), counts, strict=True))
         first, second = (_pooled(outcome, stage, shared, parts) for outcome, parts in sides)
         pooled[stage] = (first, second)
         mine, yours = (_by_id(outcome, stage) for outcome in (one, other))
         each[stage] = {id_: (mine.get(id_, {}), yours.get(id_, {})) for id_ in shared}
-        found[stage] = differences(*counts, seed=one.settings.seed)
+        found[stage] = difference_intervals(*counts, seed=one.settings.seed)
     return Comparison(
         one,
         other,
@@ -112,9 +112,9 @@ def comparing(one: Outcome, other: Outcome) -> Generator[Progress, None, Compari
     )
 
 
-def settings_that_differ(one: Outcome, other: Outcome) -> tuple[tuple[str, str, str], ...]:
+def settings_that_differ(one: RunResult, other: RunResult) -> tuple[tuple[str, str, str], ...]:
     """Name and both values, as text, of everything that the runs were asked for differently."""
-    mine, yours = _asked(one), _asked(other)
+    mine, yours = _requested(one), _requested(other)
     return tuple(
         (name, as_text(mine.get(name)), as_text(yours.get(name)))
         for name in dict.fromkeys((*mine, *yours))
@@ -122,7 +122,7 @@ def settings_that_differ(one: Outcome, other: Outcome) -> tuple[tuple[str, str, 
     )
 
 
-def _asked(outcome: Outcome) -> dict[str, Any]:
+def _requested(outcome: RunResult) -> dict[str, Any]:
     """What an outcome was made with, by name."""
     return outcome.settings.to_json() | {
         "tasks": list(outcome.tasks),
@@ -147,7 +147,7 @@ def as_text(value: object) -> str:
 
 
 def _pooled(
-    outcome: Outcome, stage: str, shared: tuple[str, ...], counts: list[Counts]
+    outcome: RunResult, stage: str, shared: tuple[str, ...], counts: list[Counts]
 ) -> Mapping[str, Any]:
     """The pooled scores of the shared demonstrations: as stored if those are all ever tested."""
     stored: Mapping[str, Any] | None = outcome.scores.get(stage, {}).get("pooled")
@@ -156,8 +156,8 @@ def _pooled(
     return pool("pooled", counts).to_json() if counts else {}
 
 
-def _by_id(outcome: Outcome, stage: str) -> dict[str, Mapping[str, Any]]:
+def _by_id(outcome: RunResult, stage: str) -> dict[str, Mapping[str, Any]]:
     """The scores of each tested demonstration; the run lists them in the same order."""
     listed = outcome.scores.get(stage, {}).get("demonstrations", ())
-    tested: tuple[Reviewed, ...] = outcome.tested
+    tested: tuple[DemonstrationResult, ...] = outcome.tested
     return {one.id: scores for one, scores in zip(tested, listed, strict=False)}

@@ -11,7 +11,7 @@ from typing import Any
 from forcelab.errors import InputError
 from forcelab.labels import Segment, Segments
 from forcelab.project import DemonstrationInfo, LabelsUsed, Project, StoredRun
-from forcelab.recognition.probability_trace import Certainty
+from forcelab.recognition.probability_trace import ProbabilityTrace
 from forcelab.recognition.settings import Settings
 from forcelab.vocabulary import Vocabulary, joined
 
@@ -23,7 +23,7 @@ _NO_STAGE = ("demonstration", "start", "end", "human", "certainty", "typicality"
 
 
 @dataclass(frozen=True)
-class Reviewed:
+class DemonstrationResult:
     """One demonstration in an outcome.
 
     Parameters
@@ -37,7 +37,7 @@ class Reviewed:
     stages : dict of str to tuple of Segment
         Predictions after each step: ``"raw"``, ``"threshold"``, ``"median"`` as far as they are
         switched on and were kept, and always ``"filtered"``.
-    certainty : Certainty, optional
+    probability_trace : ProbabilityTrace, optional
         None where the run kept no probabilities.
     typicality : float, optional
         Of a proposal: how typical it is of all of the run's, 0 to 1, as
@@ -51,7 +51,7 @@ class Reviewed:
     end: float
     human: Segments
     stages: Mapping[str, Segments]
-    certainty: Certainty | None = None
+    probability_trace: ProbabilityTrace | None = None
     typicality: float | None = None
 
     @property
@@ -61,7 +61,7 @@ class Reviewed:
 
 
 @dataclass(frozen=True)
-class Outcome:
+class RunResult:
     """What a run of a project found; printed, it tells what was run, and not all that was found.
 
     Parameters
@@ -84,9 +84,9 @@ class Outcome:
     actions : tuple of str
         In the order of their first occurrence.
     labels : tuple of LabelsUsed
-    tested : tuple of Reviewed
+    tested : tuple of DemonstrationResult
         Each predicted by a recogniser that has not seen it.
-    proposals : tuple of Reviewed
+    proposals : tuple of DemonstrationResult
         Unlabelled demonstrations of the tasks, predicted by the final recogniser.
     recogniser : str
         Id of the final recogniser in the project; ``""`` where none was trained.
@@ -115,8 +115,8 @@ class Outcome:
     settings: Settings
     actions: tuple[str, ...]
     labels: tuple[LabelsUsed, ...] = field(repr=False)
-    tested: tuple[Reviewed, ...] = field(repr=False)
-    proposals: tuple[Reviewed, ...] = field(default=(), repr=False)
+    tested: tuple[DemonstrationResult, ...] = field(repr=False)
+    proposals: tuple[DemonstrationResult, ...] = field(default=(), repr=False)
     recogniser: str = ""
     scores: Mapping[str, Any] = field(default_factory=dict, repr=False)
     seconds: Mapping[str, float] = field(default_factory=dict)
@@ -130,12 +130,12 @@ class Outcome:
         """Who the predictions are by, as an author: ``"model NAME 12"``, 12 being the run."""
         return f"model {self.settings.preset} {self.number}"
 
-    def find(self, id_: str) -> Reviewed | None:
+    def find(self, id_: str) -> DemonstrationResult | None:
         """The demonstration of this id, tested or proposed; None where it is neither."""
         return next((d for d in (*self.tested, *self.proposals) if d.id == id_), None)
 
 
-def load(project: Project, number: int) -> Outcome:
+def load_run(project: Project, number: int) -> RunResult:
     """A run of a project, made ready for looking.
 
     Raises
@@ -150,7 +150,7 @@ def load(project: Project, number: int) -> Outcome:
             f"reviewed; choose one of the kind '{KIND}'."
         )
     try:
-        return _outcome(project, run)
+        return _run_result(project, run)
     except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
         raise InputError(
             f"What run {number} of '{project.path}' found is damaged and cannot be reviewed; train "
@@ -158,7 +158,7 @@ def load(project: Project, number: int) -> Outcome:
         ) from error
 
 
-def latest(project: Project, tasks: Sequence[str] | None = None) -> Outcome | None:
+def latest_run(project: Project, tasks: Sequence[str] | None = None) -> RunResult | None:
     """The latest run that can be reviewed; None where there is none.
 
     Parameters
@@ -184,10 +184,10 @@ def latest(project: Project, tasks: Sequence[str] | None = None) -> Outcome | No
             *(run for run, _, test in told if {test} == wanted),
             *(run for run, _ in trained),
         )
-    return load(project, runs[0].id) if runs else None
+    return load_run(project, runs[0].id) if runs else None
 
 
-def edits_since(project: Project, outcome: Outcome) -> int:
+def edits_since(project: Project, outcome: RunResult) -> int:
     """How many edits lie between the labels that were used and those of now.
 
     Edits that were taken back count for nothing. Demonstrations that have come into its tasks
@@ -209,15 +209,17 @@ def tasks_of(settings: Mapping[str, Any]) -> tuple[tuple[str, ...], str | None]:
     return tuple(choice.get("tasks", ())), choice.get("test_task")
 
 
-def _outcome(project: Project, run: StoredRun) -> Outcome:
+def _run_result(project: Project, run: StoredRun) -> RunResult:
     """A run as an outcome; whatever is raised over what it holds, it is damaged."""
     result = run.result
     infos = {info.id: info for info in project.demonstrations()}
     sure = result.get("certainty", {})
 
-    def reviewed(plain: Mapping[str, Any]) -> Reviewed:
+    def reviewed(plain: Mapping[str, Any]) -> DemonstrationResult:
         id_ = plain["demonstration"]
-        return _reviewed(project, infos[id_], plain, plain.get("certainty", sure.get(id_)))
+        return _demonstration_result(
+            project, infos[id_], plain, plain.get("certainty", sure.get(id_))
+        )
 
     def there(key: str) -> list[Mapping[str, Any]]:
         told = result.get(key, ())
@@ -237,7 +239,7 @@ def _outcome(project: Project, run: StoredRun) -> Outcome:
         )
     tasks, test_task = tasks_of(run.settings)
     choice = run.settings.get("choice", {})
-    return Outcome(
+    return RunResult(
         number=run.id,
         time=run.time,
         title=str(result["title"]),
@@ -283,12 +285,12 @@ def _is_id(plain: Mapping[str, Any]) -> bool:
     return re.fullmatch("[0-9a-f]{32}", plain["demonstration"]) is not None
 
 
-def _reviewed(
+def _demonstration_result(
     project: Project,
     info: DemonstrationInfo,
     plain: Mapping[str, Any],
-    certainty: Mapping[str, Any] | None,
-) -> Reviewed:
+    trace: Mapping[str, Any] | None,
+) -> DemonstrationResult:
     """One demonstration of a run."""
     if "start" in plain:
         start, end = float(plain["start"]), float(plain["end"])
@@ -301,7 +303,7 @@ def _reviewed(
     share = plain.get("typicality")
     if share is not None and not 0 <= float(share) <= 1:
         raise ValueError("typicality is a share")
-    return Reviewed(
+    return DemonstrationResult(
         id=info.id,
         name=info.name,
         task=info.task,
@@ -309,7 +311,7 @@ def _reviewed(
         end=end,
         human=_segments(plain.get("human", ())),
         stages=stages,
-        certainty=None if certainty is None else Certainty.from_json(certainty),
+        probability_trace=None if trace is None else ProbabilityTrace.from_json(trace),
         typicality=None if share is None else float(share),
     )
 
@@ -319,7 +321,7 @@ def _segments(rows: Sequence[Sequence[Any]]) -> Segments:
     return tuple(Segment(float(start), float(end), action) for start, end, action in rows)
 
 
-def vocabulary_of(project: Project, outcome: Outcome) -> Vocabulary:
+def action_styles(project: Project, outcome: RunResult) -> Vocabulary:
     """All actions of an outcome, each with the look that it has where it is labelled.
 
     The task that is tested comes first, so that its tracks look as when they are labelled. Two

@@ -20,27 +20,33 @@ from forcelab.jobs import Progress
 from forcelab.labels import from_codes
 from forcelab.process import interruptible
 from forcelab.project import DemonstrationInfo, LabelsUsed, Project
-from forcelab.recognition.dataset import Choice, Corpus
-from forcelab.recognition.experiments import evaluating, idle, told, unlearnt, unlike
-from forcelab.recognition.groups import groups
+from forcelab.recognition.dataset import DataSelection, Dataset
+from forcelab.recognition.experiments import (
+    dataset_unit_remarks,
+    evaluate_joined,
+    provenance,
+    unlearnt_remarks,
+    unused_merge_remarks,
+)
+from forcelab.recognition.groups import fold_groups
 from forcelab.recognition.recogniser import Prediction, Recogniser
-from forcelab.recognition.results import Evaluation, digest, kept, title_of
+from forcelab.recognition.results import Evaluation, run_record, run_summary, run_title
 from forcelab.recognition.settings import Settings
 from forcelab.recognition.storage import dump
-from forcelab.recognition.training import Epoch, training
+from forcelab.recognition.training import FitProgress, training_job
 from forcelab.resources import versions
-from forcelab.review.active_learning import sampled, typicality
+from forcelab.review.active_learning import sample_steps, typicality
 from forcelab.review.run_result import KIND
 
 Phase = Literal["features", "fold", "final fit", "proposals", "storing"]
-MadeT = TypeVar("MadeT")
+ResultT = TypeVar("ResultT")
 
 #: Parts of the progress that one fit is.
 PARTS = 100
 
 
 @dataclass(frozen=True, slots=True)
-class Step(Progress):
+class TrainingStep(Progress):
     """How far a training is.
 
     Parameters
@@ -88,30 +94,34 @@ class TrainingProgress:
         self._began = clock()  # the fit that is under way
         self._text = ""  # of that; empty while there is none
 
-    def test(self, job: Generator[Progress, None, MadeT]) -> Generator[Step, None, MadeT]:
+    def test(
+        self, job: Generator[Progress, None, ResultT]
+    ) -> Generator[TrainingStep, None, ResultT]:
         """An evaluation as steps."""
         made = yield from self._of(job, "fold")
         self._fold = self.folds
         return made
 
-    def fit(self, job: Generator[Progress, None, MadeT]) -> Generator[Step, None, MadeT]:
+    def fit(
+        self, job: Generator[Progress, None, ResultT]
+    ) -> Generator[TrainingStep, None, ResultT]:
         """The final fit as steps."""
         # Testing may have been given up in the middle of it.
         self._done, self._text = self.folds, ""
         return (yield from self._of(job, "final fit"))
 
-    def proposing(self, done: int, total: int, name: str) -> Step:
+    def proposing(self, done: int, total: int, name: str) -> TrainingStep:
         """The step before a demonstration is recognised."""
         share = done / max(total, 1)
         return self._step("proposals", name, self._fits + share)
 
-    def storing(self) -> Step:
+    def storing(self) -> TrainingStep:
         """The last step."""
         return self._step("storing", "storing", self._fits + 1)
 
     def _of(
-        self, job: Generator[Progress, None, MadeT], phase: Phase
-    ) -> Generator[Step, None, MadeT]:
+        self, job: Generator[Progress, None, ResultT], phase: Phase
+    ) -> Generator[TrainingStep, None, ResultT]:
         """The steps of a job."""
         try:
             while True:
@@ -119,14 +129,14 @@ class TrainingProgress:
                     progress = next(job)
                 except StopIteration as end:
                     self._end_fit()
-                    return cast(MadeT, end.value)
+                    return cast(ResultT, end.value)
                 yield self._step_of(progress, phase)
         finally:
             job.close()
 
-    def _step_of(self, progress: Progress, phase: Phase) -> Step:
+    def _step_of(self, progress: Progress, phase: Phase) -> TrainingStep:
         """The step that a progress is."""
-        if not isinstance(progress, Epoch):
+        if not isinstance(progress, FitProgress):
             if progress.text != "features":
                 self._end_fit()
                 return self._step(phase, progress.text, self._done)
@@ -156,9 +166,9 @@ class TrainingProgress:
         fits: float,
         epoch: int | None = None,
         loss: float | None = None,
-    ) -> Step:
+    ) -> TrainingStep:
         """A step, with what is left."""
-        return Step(
+        return TrainingStep(
             done=round(PARTS * fits),
             total=PARTS * (self._fits + 1),
             text=text,
@@ -188,18 +198,18 @@ class _Snapshot:
     Parameters
     ----------
     tasks : tuple of str
-    corpora : list of Corpus
+    corpora : list of Dataset
         Of the tasks; and of the task that is tested on, if there is one.
     new : tuple of DemonstrationInfo
         The demonstrations of all these tasks that the coder has not labelled.
     """
 
     tasks: tuple[str, ...]
-    corpora: list[Corpus]
+    corpora: list[Dataset]
     new: tuple[DemonstrationInfo, ...]
 
     @property
-    def found(self) -> Corpus:
+    def found(self) -> Dataset:
         """What is trained on."""
         return self.corpora[0]
 
@@ -209,9 +219,9 @@ class _Snapshot:
         return [used for part in self.corpora for used in part.labels]
 
 
-def reviewing(
-    path: Path, settings: Settings, choice: Choice, name: str, fit: bool = True
-) -> Generator[Step, None, int]:
+def review_job(
+    path: Path, settings: Settings, choice: DataSelection, name: str, fit: bool = True
+) -> Generator[TrainingStep, None, int]:
     """Evaluate, train, and propose labels; kept in the project as one run.
 
     Made for :func:`forcelab.process.elsewhere`, so it opens the project by itself.
@@ -221,7 +231,7 @@ def reviewing(
     path : Path
         The project's.
     settings : Settings
-    choice : Choice
+    choice : DataSelection
         What is trained on together; with no task chosen, the only one that there is.
     name : str
         What the recogniser is called in the project.
@@ -231,7 +241,7 @@ def reviewing(
 
     Yields
     ------
-    Step
+    FitStep
 
     Returns
     -------
@@ -247,23 +257,25 @@ def reviewing(
     choice.check()
     with Project.open(path) as project:
         project.refuse_read_only()  # before the work and not after it
-        yield Step(0, 1, "labels", phase="features")
+        yield TrainingStep(0, 1, "labels", phase="features")
         snapshot = _snapshot(project, settings, choice)
         choice = choice.settled(snapshot.found)
         steps = TrainingProgress(_folds(snapshot, choice), fit)
-        title = title_of(snapshot.tasks, choice.test_task)
-        evaluation, remarks = yield from _tested(snapshot, settings, choice, steps, fit)
+        title = run_title(snapshot.tasks, choice.test_task)
+        evaluation, remarks = yield from _evaluate(snapshot, settings, choice, steps, fit)
         if evaluation is not None:
-            result = kept(evaluation, certainty=True)
+            result = run_record(evaluation, probability_trace=True)
             trained_on: Sequence[str] = evaluation.trained_on
         else:
-            result = _untested(title, settings)
-        remarks += unlike(snapshot.corpora, settings)
-        remarks += idle(settings, frozenset().union(*(part.spelt for part in snapshot.corpora)))
+            result = _empty_record(title, settings)
+        remarks += dataset_unit_remarks(snapshot.corpora, settings)
+        remarks += unused_merge_remarks(
+            settings, frozenset().union(*(part.spelt for part in snapshot.corpora))
+        )
         recogniser = None
         if fit:
-            recogniser = yield from steps.fit(training(snapshot.found.labelled, settings))
-            remarks += unlearnt(snapshot.found, recogniser)
+            recogniser = yield from steps.fit(training_job(snapshot.found.labelled, settings))
+            remarks += unlearnt_remarks(snapshot.found, recogniser)
             trained_on = recogniser.trained_on
             result.setdefault("labels", list(recogniser.actions))
             proposals, refused = yield from _proposals(project, snapshot, recogniser, steps)
@@ -271,17 +283,17 @@ def reviewing(
             remarks += refused
         result["remarks"] = [*result["remarks"], *remarks]
         result["trained_on"] = list(trained_on)
-        asked = told(settings, choice, snapshot.tasks)
+        asked = provenance(settings, choice, snapshot.tasks)
         while True:
             yield steps.storing()
             try:
                 with interruptible():
-                    return _stored(project, snapshot, asked, result, name, recogniser)
+                    return _store(project, snapshot, asked, result, name, recogniser)
             except StoreBusyError:  # what took minutes is not lost for that; one can cancel
                 continue
 
 
-def _snapshot(project: Project, settings: Settings, choice: Choice) -> _Snapshot:
+def _snapshot(project: Project, settings: Settings, choice: DataSelection) -> _Snapshot:
     """Read what is labelled and what is not."""
     tasks = tuple(dict.fromkeys(choice.tasks)) or project.tasks()
     if len(tasks) > 1 and not choice.tasks:
@@ -300,7 +312,7 @@ def _snapshot(project: Project, settings: Settings, choice: Choice) -> _Snapshot
     return _Snapshot(tasks, corpora, tuple(infos.values()))
 
 
-def _check(found: Corpus, settings: Settings, tasks: Sequence[str]) -> None:
+def _check(found: Dataset, settings: Settings, tasks: Sequence[str]) -> None:
     """Refuse fewer than two actions before anything is computed."""
     merged = [item.merged(settings.merge) for item in found.labelled]
     actions = list(dict.fromkeys(s.action for item in merged for s in item.segments))
@@ -312,17 +324,21 @@ def _check(found: Corpus, settings: Settings, tasks: Sequence[str]) -> None:
         )
 
 
-def _folds(snapshot: _Snapshot, choice: Choice) -> int:
+def _folds(snapshot: _Snapshot, choice: DataSelection) -> int:
     """How many recognisers are trained for testing."""
     if choice.test_task is not None:
         return 1
     labelled = [item.demonstration for item in snapshot.found.labelled if item.segments]
-    return len(groups(labelled, choice.folds)) if len(labelled) > 1 else 0
+    return len(fold_groups(labelled, choice.folds)) if len(labelled) > 1 else 0
 
 
-def _tested(
-    snapshot: _Snapshot, settings: Settings, choice: Choice, steps: TrainingProgress, fit: bool
-) -> Generator[Step, None, tuple[Evaluation | None, tuple[str, ...]]]:
+def _evaluate(
+    snapshot: _Snapshot,
+    settings: Settings,
+    choice: DataSelection,
+    steps: TrainingProgress,
+    fit: bool,
+) -> Generator[TrainingStep, None, tuple[Evaluation | None, tuple[str, ...]]]:
     """Evaluate; where that cannot be, None and a remark that says why.
 
     What stands in the way of training, too, is then told by that.
@@ -334,7 +350,9 @@ def _tested(
             f"second one. The recogniser was trained all the same, and proposes labels for the "
             f"others.",
         )
-    job = evaluating(snapshot.corpora, settings, snapshot.tasks, choice, certainty=True)
+    job = evaluate_joined(
+        snapshot.corpora, settings, snapshot.tasks, choice, probability_trace=True
+    )
     try:
         return (yield from steps.test(job)), ()
     except InputError as error:
@@ -343,10 +361,10 @@ def _tested(
         return None, (f"Nothing could be tested: {error}",)
 
 
-def _untested(title: str, settings: Settings) -> dict[str, Any]:
+def _empty_record(title: str, settings: Settings) -> dict[str, Any]:
     """What a run keeps where nothing was tested."""
     return {
-        "digest": digest(title, {}),
+        "digest": run_summary(title, {}),
         "title": title,
         "preset": settings.preset,
         "settings": settings.to_json(),
@@ -362,7 +380,7 @@ def _untested(title: str, settings: Settings) -> dict[str, Any]:
 
 def _proposals(
     project: Project, snapshot: _Snapshot, recogniser: Recogniser, steps: TrainingProgress
-) -> Generator[Step, None, tuple[list[dict[str, Any]], tuple[str, ...]]]:
+) -> Generator[TrainingStep, None, tuple[list[dict[str, Any]], tuple[str, ...]]]:
     """What the recogniser makes of the demonstrations that the coder has not labelled.
 
     Also of those that are blind for the coder: it is the window that hides them. Each is stored
@@ -374,7 +392,9 @@ def _proposals(
         try:
             demonstration = project.load(info.id)
             examples = recogniser.prepared(demonstration)
-            prediction = recogniser.predict(demonstration, certainty=True, examples=examples)
+            prediction = recogniser.predict(
+                demonstration, probability_trace=True, examples=examples
+            )
         except InputError as error:
             remarks.append(f"No proposal for '{info.name}': {error}")
             continue
@@ -382,7 +402,7 @@ def _proposals(
             f"'{info.name}': {one}" for one in recogniser.remarks_on(demonstration.channels)
         ]
         made.append(_proposal(demonstration, prediction))
-        looks.append(sampled(examples))
+        looks.append(sample_steps(examples))
     for proposal, share in zip(made, typicality(looks).tolist(), strict=True):
         proposal["typicality"] = share
     return made, tuple(remarks)
@@ -403,12 +423,12 @@ def _proposal(demonstration: Demonstration, prediction: Prediction) -> dict[str,
         ]
         for which, codes in stages.items()
     }
-    sure = prediction.certainty
-    certainty = {} if sure is None else {"certainty": sure.to_json()}
-    return {**where, **tracks, **certainty}
+    sure = prediction.probability_trace
+    trace = {} if sure is None else {"certainty": sure.to_json()}
+    return {**where, **tracks, **trace}
 
 
-def _stored(
+def _store(
     project: Project,
     snapshot: _Snapshot,
     asked: dict[str, Any],

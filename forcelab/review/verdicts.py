@@ -8,15 +8,15 @@ from dataclasses import dataclass
 
 from forcelab.project import Edit, Project, StoredVerdict, Verdict
 from forcelab.project.records import VerdictKind
-from forcelab.review.differences import Difference, spelt_back
-from forcelab.review.run_result import Outcome
+from forcelab.review.differences import Difference, action_as_coded
+from forcelab.review.run_result import RunResult
 
 #: A place covers a difference if it shares this part of it.
 COVERED = 0.5
 
 
 @dataclass(frozen=True, slots=True)
-class Judged:
+class VerdictCount:
     """How often who was right where a human and a model see a certain pair of actions."""
 
     human: str | None
@@ -31,7 +31,7 @@ class Judged:
         return self.human_right + self.model_right + self.ambiguous
 
 
-def speaks_of(verdict: Verdict, difference: Difference) -> bool:
+def applies_to(verdict: Verdict, difference: Difference) -> bool:
     """Whether a verdict is about a difference, which another recogniser may find a bit beside."""
     return (
         verdict.human == difference.human
@@ -46,20 +46,20 @@ def covers(place: Verdict | Difference, difference: Difference) -> bool:
     return shared >= COVERED * difference.duration
 
 
-def judge(
+def record_verdict(
     project: Project,
-    outcome: Outcome,
+    outcome: RunResult,
     difference: Difference,
     verdict: VerdictKind,
     author: str,
     edit: Edit | None = None,
 ) -> StoredVerdict:
-    """Keep what somebody says about a difference; no label changes (see :func:`action_for`).
+    """Keep what somebody says about a difference; no label changes (see :func:`model_action`).
 
     Parameters
     ----------
     project : Project
-    outcome : Outcome
+    outcome : RunResult
         Where the difference was found.
     difference : Difference
     verdict : "human", "model" or "ambiguous"
@@ -84,22 +84,22 @@ def judge(
     )
 
 
-def withdraw(project: Project, verdict: StoredVerdict, author: str) -> StoredVerdict:
+def withdraw_verdict(project: Project, verdict: StoredVerdict, author: str) -> StoredVerdict:
     """Let a verdict count no more; what it was on is open again."""
     fields = {name: getattr(verdict, name) for name in Verdict.__dataclass_fields__}
     fields |= {"author": author, "verdict": "withdrawn", "time": None}
     return project.add_verdict(Verdict(**fields))
 
 
-def action_for(outcome: Outcome, difference: Difference) -> str | None:
+def model_action(outcome: RunResult, difference: Difference) -> str | None:
     """What the model sees over a difference, spelt as the coder spells it; None is nothing."""
     action, reviewed = difference.predicted, outcome.find(difference.demonstration)
     if action is None or reviewed is None:
         return action
-    return spelt_back(action, outcome, reviewed)
+    return action_as_coded(action, outcome, reviewed)
 
 
-def report(verdicts: Iterable[Verdict]) -> tuple[Judged, ...]:
+def count_verdicts(verdicts: Iterable[Verdict]) -> tuple[VerdictCount, ...]:
     """Who was right how often, by pair of actions; the pair with the most verdicts first.
 
     Parameters
@@ -112,7 +112,7 @@ def report(verdicts: Iterable[Verdict]) -> tuple[Judged, ...]:
         pair = (verdict.human, verdict.predicted)
         counts.setdefault(pair, Counter())[verdict.verdict] += 1
     found = [
-        Judged(human, predicted, said["human"], said["model"], said["ambiguous"])
+        VerdictCount(human, predicted, said["human"], said["model"], said["ambiguous"])
         for (human, predicted), said in counts.items()
     ]
     return tuple(sorted(found, key=lambda j: (-j.total, j.human or "", j.predicted or "")))

@@ -19,7 +19,7 @@ from forcelab.jobs import Progress, finish
 from forcelab.measure import loading, needs
 from forcelab.measure.loading import Loaded
 from forcelab.project import Incoming, Project
-from forcelab.recognition.examples import Labelled, prepare
+from forcelab.recognition.examples import LabelledDemonstration, prepare_examples
 from forcelab.recognition.planning import planned
 from forcelab.recognition.presets import preset
 from forcelab.recognition.settings import Settings
@@ -65,7 +65,7 @@ def test_the_plan_counts_what_the_features_hold(channels, phase, low, high, spac
         for name in ("log magnitudes", "phases")
         if parts[name].computed
     )
-    assert prepare(Labelled(FOAM), wanted).features.shape[1] == counted
+    assert prepare_examples(LabelledDemonstration(FOAM), wanted).features.shape[1] == counted
     assert f"{len(wanted.scales)} scales" in parts
 
 
@@ -87,7 +87,7 @@ def test_columns_that_are_left_out_change_nothing(channels, columns):
     spoilt = FOAM.signals.copy()
     spoilt[:, [channel.name in columns for channel in FOAM.channels]] = np.nan
     one, other = (
-        prepare(Labelled(replace(FOAM, signals=signals)), wanted)
+        prepare_examples(LabelledDemonstration(replace(FOAM, signals=signals)), wanted)
         for signals in (FOAM.signals, spoilt)
     )
     assert np.array_equal(one.features, other.features)

@@ -8,9 +8,9 @@ from explained import FAST, made
 from forcelab.cli import main
 from forcelab.jobs import finish
 from forcelab.project import Project
-from forcelab.review.differences import place_at
-from forcelab.review.explanation import explaining, withholding
-from forcelab.review.run_result import load
+from forcelab.review.differences import interval_at
+from forcelab.review.explanation import explain, train_held_out
+from forcelab.review.run_result import load_run
 
 
 @pytest.fixture(scope="module")
@@ -25,10 +25,10 @@ def project(tmp_path_factory):
 def test_it_prints_what_the_window_computes(project, forcelab):
     printed = forcelab("why", project, "foam 02", "--at", "2.0", "--json").json
     with Project.open(project) as opened:
-        outcome = load(opened, printed.pop("run"))
+        outcome = load_run(opened, printed.pop("run"))
         id_ = opened.load("foam 02").id
-    withheld = finish(withholding(project, outcome, id_))
-    why = finish(explaining(withheld, outcome, place_at(outcome.find(id_), 2.0)))
+    withheld = finish(train_held_out(project, outcome, id_))
+    why = finish(explain(withheld, outcome, interval_at(outcome.find(id_), 2.0)))
     expected = json.loads(json.dumps(why.to_json()))
     for one in (printed, expected):
         assert one["recogniser"].pop("seconds")

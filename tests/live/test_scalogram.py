@@ -9,7 +9,7 @@ from forcelab.capture.reader import Ring
 from forcelab.demonstration import Channel
 from forcelab.errors import InputError
 from forcelab.live.scalogram import TOLERANCE, LiveScalogram, channels_to_show
-from forcelab.live.scalogram import Ring as Columns
+from forcelab.live.scalogram import ColumnRing as Columns
 from forcelab.signals.cwt import cwt
 
 AXES = tuple(Channel(axis, "N") for axis in ("fx", "fy", "fz"))

@@ -9,19 +9,19 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from forcelab.labels import from_codes
-from forcelab.live.recognition import Growing, Recent
-from forcelab.recognition.live import Decided
+from forcelab.live.recognition import SegmentBuilder, SnapshotBuffer
+from forcelab.recognition.live import LiveLabels
 
 ACTIONS = ("grab", "pull")
 PERIOD = 0.01
 
 
 def growing():
-    return Growing(SimpleNamespace(step=PERIOD, actions=ACTIONS))
+    return SegmentBuilder(SimpleNamespace(step=PERIOD, actions=ACTIONS))
 
 
 def decided(times, codes, probabilities=None):
-    return Decided(np.asarray(times), np.asarray(codes, dtype=np.int64), probabilities)
+    return LiveLabels(np.asarray(times), np.asarray(codes, dtype=np.int64), probabilities)
 
 
 @settings(max_examples=40, deadline=None)
@@ -54,7 +54,7 @@ def test_a_gap_parts_segments_of_one_action():
 
 
 def test_what_is_seen_has_the_mean_probability_of_each_stretch_and_forgets_the_old():
-    one, recent = growing(), Recent(ACTIONS)
+    one, recent = growing(), SnapshotBuffer(ACTIONS)
     rng = np.random.default_rng(1)
     times = 100.0 + PERIOD * np.arange(4000)
     share = rng.random(4000)
@@ -71,14 +71,14 @@ def test_what_is_seen_has_the_mean_probability_of_each_stretch_and_forgets_the_o
     assert min(s.end for s in seen.segments) > times[-1] - 16.0
     start, end = times[-1] - 2.0, times[-1] - 1.0
     inside = (times >= start) & (times < end)
-    assert seen.certainty.of_action("grab", start, end) == pytest.approx(
+    assert seen.probability_trace.of_action("grab", start, end) == pytest.approx(
         share[inside].mean(), abs=0.02
     )
-    assert seen.certainty.start >= times[-1] - 16.0
+    assert seen.probability_trace.start >= times[-1] - 16.0
 
 
 def test_nothing_is_known_before_the_first_label():
-    seen = Recent(ACTIONS).glimpse(growing(), 0.0)
+    seen = SnapshotBuffer(ACTIONS).glimpse(growing(), 0.0)
     assert math.isnan(seen.until)
-    assert seen.certainty is None
+    assert seen.probability_trace is None
     assert seen.segments == ()

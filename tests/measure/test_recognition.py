@@ -24,7 +24,7 @@ from forcelab.measure.recognition_settings import (
 from forcelab.measure.recognition_tasks import measured_tasks, usual_coder
 from forcelab.project import Project
 from forcelab.recognition.cross_validation import leave_one_out
-from forcelab.recognition.examples import Labelled
+from forcelab.recognition.examples import LabelledDemonstration
 from forcelab.recognition.presets import PRESETS, preset
 
 PLAIN = preset("paper").replace(classifier="naive-bayes", max_scale=32.0)
@@ -41,7 +41,7 @@ FEW = (
 
 @pytest.fixture(scope="module")
 def labelled():
-    return [Labelled(*item) for item in synthetic_set(4, 100.0)]
+    return [LabelledDemonstration(*item) for item in synthetic_set(4, 100.0)]
 
 
 @pytest.fixture(scope="module")
@@ -108,7 +108,7 @@ def test_only_what_comes_after_the_classifier_is_shared():
 
 def test_settings_that_cannot_be_trained_are_refused_and_the_others_measured(labelled):
     short = [
-        Labelled(
+        LabelledDemonstration(
             item.demonstration,
             tuple(Segment(s.start, s.start + 0.02, s.action) for s in item.segments[:2]),
         )
@@ -128,7 +128,7 @@ def test_settings_that_cannot_be_trained_are_refused_and_the_others_measured(lab
 
 
 def test_one_labelled_demonstration_is_too_few(labelled):
-    bare = [Labelled(item.demonstration) for item in labelled[1:]]
+    bare = [LabelledDemonstration(item.demonstration) for item in labelled[1:]]
     with pytest.raises(InputError, match="two labelled demonstrations; there is 1"):
         finish(measuring([labelled[0], *bare], FEW, "foam"))
 

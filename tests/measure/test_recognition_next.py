@@ -10,10 +10,10 @@ from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.recognition import ensemble
-from forcelab.recognition.examples import Labelled
+from forcelab.recognition.examples import LabelledDemonstration
 from forcelab.recognition.presets import preset
-from forcelab.recognition.training import fit_examples, preparing
-from forcelab.review.active_learning import sampled, typicality
+from forcelab.recognition.training import fit_examples, prepare_all
+from forcelab.review.active_learning import sample_steps, typicality
 from tests.benchmarks import label_next
 from tests.benchmarks.label_next import CHOOSING, measuring_next
 
@@ -31,7 +31,7 @@ def pressed(item, gain):
 @pytest.fixture(scope="module")
 def mixed():
     """Most by one person, some by another who presses four times as hard."""
-    items = [Labelled(*item) for item in synthetic_set(9, 50.0)]
+    items = [LabelledDemonstration(*item) for item in synthetic_set(9, 50.0)]
     return [pressed(item, 4.0) if i % 4 == 0 else item for i, item in enumerate(items)]
 
 
@@ -64,14 +64,14 @@ def test_all_orders_are_measured_on_the_same_partings(rows):
 
 
 def test_who_presses_harder_is_passed_over_until_the_others_are_labelled(mixed):
-    examples = finish(preparing(mixed, PLAIN))
+    examples = finish(prepare_all(mixed, PLAIN))
     recogniser = finish(fit_examples([examples[1], examples[2]], PLAIN))
     waiting = [*examples[3:8], examples[0]]  # the second and the last one press harder
     typical = np.array(CHOOSING["least certain of the typical"](recogniser, waiting))
     plain = np.array(CHOOSING["least certain"](recogniser, waiting))
     weights = typical / plain
     assert sorted(np.argsort(weights)[:2].tolist()) == [1, 5]
-    assert weights == pytest.approx(typicality([sampled(one) for one in waiting]))
+    assert weights == pytest.approx(typicality([sample_steps(one) for one in waiting]))
 
 
 def test_who_chooses_sees_no_label(mixed, monkeypatch):

@@ -13,7 +13,7 @@ from forcelab.formats import pdl
 from forcelab.formats.recording import ReadOptions
 from forcelab.jobs import finish
 from forcelab.recognition import ensemble
-from forcelab.recognition.examples import Labelled
+from forcelab.recognition.examples import LabelledDemonstration
 from forcelab.recognition.presets import preset
 from tests.benchmarks import swapped as benchmark
 from tests.benchmarks.swapped import measuring_swapped, swapped
@@ -23,7 +23,7 @@ TONGS = Path(__file__).resolve().parents[2] / "../shared/data/tongs"
 
 @pytest.fixture(scope="module")
 def items():
-    return [Labelled(*item) for item in synthetic_set(6, 50.0)]
+    return [LabelledDemonstration(*item) for item in synthetic_set(6, 50.0)]
 
 
 @pytest.mark.parametrize(("share", "count"), [(0.0, 1), (0.25, None), (1.0, None)])
@@ -70,7 +70,7 @@ def test_draws_are_compared_under_their_own_seeds(items, monkeypatch):
 def test_of_too_little_it_is_told_what_is_missing(items):
     with pytest.raises(InputError, match="there is 1"):
         finish(measuring_swapped(items[:1], "one", preset("fast")))
-    one_action = [Labelled(items[0].demonstration, items[0].segments[:1])]
+    one_action = [LabelledDemonstration(items[0].demonstration, items[0].segments[:1])]
     with pytest.raises(InputError, match="two actions"):
         swapped(one_action, np.random.default_rng(0))
 
@@ -81,7 +81,7 @@ def test_of_too_little_it_is_told_what_is_missing(items):
 def test_of_the_papers_recordings_a_twentieth_swapped_costs_little_and_is_found(file, monkeypatch):
     monkeypatch.setattr(ensemble, "TREES", 10)
     recordings = pdl.read(TONGS / file, ReadOptions())
-    items = [Labelled(r.demonstration, r.tracks[0].segments) for r in recordings]
+    items = [LabelledDemonstration(r.demonstration, r.tracks[0].segments) for r in recordings]
     row = finish(measuring_swapped(items, file, preset("fast"), draws=2))
     assert row.further["points lost"] < 3
     assert row.further["in the first tenth"] >= 0.5

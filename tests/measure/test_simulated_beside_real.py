@@ -7,7 +7,7 @@ import pytest
 from forcelab.formats import read
 from forcelab.formats.recording import ReadOptions
 from forcelab.jobs import finish
-from forcelab.recognition.examples import Labelled
+from forcelab.recognition.examples import LabelledDemonstration
 from forcelab.simulation.origin import origins
 from tests.benchmarks.realism import PUBLISHED, realism, simulated_beside
 
@@ -29,7 +29,7 @@ APART = {
 @pytest.mark.parametrize(("task", "file"), [("stylus", "JPen_sig.pdl"), ("foam", "soft_sig.pdl")])
 def test_every_figure_is_within_a_factor_of_two_or_has_its_reason(task, file):
     real = [
-        Labelled(one.demonstration, one.tracks[0].segments).merged(PUBLISHED)
+        LabelledDemonstration(one.demonstration, one.tracks[0].segments).merged(PUBLISHED)
         for one in read(TONGS / file, ReadOptions(task=task))
     ]
     rows = realism(finish(simulated_beside(origins(task, 10, seed=1))), real)

@@ -9,9 +9,9 @@ from synthetic import synthetic_set
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError
 from forcelab.jobs import finish
-from forcelab.recognition.adaptation import MARGIN, matching
-from forcelab.recognition.cross_validation import across
-from forcelab.recognition.examples import Labelled
+from forcelab.recognition.adaptation import MARGIN, estimate_adaptation
+from forcelab.recognition.cross_validation import train_and_test
+from forcelab.recognition.examples import LabelledDemonstration
 from forcelab.recognition.presets import preset
 
 RATE = 200.0
@@ -39,7 +39,7 @@ def made(item, change):
 
 @pytest.fixture(scope="module")
 def people():
-    items = [Labelled(*item) for item in synthetic_set(10, RATE)]
+    items = [LabelledDemonstration(*item) for item in synthetic_set(10, RATE)]
     uneven = [made(item, lambda signals: signals * UNEVEN) for item in items]
     return uneven[:6], uneven[6:]
 
@@ -51,9 +51,11 @@ def accuracy(evaluation, which="filtered"):
 def test_accuracy_is_restored_where_sensors_are_swapped_and_scaled(people):
     train, test = people
     turned = [made(item, lambda signals: signals[:, SWAP] * GAIN + OFFSET) for item in test]
-    right = accuracy(finish(across(train, test, SETTINGS)))
-    evaluation = finish(across(train, turned, SETTINGS, adapt=True))
-    assert accuracy(evaluation, "unadapted") == accuracy(finish(across(train, turned, SETTINGS)))
+    right = accuracy(finish(train_and_test(train, test, SETTINGS)))
+    evaluation = finish(train_and_test(train, turned, SETTINGS, adapt=True))
+    assert accuracy(evaluation, "unadapted") == accuracy(
+        finish(train_and_test(train, turned, SETTINGS))
+    )
     assert accuracy(evaluation, "unadapted") < right - 0.1
     assert accuracy(evaluation) > right - 0.03
     (said,) = [sentence for sentence in evaluation.remarks if "Adapted" in sentence]
@@ -66,19 +68,19 @@ def test_accuracy_is_restored_where_sensors_are_swapped_and_scaled(people):
 
 def test_with_matching_sensors_nothing_is_swapped(people):
     for train, test in (people, people[::-1]):
-        found = matching(train, test)
+        found = estimate_adaptation(train, test)
         assert not found.swapped
         assert found.likelier < 0
         assert "no sensor is swapped" in found.sentence
     scaled = [made(item, lambda signals: signals * GAIN + OFFSET) for item in people[1]]
-    assert not matching(people[0], scaled).swapped
-    even = [Labelled(*item) for item in synthetic_set(6, RATE)]
-    assert not matching(even[:3], even[3:]).swapped
+    assert not estimate_adaptation(people[0], scaled).swapped
+    even = [LabelledDemonstration(*item) for item in synthetic_set(6, RATE)]
+    assert not estimate_adaptation(even[:3], even[3:]).swapped
 
 
 def test_alike_demonstrations_stay_as_they_are(people):
     train, _ = people
-    found = matching(train, train)
+    found = estimate_adaptation(train, train)
     for item in train:
         again = found.adapted(item).demonstration
         assert np.allclose(again.signals, item.demonstration.signals, atol=1e-12)
@@ -88,7 +90,7 @@ def test_alike_demonstrations_stay_as_they_are(people):
 def test_levels_and_scales_come_to_those_of_training(people):
     train, _ = people
     turned = [made(item, lambda signals: signals[:, SWAP] * GAIN + OFFSET) for item in train]
-    found = matching(train, turned)
+    found = estimate_adaptation(train, turned)
     assert found.likelier > MARGIN
     for item, wanted in zip(turned, train, strict=True):
         again = found.adapted(item).demonstration
@@ -103,7 +105,9 @@ def test_levels_and_scales_come_to_those_of_training(people):
 def test_labels_are_not_looked_at(people):
     train, test = people
     bare = [replace(item, segments=()) for item in (*train, *test)]
-    assert matching(bare[: len(train)], bare[len(train) :]) == matching(train, test)
+    assert estimate_adaptation(bare[: len(train)], bare[len(train) :]) == estimate_adaptation(
+        train, test
+    )
 
 
 def test_a_dead_channel_is_not_blown_up(people):
@@ -113,7 +117,7 @@ def test_a_dead_channel_is_not_blown_up(people):
         signals[:, 2] = 1e-6 * np.random.default_rng(0).standard_normal(len(signals))
         return signals
 
-    found = matching(train, [made(item, dead) for item in test])
+    found = estimate_adaptation(train, [made(item, dead) for item in test])
     assert found.gain["fz1"] == 1.0
 
 
@@ -124,7 +128,7 @@ def test_missing_samples_stay_missing(people):
         signals[50:60, 1] = np.nan
         return signals
 
-    again = matching(train, test).adapted(made(test[0], holed)).demonstration
+    again = estimate_adaptation(train, test).adapted(made(test[0], holed)).demonstration
     assert np.isnan(again.signals[50:60, 1]).all()
     assert np.isfinite(again.signals[:, 0]).all()
 
@@ -136,7 +140,7 @@ def test_other_channels_are_refused(people):
         "x", "", demonstration.times, demonstration.signals[:, :1], [Channel("p")]
     )
     with pytest.raises(InputError, match="'x' has the channels p but .* has fx1"):
-        matching(train, [Labelled(other)])
+        estimate_adaptation(train, [LabelledDemonstration(other)])
 
 
 def test_channels_without_sensors_are_scaled_and_never_swapped():
@@ -146,9 +150,11 @@ def test_channels_without_sensors_are_scaled_and_never_swapped():
     def one(name, gain):
         signals = random.standard_normal((400, 2)) * gain
         signals[:20] = 0
-        return Labelled(Demonstration(name, "", times, signals, [Channel("a"), Channel("b")]))
+        return LabelledDemonstration(
+            Demonstration(name, "", times, signals, [Channel("a"), Channel("b")])
+        )
 
-    found = matching([one("x", 1.0)], [one("y", np.array([3.0, 0.5]))])
+    found = estimate_adaptation([one("x", 1.0)], [one("y", np.array([3.0, 0.5]))])
     assert not found.swapped
     assert found.gain["a"] == pytest.approx(1 / 3, rel=0.2)
     assert found.gain["b"] == pytest.approx(2, rel=0.2)

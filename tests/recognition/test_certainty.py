@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from forcelab.recognition.probability_trace import RATE, Certainty
+from forcelab.recognition.probability_trace import RATE, ProbabilityTrace
 
 ACTIONS = ("grab", "hold")
 
@@ -13,15 +13,15 @@ ACTIONS = ("grab", "hold")
 def of(times, grab=0.8):
     """Of one action so probable throughout."""
     values = np.full(len(times), grab)
-    return Certainty.of(times, np.stack([values, 1 - values], axis=1), ACTIONS)
+    return ProbabilityTrace.of(times, np.stack([values, 1 - values], axis=1), ACTIONS)
 
 
 @given(st.floats(2.0, 2000.0), st.floats(0.0, 1e5), st.integers(2, 3000))
 def test_at_any_rate_of_samples_no_bin_is_empty_and_means_are_as_given(rate, start, count):
-    certainty = of(start + np.arange(count) / rate)
-    assert certainty.known.all()
-    assert certainty.rate <= RATE
-    assert certainty.mean(start, start + count / rate) == pytest.approx([0.8, 0.2], abs=1e-9)
+    trace = of(start + np.arange(count) / rate)
+    assert trace.known.all()
+    assert trace.rate <= RATE
+    assert trace.mean(start, start + count / rate) == pytest.approx([0.8, 0.2], abs=1e-9)
 
 
 def test_bins_are_as_many_as_samples_where_these_are_as_far_apart():
@@ -31,26 +31,26 @@ def test_bins_are_as_many_as_samples_where_these_are_as_far_apart():
 
 def test_a_stretch_across_a_gap_is_as_sure_as_what_is_known_of_it():
     times = np.arange(400) / 100
-    certainty = of(times[(times < 1) | (times >= 2)])
-    assert not certainty.known[50:100].any()
-    assert certainty.of_action("grab", 0.5, 3.0) == pytest.approx(0.8)
-    assert certainty.mean(1.2, 1.8).tolist() == [0.0, 0.0]
+    trace = of(times[(times < 1) | (times >= 2)])
+    assert not trace.known[50:100].any()
+    assert trace.of_action("grab", 0.5, 3.0) == pytest.approx(0.8)
+    assert trace.mean(1.2, 1.8).tolist() == [0.0, 0.0]
 
 
 def test_a_mean_takes_no_bin_beyond_its_edges():
     times = np.arange(1000) / 100
     values = np.stack([times >= 0.28, times < 0.28], axis=1).astype(float)
-    certainty = Certainty.of(times, values, ACTIONS)
-    assert certainty.mean(0.0, 0.28).tolist() == [0.0, 1.0]  # 0.28 * 50 is 14.000000000000002
-    assert certainty.mean(0.28, 0.58).tolist() == [1.0, 0.0]
+    trace = ProbabilityTrace.of(times, values, ACTIONS)
+    assert trace.mean(0.0, 0.28).tolist() == [0.0, 1.0]  # 0.28 * 50 is 14.000000000000002
+    assert trace.mean(0.28, 0.58).tolist() == [1.0, 0.0]
 
 
 def test_it_is_kept_to_the_last_bit_and_damage_is_refused():
-    certainty = of(np.arange(345) / 100, 0.123)
-    plain = certainty.to_json()
-    again = Certainty.from_json(plain)
-    np.testing.assert_array_equal(again.values, certainty.values)
+    trace = of(np.arange(345) / 100, 0.123)
+    plain = trace.to_json()
+    again = ProbabilityTrace.from_json(plain)
+    np.testing.assert_array_equal(again.values, trace.values)
     assert (again.start, again.rate, again.actions) == (0.0, RATE, ACTIONS)
     for damage in ({"count": 7}, {"values": "!"}, {"values": plain["values"][:-8]}):
         with pytest.raises(ValueError, match=r".+"):
-            Certainty.from_json(plain | damage)
+            ProbabilityTrace.from_json(plain | damage)

@@ -14,11 +14,11 @@ from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.labels import Segment
-from forcelab.recognition.cross_validation import parted
-from forcelab.recognition.examples import Labelled, gathering, prepare
+from forcelab.recognition.cross_validation import make_folds
+from forcelab.recognition.examples import LabelledDemonstration, gather_features, prepare_examples
 from forcelab.recognition.presets import preset
-from forcelab.recognition.storage import TRUSTED, load, pack, save
-from forcelab.recognition.task_grammar import NEAR, fitting_changes, near_changes
+from forcelab.recognition.storage import TRUSTED, load_recogniser, pack, save_recogniser
+from forcelab.recognition.task_grammar import NEAR, boundary_steps, fit_boundary_model
 from forcelab.recognition.training import fit_examples, train
 
 #: Small, so that a fit takes no time.
@@ -41,7 +41,7 @@ def clicking(seed):
         for i, (start, end) in enumerate(pairwise(edges.tolist()))
     )
     made = Demonstration(f"click {seed}", "clicking", t, force[:, None], (Channel("f", "N"),))
-    return Labelled(made, segments), changes
+    return LabelledDemonstration(made, segments), changes
 
 
 @pytest.fixture(scope="module")
@@ -50,19 +50,19 @@ def clicks():
 
 
 def taught(examples, settings=QUICK):
-    y, steps = near_changes(examples, settings)
-    (X,) = finish(gathering(examples, steps))
-    return finish(fitting_changes(X, y, settings))
+    y, steps = boundary_steps(examples, settings)
+    (X,) = finish(gather_features(examples, steps))
+    return finish(fit_boundary_model(X, y, settings))
 
 
 def learnt(items, settings=QUICK):
-    return taught([prepare(item, settings) for item in items], settings)
+    return taught([prepare_examples(item, settings) for item in items], settings)
 
 
 def test_a_change_is_seen_where_it_happens_and_nowhere_else(clicks):
     found = learnt([item for item, _ in clicks[1:]])
     item, changes = clicks[0]
-    example = prepare(item, QUICK)
+    example = prepare_examples(item, QUICK)
     ratios = found.ratios(example.features)
     near = np.abs(example.times[:, None] - changes).min(axis=1)
     assert ratios[near < NEAR / 2].min() > 1.0
@@ -89,7 +89,9 @@ def test_certainty_knows_of_changes_what_the_decoder_knows(clicks):
     # Just before the first change, already in what nobody would label.
     span = changes[0] - 0.08, changes[0] - 0.04
     sure, unsure = (
-        one.predict(item.demonstration, certainty=True).certainty.of_action("tight", *span)
+        one.predict(item.demonstration, probability_trace=True).probability_trace.of_action(
+            "tight", *span
+        )
         for one in (made, without)
     )
     assert sure < 0.5 * unsure
@@ -97,7 +99,7 @@ def test_certainty_knows_of_changes_what_the_decoder_knows(clicks):
 
 def test_what_lies_in_a_long_hole_is_neither_a_change_nor_anything_else(clicks):
     items = [item for item, _ in clicks]
-    examples = [prepare(item, QUICK) for item in items]
+    examples = [prepare_examples(item, QUICK) for item in items]
     # Without the second segment there are 0.9 s and more of which nobody says anything.
     holed = [replace(e, segments=(e.segments[0], *e.segments[2:])) for e in examples]
     hidden = []
@@ -114,7 +116,7 @@ def test_what_lies_in_a_long_hole_is_neither_a_change_nor_anything_else(clicks):
 
 
 def test_time_with_missing_samples_teaches_nothing(clicks):
-    examples = [prepare(item, QUICK) for item, _ in clicks]
+    examples = [prepare_examples(item, QUICK) for item, _ in clicks]
     gone = [replace(e, valid=e.times < 2.0, features=e.features.copy()) for e in examples]
     one = taught(gone)
     for example in gone:
@@ -125,7 +127,7 @@ def test_time_with_missing_samples_teaches_nothing(clicks):
 
 
 def test_what_is_left_out_has_no_say_in_where_actions_change(clicks):
-    examples = [prepare(item, QUICK) for item, _ in clicks]
+    examples = [prepare_examples(item, QUICK) for item, _ in clicks]
     rows, parts = examples[0].features, [[0], [1, 2], [3, 4, 5]]
     # Another change than there was, and features that are none.
     wrong = (Segment(0.2, 2.6, "loose"), Segment(2.7, 4.0, "tight"), Segment(4.0, 4.1, "loose"))
@@ -135,7 +137,7 @@ def test_what_is_left_out_has_no_say_in_where_actions_change(clicks):
             nonsense = np.full_like(examples[i].features, 7.0)
             poisoned[i] = replace(examples[i], features=nonsense, segments=wrong)
         one, other = (
-            finish(fit_examples(parted(given, parts)[at].train, QUICK)).changes.ratios(rows)
+            finish(fit_examples(make_folds(given, parts)[at].train, QUICK)).changes.ratios(rows)
             for given in (examples, poisoned)
         )
         np.testing.assert_array_equal(one, other)
@@ -154,7 +156,7 @@ def test_where_no_action_gives_way_to_another_training_goes_on_without(clicks):
     for item, _ in clicks[:4]:
         loose, tight = item.segments[0], item.segments[1]
         far = (replace(loose, end=loose.end - 0.3), tight)
-        apart.append(Labelled(item.demonstration, far))
+        apart.append(LabelledDemonstration(item.demonstration, far))
     made = train(apart, QUICK)
     assert made.changes is None
     assert made.predict(clicks[5][0].demonstration).segments
@@ -163,7 +165,7 @@ def test_where_no_action_gives_way_to_another_training_goes_on_without(clicks):
 @pytest.mark.parametrize(("kept", "enough"), [(3, False), (4, True)])
 def test_two_changes_are_too_few_to_learn_from(clicks, kept, enough):
     item = clicks[0][0]
-    few = Labelled(item.demonstration, item.segments[:kept])
+    few = LabelledDemonstration(item.demonstration, item.segments[:kept])
     assert (learnt([few], QUICK.replace(stride=1)) is not None) == enough
 
 
@@ -172,17 +174,19 @@ def test_two_changes_are_too_few_to_learn_from(clicks, kept, enough):
 
 @pytest.fixture(scope="module")
 def best():
-    return train([Labelled(*pair) for pair in synthetic_set(2, rate=100.0)], preset("best"))
+    return train(
+        [LabelledDemonstration(*pair) for pair in synthetic_set(2, rate=100.0)], preset("best")
+    )
 
 
 def test_best_is_the_same_to_the_bit_when_it_was_saved(best, tmp_path):
     assert best.changes is not None
-    save(best, tmp_path / "one")
-    loaded = load(tmp_path / "one")
-    unseen = Labelled(*synthetic_set(3, rate=100.0)[2]).demonstration
-    before, after = (made.predict(unseen, certainty=True) for made in (best, loaded))
+    save_recogniser(best, tmp_path / "one")
+    loaded = load_recogniser(tmp_path / "one")
+    unseen = LabelledDemonstration(*synthetic_set(3, rate=100.0)[2]).demonstration
+    before, after = (made.predict(unseen, probability_trace=True) for made in (best, loaded))
     np.testing.assert_array_equal(after.filtered, before.filtered)
-    np.testing.assert_array_equal(after.certainty.values, before.certainty.values)
+    np.testing.assert_array_equal(after.probability_trace.values, before.probability_trace.values)
     rows = best.prepared(unseen).features
     np.testing.assert_array_equal(loaded.changes.ratios(rows), best.changes.ratios(rows))
 
@@ -191,16 +195,16 @@ def test_a_file_from_before_predicts_without(best, tmp_path):
     content = skops_io.loads(pack(best), trusted=list(TRUSTED))
     del content["changes"], content["settings"]["changes"]
     (tmp_path / "older").write_bytes(skops_io.dumps(content))
-    assert load(tmp_path / "older").changes is None
+    assert load_recogniser(tmp_path / "older").changes is None
 
 
 def test_one_of_other_features_is_refused(best, clicks, tmp_path):
-    fewer = [replace(prepare(item, QUICK), segments=item.segments) for item, _ in clicks]
+    fewer = [replace(prepare_examples(item, QUICK), segments=item.segments) for item, _ in clicks]
     wide = [replace(e, features=np.repeat(e.features, 9, axis=1)) for e in fewer]
     other = taught(wide)
     (tmp_path / "one").write_bytes(pack(replace(best, changes=other)))
     with pytest.raises(InputError, match="not a whole recogniser"):
-        load(tmp_path / "one")
+        load_recogniser(tmp_path / "one")
 
 
 @pytest.mark.parametrize(
@@ -222,4 +226,4 @@ def test_a_damaged_one_is_refused(best, tmp_path, damage):
     content["changes"] = content["changes"] | damage if whole else damage
     (tmp_path / "one").write_bytes(skops_io.dumps(content))
     with pytest.raises(InputError, match="not a whole recogniser"):
-        load(tmp_path / "one")
+        load_recogniser(tmp_path / "one")

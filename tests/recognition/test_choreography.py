@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from forcelab.labels import Segment
-from forcelab.recognition.task_grammar import SLIP_SECONDS, Choreography
+from forcelab.recognition.task_grammar import SLIP_SECONDS, TaskGrammar
 
 
 def track(*pieces: tuple[str, float], hole: float = 0.0, start: float = 0.0):
@@ -26,7 +26,7 @@ def test_durations_of_many_segments_are_theirs():
     rng = np.random.default_rng(0)
     logs = rng.normal(math.log(0.5), 0.3, 400)
     tracks = [track(("grab", math.exp(x)), ("hold", 2.0)) for x in logs]
-    learnt = Choreography.learn(tracks, ["grab", "hold"])
+    learnt = TaskGrammar.learn(tracks, ["grab", "hold"])
     assert learnt.mean == pytest.approx([logs.mean(), math.log(2)], abs=0.01)
     assert learnt.sd[0] == pytest.approx(logs.std(), abs=0.02)
     assert learnt.sd[1] >= 0.1  # nobody repeats that exactly
@@ -36,8 +36,8 @@ def test_durations_of_many_segments_are_theirs():
 
 
 def test_few_segments_are_drawn_together_and_known_less_well():
-    one = Choreography.learn([track(("grab", 0.5), ("hold", 2.0))], ["grab", "hold", "never"])
-    many = Choreography.learn([track(("grab", 0.5), ("hold", 2.0))] * 8, ["grab", "hold", "never"])
+    one = TaskGrammar.learn([track(("grab", 0.5), ("hold", 2.0))], ["grab", "hold", "never"])
+    many = TaskGrammar.learn([track(("grab", 0.5), ("hold", 2.0))] * 8, ["grab", "hold", "never"])
     assert math.log(0.5) < many.mean[0] < one.mean[0] < one.mean[2] < one.mean[1] < math.log(2.0)
     assert (one.sd[:2] > many.sd[:2]).all()
     assert one.sd[2] > one.sd[0]
@@ -45,7 +45,7 @@ def test_few_segments_are_drawn_together_and_known_less_well():
 
 def test_an_order_never_seen_is_unlikely_but_not_impossible():
     tracks = [track(("a", 1.0), ("b", 1.0), ("c", 1.0))] * 9
-    follow = Choreography.learn(tracks, ["a", "b", "c", "d"]).follow
+    follow = TaskGrammar.learn(tracks, ["a", "b", "c", "d"]).follow
     assert follow[0, 1] > 0.9
     assert 0 < follow[0, 2] < 0.1
     assert follow[3] == pytest.approx([1 / 3, 1 / 3, 1 / 3, 0])
@@ -53,8 +53,8 @@ def test_an_order_never_seen_is_unlikely_but_not_impossible():
 
 
 def test_unlabelled_time_is_missing_and_no_action():
-    short = Choreography.learn([track(("a", 1.0), ("b", 1.0), hole=0.05)] * 9, ["a", "b", "c"])
-    long = Choreography.learn([track(("a", 1.0), ("b", 1.0), hole=2.0)] * 9, ["a", "b", "c"])
+    short = TaskGrammar.learn([track(("a", 1.0), ("b", 1.0), hole=0.05)] * 9, ["a", "b", "c"])
+    long = TaskGrammar.learn([track(("a", 1.0), ("b", 1.0), hole=2.0)] * 9, ["a", "b", "c"])
     assert short.follow[0, 1] > 0.9
     assert long.follow[0, 1] == pytest.approx(0.5)
     # A short hole belongs to both, so that they last as long as they will when decoded.
@@ -67,8 +67,8 @@ def test_slips_of_the_brush_teach_nothing():
     flicker = [("a", 0.02), ("b", 0.02)] * 4
     slips = track(("a", 0.98), ("b", 0.02), ("a", 0.02), ("b", 0.48), *flicker, ("a", 0.84))
     lone = track(("a", 1.0), ("b", 0.5), ("a", 1.0), ("b", 0.02), hole=1.0)
-    learnt = Choreography.learn([*clean, slips, lone], ["a", "b", "c"])
-    right = Choreography.learn([*clean, clean[0], clean[0]], ["a", "b", "c"])
+    learnt = TaskGrammar.learn([*clean, slips, lone], ["a", "b", "c"])
+    right = TaskGrammar.learn([*clean, clean[0], clean[0]], ["a", "b", "c"])
     assert learnt.mean == pytest.approx(right.mean, abs=0.1)
     assert learnt.sd == pytest.approx(right.sd, abs=0.1)
     assert learnt.share == pytest.approx(right.share, abs=0.02)
@@ -77,30 +77,30 @@ def test_slips_of_the_brush_teach_nothing():
 
 def test_an_action_that_is_always_short_is_no_slip():
     click = track(("a", 1.0), ("click", 0.01), ("a", 1.0))
-    learnt = Choreography.learn([click] * 9, ["a", "click"])
+    learnt = TaskGrammar.learn([click] * 9, ["a", "click"])
     assert math.exp(learnt.mean[1]) == pytest.approx(0.01, rel=0.2)
     assert learnt.follow[0, 1] > 0.9
     # Of several lengths the longest always counts.
     twice = track(("a", 1.0), ("click", 0.01), ("a", 1.0), ("click", 0.02), ("a", 1.0))
-    assert math.exp(Choreography.learn([twice], ["a", "click"]).mean[1]) < 0.05
+    assert math.exp(TaskGrammar.learn([twice], ["a", "click"]).mean[1]) < 0.05
 
 
 def test_what_nobody_asked_for_counts_as_unlabelled():
     pieces = (("a", 1.0), ("other", 1.0), ("b", 1.0))
-    learnt = Choreography.learn([track(*pieces)] * 9, ["a", "b", "c"])
+    learnt = TaskGrammar.learn([track(*pieces)] * 9, ["a", "b", "c"])
     assert learnt.follow[0, 1] == pytest.approx(0.5)
     assert learnt.share.sum() == pytest.approx(1)
 
 
 def test_two_segments_of_one_action_that_touch_are_one():
-    learnt = Choreography.learn([track(("a", 1.0), ("a", 1.0), ("b", 2.0))] * 9, ["a", "b"])
+    learnt = TaskGrammar.learn([track(("a", 1.0), ("a", 1.0), ("b", 2.0))] * 9, ["a", "b"])
     assert learnt.mean == pytest.approx([math.log(2)] * 2)
     assert learnt.follow[0, 0] == 0
 
 
 @pytest.mark.parametrize("actions", [[], ["a"], ["a", "b"]])
 def test_nothing_labelled_leaves_everything_possible(actions):
-    learnt = Choreography.learn([(), ()], actions)
+    learnt = TaskGrammar.learn([(), ()], actions)
     assert (learnt.sd > 0.5).all()
     assert learnt.start == pytest.approx(np.full(len(actions), 1 / max(len(actions), 1)))
 
@@ -116,22 +116,22 @@ pieces = st.lists(st.tuples(names, lasting), max_size=8)
 @given(tracks=st.lists(pieces, max_size=4), order=st.permutations("abcd"), factor=st.integers(1, 9))
 def test_numbering_plays_no_part_and_slower_people_have_longer_durations(tracks, order, factor):
     made = [track(*one, hole=1.0) for one in tracks]
-    learnt = Choreography.learn(made, "abcd")
-    other = Choreography.learn(made, order)
+    learnt = TaskGrammar.learn(made, "abcd")
+    other = TaskGrammar.learn(made, order)
     places = ["abcd".index(action) for action in order]
     for name in ("mean", "sd", "share", "start"):
         assert getattr(other, name) == pytest.approx(getattr(learnt, name)[places])
     assert other.follow == pytest.approx(learnt.follow[np.ix_(places, places)])
     if any(made):
         slow = [track(*[(a, factor * d) for a, d in one], hole=1.0) for one in tracks]
-        slower = Choreography.learn(slow, "abcd")
+        slower = TaskGrammar.learn(slow, "abcd")
         assert slower.mean - learnt.mean == pytest.approx(np.full(4, math.log(factor)))
         assert slower.sd == pytest.approx(learnt.sd)
 
 
 def test_it_is_written_down_and_read_again():
-    learnt = Choreography.learn([track(("a", 1.0), ("b", 0.3), ("a", 2.0))], ["a", "b", "c"])
-    again = Choreography.from_json(json.loads(json.dumps(learnt.to_json())))
+    learnt = TaskGrammar.learn([track(("a", 1.0), ("b", 0.3), ("a", 2.0))], ["a", "b", "c"])
+    again = TaskGrammar.from_json(json.loads(json.dumps(learnt.to_json())))
     assert again.actions == learnt.actions
     for name in ("mean", "sd", "share", "start", "follow"):
         assert np.array_equal(getattr(again, name), getattr(learnt, name))
@@ -152,6 +152,6 @@ def test_it_is_written_down_and_read_again():
     ],
 )
 def test_a_damaged_one_is_not_read(damage):
-    plain = Choreography.learn([track(("a", 1.0), ("b", 0.3))], ["a", "b"]).to_json()
+    plain = TaskGrammar.learn([track(("a", 1.0), ("b", 0.3))], ["a", "b"]).to_json()
     with pytest.raises(ValueError):  # noqa: PT011 - whatever it says is told with the file
-        Choreography.from_json(plain | damage)
+        TaskGrammar.from_json(plain | damage)

@@ -11,17 +11,17 @@ from scipy.stats import lognorm
 
 from forcelab.errors import InputError
 from forcelab.recognition import hsmm as model
-from forcelab.recognition.hsmm import FINE, LENGTHS, Scores, decode, marginals
+from forcelab.recognition.hsmm import FINE, LENGTHS, HsmmParameters, decode, marginals
 from forcelab.recognition.live import FixedLag
-from forcelab.recognition.task_grammar import Choreography
+from forcelab.recognition.task_grammar import TaskGrammar
 
 USES = ("none", "durations", "order")
 STEP = 0.1
 
 
-def a_choreography(rng: np.random.Generator, K: int, median: float = 0.3) -> Choreography:
+def a_choreography(rng: np.random.Generator, K: int, median: float = 0.3) -> TaskGrammar:
     follow = rng.random((K, K)) * (1 - np.eye(K))
-    return Choreography(
+    return TaskGrammar(
         tuple(f"action {k}" for k in range(K)),
         rng.normal(math.log(median), 0.6, K),
         rng.uniform(0.2, 0.6, K),
@@ -65,7 +65,7 @@ class Plainly:
         if changes is not None and use != "none":
             near = model.CHANGE * (changes - model.LIKELIER)
         self.change = 0.5 * (near[:-1] + near[1:])  # of one after each step but the last
-        self.limits = Scores.of(choreography, step, use)
+        self.limits = HsmmParameters.of(choreography, step, use)
         self.whole, self.cut = self.lengths()
 
     def _lines(self, k, near, blocks=False):
@@ -205,7 +205,7 @@ def test_marginals_where_evidence_lies_hundreds_of_nats_apart():
     truth = np.repeat([0, 1], [130, 130])
     logs = 20.0 * np.eye(2)[truth]
     logs[120:140] = some_logs(rng, 20, 2, 1.0)  # where one ends is not plain to see
-    assert Scores.of(choreography, 0.1, "order").longest.min() > FINE
+    assert HsmmParameters.of(choreography, 0.1, "order").longest.min() > FINE
     found = marginals(logs, everywhere(logs), 0.1, choreography, "order")
     plain = Plainly(choreography, logs, 0.1, "order", places=True)
     for t in (3, 121, 128, 133, 138, 250):
@@ -223,7 +223,7 @@ def test_marginals_of_lengths_told_apart_in_blocks_are_those_of_all_segmentation
     choreography = a_choreography(rng, 2, 0.1)
     truth = np.repeat([0, 1, 0], [80, 170, 60])
     logs = some_logs(rng, len(truth), 2, 1.0) + 2.0 * np.eye(2)[truth]
-    assert Scores.of(choreography, step, "order").longest.min() > FINE
+    assert HsmmParameters.of(choreography, step, "order").longest.min() > FINE
     found = marginals(logs, everywhere(logs), step, choreography, "order")
     plain = Plainly(choreography, logs, step, "order", places=True)
     for t, k in [(0, 0), (75, 1), (84, 0), (160, 1), (255, 0), (309, 1)]:
@@ -249,14 +249,14 @@ def test_marginals_are_the_same_whichever_way_time_runs():
 # --- what a user cares about ----------------------------------------------------------------------
 
 
-def a_known_one(K: int = 3) -> Choreography:
+def a_known_one(K: int = 3) -> TaskGrammar:
     """Actions of about a second that come one after the other."""
     follow = np.full((K, K), 0.02 / max(K - 2, 1))
     follow[np.arange(K), (np.arange(K) + 1) % K] = 0.98
     np.fill_diagonal(follow, 0.0)
     even = np.full(K, 1 / K)
     actions = tuple(map(str, range(K)))
-    return Choreography(actions, np.zeros(K), np.full(K, 0.3), even, even, follow)
+    return TaskGrammar(actions, np.zeros(K), np.full(K, 0.3), even, even, follow)
 
 
 @pytest.mark.parametrize("use", USES)
@@ -363,7 +363,7 @@ def test_one_action_alone_covers_everything():
 
 
 def test_no_action_decodes_nothing():
-    nobody = Choreography.learn([], ())
+    nobody = TaskGrammar.learn([], ())
     codes = decode(np.empty((3, 0)), np.ones(3, dtype=bool), 0.02, nobody, "order")
     assert codes.tolist() == [-1] * 3
 
@@ -376,7 +376,7 @@ def test_numbering_of_actions_and_units_of_steps_play_no_part(seed, use):
     choreography, logs = a_choreography(rng, K), some_logs(rng, n, K)
     codes = decode(logs, everywhere(logs), STEP, choreography, use)
     order = rng.permutation(K)
-    other = Choreography(
+    other = TaskGrammar(
         tuple(choreography.actions[k] for k in order),
         *(getattr(choreography, name)[order] for name in ("mean", "sd", "share", "start")),
         choreography.follow[np.ix_(order, order)],

@@ -9,11 +9,11 @@ from forcelab.errors import InputError
 from forcelab.label_map import MergeMap
 from forcelab.labels import UNLABELLED, Segment, to_codes
 from forcelab.recognition.examples import (
-    Labelled,
+    LabelledDemonstration,
     actions_of,
+    common_channels,
     common_rate,
-    prepare,
-    same_channels,
+    prepare_examples,
 )
 from forcelab.recognition.presets import preset
 from forcelab.recognition.settings import Settings
@@ -22,7 +22,7 @@ SMALL = Settings(max_scale=16.0)
 
 
 def labelled(seed=1, rate=100.0):
-    return Labelled(*synthetic_demonstration(seed, rate))
+    return LabelledDemonstration(*synthetic_demonstration(seed, rate))
 
 
 def with_gap(item, start, seconds):
@@ -30,17 +30,17 @@ def with_gap(item, start, seconds):
     old = item.demonstration
     times = old.times.copy()
     times[start:] += seconds
-    return Labelled(
+    return LabelledDemonstration(
         Demonstration(old.name, old.task, times, old.signals, old.channels), item.segments
     )
 
 
 def test_every_time_step_has_the_features_of_all_channels_and_scales():
     item = labelled()
-    examples = prepare(item, SMALL)
+    examples = prepare_examples(item, SMALL)
     assert examples.channels == ("tangential 1", "tangential 2", "normal 1", "normal 2")
     assert examples.features.shape == (len(item.demonstration.times), 2 * 4 * 4)
-    assert prepare(item, SMALL.replace(phase=False)).features.shape[1] == 4 * 4
+    assert prepare_examples(item, SMALL.replace(phase=False)).features.shape[1] == 4 * 4
     np.testing.assert_array_equal(examples.times, item.demonstration.times)
     assert examples.valid.all()
 
@@ -55,7 +55,9 @@ def test_a_glitch_takes_nothing_with_it_that_lies_elsewhere(settings, rate):
     signals[1000] = 1e16
     old = item.demonstration
     broken = Demonstration(old.name, old.task, old.times, signals, old.channels)
-    clean, found = (prepare(one, settings, rate) for one in (item, Labelled(broken)))
+    clean, found = (
+        prepare_examples(one, settings, rate) for one in (item, LabelledDemonstration(broken))
+    )
     far = np.abs(clean.times - 1.0) > 1.5
     assert far.sum() > 10
     np.testing.assert_allclose(found.features[far], clean.features[far], rtol=0, atol=0.1)
@@ -63,8 +65,8 @@ def test_a_glitch_takes_nothing_with_it_that_lies_elsewhere(settings, rate):
 
 def test_channels_come_in_the_order_they_were_asked_for():
     item = labelled()
-    everything = prepare(item, SMALL).features
-    chosen = prepare(item, SMALL.replace(channels=("normal 2", "tangential 1")))
+    everything = prepare_examples(item, SMALL).features
+    chosen = prepare_examples(item, SMALL.replace(channels=("normal 2", "tangential 1")))
     assert chosen.channels == ("normal 2", "tangential 1")
     np.testing.assert_array_equal(chosen.features[:, :4], everything[:, 12:16])
     np.testing.assert_array_equal(chosen.features[:, 4:8], everything[:, :4])
@@ -72,12 +74,12 @@ def test_channels_come_in_the_order_they_were_asked_for():
 
 def test_a_channel_that_is_not_there_is_refused_with_those_that_are():
     with pytest.raises(InputError, match=r"no recognition channel 'torque'.*normal 1"):
-        prepare(labelled(), SMALL.replace(channels=("torque",)))
+        prepare_examples(labelled(), SMALL.replace(channels=("torque",)))
 
 
 def test_the_codes_are_those_of_the_segments():
     item = labelled()
-    examples = prepare(item, SMALL)
+    examples = prepare_examples(item, SMALL)
     actions = actions_of([examples])
     assert actions == ("still", "grab", "hold", "release")
     expected = to_codes(item.segments, item.demonstration.times, actions)
@@ -86,7 +88,7 @@ def test_the_codes_are_those_of_the_segments():
 
 
 def test_actions_that_nobody_asked_for_are_unlabelled():
-    examples = prepare(labelled(), SMALL)
+    examples = prepare_examples(labelled(), SMALL)
     everything = examples.codes(("still", "grab", "hold", "release"))
     two = examples.codes(("hold", "still"))
     np.testing.assert_array_equal(two == 0, everything == 2)
@@ -96,8 +98,8 @@ def test_actions_that_nobody_asked_for_are_unlabelled():
 
 def test_a_gap_is_unlabelled_although_a_segment_covers_it():
     item = with_gap(labelled(), 40, 1.0)
-    over_all = Labelled(item.demonstration, (Segment(0.0, 100.0, "still"),))
-    examples = prepare(over_all, SMALL)
+    over_all = LabelledDemonstration(item.demonstration, (Segment(0.0, 100.0, "still"),))
+    examples = prepare_examples(over_all, SMALL)
     inside = (examples.times >= 0.41) & (examples.times < 1.39)
     assert inside.sum() >= 95
     np.testing.assert_array_equal(examples.valid, ~_in_gap(examples.times))
@@ -114,9 +116,9 @@ def _in_gap(times):
 def test_merged_spellings_are_one_action_and_the_stored_segments_stay():
     item = labelled()
     before = item.segments
-    merged = prepare(item, SMALL.replace(merge=MergeMap({"grab": "grip", "hold": "grip"})))
+    merged = prepare_examples(item, SMALL.replace(merge=MergeMap({"grab": "grip", "hold": "grip"})))
     assert actions_of([merged]) == ("still", "grip", "release")
-    plain = prepare(item, SMALL).codes(("still", "grab", "hold", "release"))
+    plain = prepare_examples(item, SMALL).codes(("still", "grab", "hold", "release"))
     np.testing.assert_array_equal(
         merged.codes(("still", "grip", "release")), np.array([0, 1, 1, 2, -1])[plain]
     )
@@ -132,7 +134,7 @@ def test_the_rate_on_which_recordings_meet_is_the_asked_one_or_the_median():
 
 @pytest.mark.parametrize("rate", [50.0, 200.0])
 def test_examples_at_another_rate_keep_the_human_at_the_same_seconds(rate):
-    examples = prepare(labelled(rate=100.0), SMALL.replace(rate=80.0), rate)
+    examples = prepare_examples(labelled(rate=100.0), SMALL.replace(rate=80.0), rate)
     assert examples.rate == pytest.approx(rate)
     np.testing.assert_allclose(np.diff(examples.times), 1 / rate)
     codes = examples.codes(("still", "grab", "hold", "release"))
@@ -145,8 +147,10 @@ def test_recordings_of_different_channels_are_told_apart_by_name():
     item = labelled()
     old = item.demonstration
     names = [Channel(f"emg{i}") for i in range(len(old.channels))]
-    other = Labelled(Demonstration("EMG", "foam", old.times, old.signals, tuple(names)))
-    alike = [prepare(item, SMALL), prepare(labelled(2), SMALL)]
-    assert same_channels(alike) == alike[0].channels
+    other = LabelledDemonstration(
+        Demonstration("EMG", "foam", old.times, old.signals, tuple(names))
+    )
+    alike = [prepare_examples(item, SMALL), prepare_examples(labelled(2), SMALL)]
+    assert common_channels(alike) == alike[0].channels
     with pytest.raises(InputError, match=r"'foam 01' has the channels .* but 'EMG' has .*emg0"):
-        same_channels([*alike, prepare(other, SMALL)])
+        common_channels([*alike, prepare_examples(other, SMALL)])

@@ -13,18 +13,18 @@ from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.labels import UNLABELLED
-from forcelab.live.recognition import promised
+from forcelab.live.recognition import latency_budget
 from forcelab.recognition import cross_validation, ensemble
 from forcelab.recognition.cross_validation import leave_one_out_live
-from forcelab.recognition.ensemble import sharpened
-from forcelab.recognition.examples import Labelled
+from forcelab.recognition.ensemble import sharpen
+from forcelab.recognition.examples import LabelledDemonstration
 from forcelab.recognition.hsmm import decode
 from forcelab.recognition.live import OnlineRecogniser
 from forcelab.recognition.live_features import CausalWindows, StreamingWindows
-from forcelab.recognition.live_model import LOOKS, LivePart
+from forcelab.recognition.live_model import LOOKS, LiveModel
 from forcelab.recognition.presets import preset
-from forcelab.recognition.storage import load, save
-from forcelab.recognition.training import train, training
+from forcelab.recognition.storage import load_recogniser, save_recogniser
+from forcelab.recognition.training import train, training_job
 
 RATE = 250.0
 WINDOWS = preset("fast").windows
@@ -32,7 +32,7 @@ WINDOWS = preset("fast").windows
 
 @pytest.fixture(scope="module")
 def three():
-    return [Labelled(*item) for item in synthetic_set(3, rate=RATE)]
+    return [LabelledDemonstration(*item) for item in synthetic_set(3, rate=RATE)]
 
 
 @pytest.fixture(scope="module")
@@ -215,7 +215,7 @@ def test_devices_whose_clocks_differ_a_little_are_learnt_from_together(monkeypat
     # Of 2.498 and of 2.502 samples a time step: two of one device, three of the other.
     monkeypatch.setattr(ensemble, "TREES", 4)
     slow, quick = (
-        Labelled(changed(demonstration, demonstration.times * 125 / rate), segments)
+        LabelledDemonstration(changed(demonstration, demonstration.times * 125 / rate), segments)
         for (demonstration, segments), rate in zip(
             synthetic_set(2, rate=125.0), (124.9, 125.1), strict=True
         )
@@ -311,8 +311,8 @@ def test_memory_stays_the_same(trained, three):
 
 
 def test_a_file_keeps_what_follows_streams(trained, three, tmp_path):
-    save(trained, tmp_path / "r.skops")
-    again = load(tmp_path / "r.skops")
+    save_recogniser(trained, tmp_path / "r.skops")
+    again = load_recogniser(tmp_path / "r.skops")
     assert [part.windows.look for part in again.live] == list(LOOKS)
     demonstration = three[2].demonstration
     for one, other in zip(
@@ -337,7 +337,7 @@ def test_what_does_not_fit_is_refused(trained):
         part.plain() | {"own": 1},
     ):
         with pytest.raises(ValueError, match="must|windows"):
-            LivePart.from_plain(wrong, 4, len(trained.actions))
+            LiveModel.from_plain(wrong, 4, len(trained.actions))
 
 
 def test_an_evaluation_as_a_stream_leaves_each_demonstration_out(three, monkeypatch):
@@ -360,11 +360,11 @@ def test_a_recording_that_is_there_twice_is_left_out_as_a_whole_as_a_stream(thre
 
     def watched(labelled, settings):
         trained_on.append([item.demonstration.name for item in labelled])
-        return training(labelled, settings)
+        return training_job(labelled, settings)
 
     monkeypatch.setattr(ensemble, "TREES", 2)
     monkeypatch.setattr(cross_validation, "training", watched)
-    items = [*three, Labelled(twin, moved)]
+    items = [*three, LabelledDemonstration(twin, moved)]
     found = finish(leave_one_out_live(items, preset("fast"), 0.1))
     _, second, third = (item.demonstration.name for item in three)
     first = old.name
@@ -388,7 +388,7 @@ def test_probabilities_of_a_stream_are_calibrated_where_those_offline_are(three,
     X = np.random.default_rng(0).standard_normal((50, bare.live[0].windows.width))
     for one, other in zip(bare.live, calibrated.live, strict=True):
         known = one.classifier.predict_proba(X)
-        assert np.allclose(other.classifier.predict_proba(X), sharpened(known, exponent))
+        assert np.allclose(other.classifier.predict_proba(X), sharpen(known, exponent))
 
 
 def test_an_evaluation_as_a_stream_says_how_far_to_rely_on_its_probabilities(three, monkeypatch):
@@ -410,7 +410,7 @@ def test_a_recogniser_from_before_says_what_to_do(trained, three):
 def test_more_latency_looks_farther_ahead_and_what_is_promised_is_what_is_done(trained):
     looks = []
     for latency in (0.0, 0.05, 0.1, 0.3, 3.0):
-        promise = promised(trained, latency)
+        promise = latency_budget(trained, latency)
         looks.append(promise.ahead)
         assert promise.ahead + promise.filters <= latency
         assert promise.early == ()

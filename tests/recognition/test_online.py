@@ -11,8 +11,13 @@ from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError
 from forcelab.labels import UNLABELLED
 from forcelab.recognition import filters
-from forcelab.recognition.examples import Labelled
-from forcelab.recognition.live import CausalDrop, CausalMedian, OnlineRecogniser, prober
+from forcelab.recognition.examples import LabelledDemonstration
+from forcelab.recognition.live import (
+    CausalDrop,
+    CausalMedian,
+    OnlineRecogniser,
+    probability_function,
+)
 from forcelab.recognition.live_features import PATIENCE, CausalGrid, Steps
 from forcelab.recognition.settings import Settings
 from forcelab.recognition.training import train
@@ -21,7 +26,7 @@ from forcelab.signals.grid import on_grid
 
 @pytest.fixture(scope="module")
 def three():
-    return [Labelled(*item) for item in synthetic_set(3, rate=250.0)]
+    return [LabelledDemonstration(*item) for item in synthetic_set(3, rate=250.0)]
 
 
 @pytest.fixture(scope="module")
@@ -247,7 +252,7 @@ def test_the_drop_heuristic_that_may_look_ahead_is_the_offline_one(runs, sizes, 
 def test_the_fast_way_through_the_mlp_is_scikit_learns(trained, three):
     random = np.random.default_rng(0)
     features = random.normal(0, 30, (200, trained.classifier.n_features_in_))
-    fast = prober(trained.classifier)(features)
+    fast = probability_function(trained.classifier)(features)
     assert np.allclose(fast, trained.classifier.predict_proba(features), atol=1e-12)
 
 

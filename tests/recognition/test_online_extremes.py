@@ -9,7 +9,7 @@ from synthetic import synthetic_set
 
 from forcelab.demonstration import Demonstration
 from forcelab.labels import UNLABELLED
-from forcelab.recognition.examples import Labelled
+from forcelab.recognition.examples import LabelledDemonstration
 from forcelab.recognition.features import ROUNDING
 from forcelab.recognition.live import OnlineRecogniser
 from forcelab.recognition.live_features import EVERY, LASTING, Floor, StreamingFeatures
@@ -23,7 +23,7 @@ RATE, N = 250.0, 900
 
 @pytest.fixture(scope="module")
 def trained():
-    items = [Labelled(*item) for item in synthetic_set(1, rate=RATE)]
+    items = [LabelledDemonstration(*item) for item in synthetic_set(1, rate=RATE)]
     return train(items, Settings(max_scale=16.0, stride=20))
 
 

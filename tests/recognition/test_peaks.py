@@ -5,8 +5,8 @@ import pytest
 from synthetic import synthetic_set
 
 from forcelab.recognition import ensemble
-from forcelab.recognition.examples import Labelled
-from forcelab.recognition.features import PEAKS, SPANS, peak_features, smoothed
+from forcelab.recognition.examples import LabelledDemonstration
+from forcelab.recognition.features import PEAKS, SPANS, peak_features, window_moments
 from forcelab.recognition.presets import preset
 from forcelab.recognition.training import train
 
@@ -22,7 +22,7 @@ def test_features_are_those_of_direct_searches():
     channels, places = walk(0), np.array([0, 1, 17, 150, 298, 299])
     found = peak_features(channels, RATE, WINDOW, places).reshape(6, 4, 2, 3)
     for i, channel in enumerate(channels):
-        level = smoothed(channel, RATE, (WINDOW,), np.arange(300))[0][0]
+        level = window_moments(channel, RATE, (WINDOW,), np.arange(300))[0][0]
         for j, span in enumerate(SPANS):
             reach = round(span * RATE)
             for p, place in enumerate(places):
@@ -76,7 +76,7 @@ def test_missing_samples_are_bridged():
 def test_a_recogniser_looks_at_peaks_whatever_the_unit(monkeypatch, amplitude):
     monkeypatch.setattr(ensemble, "TREES", 5)
     settings = preset("fast").replace(amplitude=amplitude, peaks=True)
-    items = [Labelled(*pair) for pair in synthetic_set(3, rate=100.0)]
+    items = [LabelledDemonstration(*pair) for pair in synthetic_set(3, rate=100.0)]
     recogniser = train(items, settings)
     channels = len(recogniser.channels)
     first = settings.replace(peaks=False).width(channels)

@@ -12,7 +12,7 @@ from forcelab.errors import InputError
 from forcelab.labels import UNLABELLED, to_codes
 from forcelab.recognition import filters
 from forcelab.recognition import recogniser as recogniser_module
-from forcelab.recognition.examples import Labelled, prepare
+from forcelab.recognition.examples import LabelledDemonstration, prepare_examples
 from forcelab.recognition.recogniser import Recogniser
 from forcelab.recognition.settings import CLASSIFIERS, Settings
 from forcelab.recognition.training import train
@@ -70,7 +70,7 @@ def oracle(codes, sure=None, shortest=None, **settings):
 
 @pytest.fixture(scope="module")
 def three():
-    return [Labelled(*pair) for pair in synthetic_set(3, rate=100.0)]
+    return [LabelledDemonstration(*pair) for pair in synthetic_set(3, rate=100.0)]
 
 
 @pytest.fixture(scope="module")
@@ -251,6 +251,6 @@ def test_a_missing_channel_is_named(bayes, three):
 
 
 def test_examples_of_other_channels_are_refused_by_name(bayes, three):
-    other = prepare(three[2], OFF.replace(channels=("normal 1",)))
+    other = prepare_examples(three[2], OFF.replace(channels=("normal 1",)))
     with pytest.raises(InputError, match="'foam 03' has the channels normal 1; the recogniser"):
         bayes.predict_examples(other)

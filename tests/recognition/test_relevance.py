@@ -3,7 +3,7 @@
 import pytest
 
 from forcelab.recognition.presets import PRESETS, preset
-from forcelab.recognition.settings import Settings, counts, obstacle
+from forcelab.recognition.settings import Settings, applies, why_not_applied
 
 
 @pytest.mark.parametrize(
@@ -24,15 +24,15 @@ from forcelab.recognition.settings import Settings, counts, obstacle
 )
 def test_what_changes_nothing_is_told_with_what_it_takes(name, changes, told):
     values = vars(Settings(**changes))
-    assert not counts(name, values)
-    assert obstacle(name, values).endswith(told)
+    assert not applies(name, values)
+    assert why_not_applied(name, values).endswith(told)
 
 
 def test_a_seed_counts_where_anything_is_drawn():
-    assert not counts("seed", vars(Settings(classifier="logistic", changes=True)))
-    assert counts("seed", vars(Settings(classifier="logistic", trimmed=True)))
+    assert not applies("seed", vars(Settings(classifier="logistic", changes=True)))
+    assert applies("seed", vars(Settings(classifier="logistic", trimmed=True)))
     decoded = Settings(classifier="logistic", changes=True, decoder="semi-markov")
-    assert counts("seed", vars(decoded))
+    assert applies("seed", vars(decoded))
 
 
 @pytest.mark.parametrize("name", PRESETS)
@@ -40,4 +40,4 @@ def test_all_that_a_preset_chooses_counts(name):
     chosen = {key: value for key, value in vars(preset(name)).items() if value is not None}
     plain = vars(Settings())
     differing = [key for key, value in chosen.items() if value is not False and value != plain[key]]
-    assert all(counts(key, chosen) and obstacle(key, chosen) == "" for key in differing)
+    assert all(applies(key, chosen) and why_not_applied(key, chosen) == "" for key in differing)

@@ -13,7 +13,7 @@ from forcelab.recognition.metrics import (
     boundary_errors,
     edit_distance,
     edit_score,
-    match,
+    match_segments,
     overlay,
 )
 from forcelab.runs import sample_ends, stretches
@@ -107,7 +107,7 @@ def test_runs_are_the_segments_of_from_codes(track):
 @given(tracks(), st.sampled_from(OVERLAPS))
 def test_matching_is_the_published_loop_on_sets_of_samples(track, overlap):
     human, predicted, times = track
-    found = match(overlay(human, predicted, times, ACTIONS), overlap)
+    found = match_segments(overlay(human, predicted, times, ACTIONS), overlap)
     masked = [-1 if h < 0 else p for h, p in zip(human, predicted, strict=True)]
     expected = matched_by_sets(segments_of(human, times), segments_of(masked, times), overlap)
     assert set(zip(found.human.tolist(), found.predicted.tolist(), strict=True)) == expected
@@ -123,7 +123,7 @@ def test_boundary_errors_are_the_distances_of_matched_edges(track):
     expected = []
     for i, j in matched_by_sets(segments_of(human, times), segments_of(masked, times), 10):
         expected += [abs(h[i].start - p[j].start) * 1e3, abs(h[i].end - p[j].end) * 1e3]
-    errors = boundary_errors(over, match(over, 10))
+    errors = boundary_errors(over, match_segments(over, 10))
     assert sorted(errors) == pytest.approx(sorted(expected))
 
 
@@ -134,22 +134,22 @@ def of(human: str, predicted: str):
 
 
 def test_an_overlap_of_exactly_one_half_counts_as_one_half():
-    assert len(match(of("aaaabb", "aabbbb"), 50)) == 2
+    assert len(match_segments(of("aaaabb", "aabbbb"), 50)) == 2
 
 
 def test_of_two_predicted_segments_over_one_human_one_the_earlier_is_matched():
-    found = match(of("aaaaaaaaaa", "aaabaaaaaa"), 10)
+    found = match_segments(of("aaaaaaaaaa", "aaabaaaaaa"), 10)
     assert (found.human.tolist(), found.predicted.tolist()) == ([0], [0])
 
 
 def test_of_two_human_segments_overlapped_alike_the_earlier_is_matched():
-    found = match(of("aaabaaa", "aaaaaaa"), 10)
+    found = match_segments(of("aaabaaa", "aaaaaaa"), 10)
     assert (found.human.tolist(), found.predicted.tolist()) == ([0], [0])
 
 
 def test_a_predicted_segment_does_not_turn_to_its_second_choice():
     # Both predicted a's overlap the first human a best, and the second one also the second.
-    found = match(of("aaaaaaaabaa", "aabaaaaaaaa"), 10)
+    found = match_segments(of("aaaaaaaabaa", "aabaaaaaaaa"), 10)
     assert (found.human.tolist(), found.predicted.tolist()) == ([0], [0])
 
 
@@ -157,10 +157,10 @@ def test_unlabelled_human_time_splits_both_tracks_at_the_same_place():
     over = of("aaa..aaa", "aaaaaaaa")
     assert len(over.human) == len(over.predicted) == 2
     assert edit_score(over) == 1.0
-    assert boundary_errors(over, match(over, 50)).tolist() == [0.0] * 4
+    assert boundary_errors(over, match_segments(over, 50)).tolist() == [0.0] * 4
 
 
 def test_nothing_predicted_scores_no_edit_and_leaves_no_boundary():
     over = of("aabb", "....")
     assert edit_score(over) == 0.0
-    assert boundary_errors(over, match(over, 10)).size == 0
+    assert boundary_errors(over, match_segments(over, 10)).size == 0

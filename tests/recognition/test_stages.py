@@ -7,13 +7,13 @@ from trained_project import FAST
 
 from forcelab.labels import UNLABELLED
 from forcelab.recognition import filters
-from forcelab.recognition.examples import Labelled
+from forcelab.recognition.examples import LabelledDemonstration
 from forcelab.recognition.training import train
 
 
 @pytest.fixture(scope="module")
 def labelled():
-    return [Labelled(demo, segments) for demo, segments in synthetic_set(3, 100.0)]
+    return [LabelledDemonstration(demo, segments) for demo, segments in synthetic_set(3, 100.0)]
 
 
 @pytest.mark.parametrize("threshold", [None, 0.9])
@@ -21,7 +21,7 @@ def labelled():
 @pytest.mark.parametrize("drop", [None, 0.5])
 def test_each_stage_is_the_filter_applied_to_the_one_before(labelled, threshold, median, drop):
     recogniser = train(labelled[:2], FAST.replace(threshold=threshold, median=median, drop=drop))
-    made = recogniser.predict(labelled[2].demonstration, certainty=True)
+    made = recogniser.predict(labelled[2].demonstration, probability_trace=True)
     codes, expected = made.raw, {}
     if threshold is not None:
         best = made.probabilities.max(axis=1)
@@ -46,10 +46,10 @@ def test_gaps_have_no_certainty(labelled):
     gappy = replace(
         demonstration, times=demonstration.times[keep], signals=demonstration.signals[keep]
     )
-    made = train(labelled[:2], FAST).predict(gappy, certainty=True)
-    inside = np.abs(made.certainty.times - 2.0) < 0.25
+    made = train(labelled[:2], FAST).predict(gappy, probability_trace=True)
+    inside = np.abs(made.probability_trace.times - 2.0) < 0.25
     assert inside.any()
-    assert (made.certainty.values[inside] == 0).all()
-    outside = np.abs(made.certainty.times - 2.0) > 0.32
+    assert (made.probability_trace.values[inside] == 0).all()
+    outside = np.abs(made.probability_trace.times - 2.0) > 0.32
     # Probabilities add up to one, in 255ths that are rounded each.
-    assert np.abs(made.certainty.values[outside].sum(axis=1, dtype=int) - 255).max() <= 2
+    assert np.abs(made.probability_trace.values[outside].sum(axis=1, dtype=int) - 255).max() <= 2

@@ -22,12 +22,12 @@ from skops import io as skops_io
 from synthetic import synthetic_set
 
 from forcelab.errors import InputError
-from forcelab.recognition.ensemble import Averaged
-from forcelab.recognition.examples import Labelled
+from forcelab.recognition.ensemble import CalibratedEnsemble
+from forcelab.recognition.examples import LabelledDemonstration
 from forcelab.recognition.forest import Forest
 from forcelab.recognition.presets import preset
 from forcelab.recognition.settings import CLASSIFIERS, Settings
-from forcelab.recognition.storage import TRUSTED, load, pack, save
+from forcelab.recognition.storage import TRUSTED, load_recogniser, pack, save_recogniser
 from forcelab.recognition.training import train
 
 SMALL = Settings(max_scale=32.0, stride=6)
@@ -35,7 +35,7 @@ SMALL = Settings(max_scale=32.0, stride=6)
 
 @pytest.fixture(scope="module")
 def three():
-    return [Labelled(*pair) for pair in synthetic_set(3, rate=100.0)]
+    return [LabelledDemonstration(*pair) for pair in synthetic_set(3, rate=100.0)]
 
 
 @pytest.fixture(scope="module")
@@ -67,7 +67,7 @@ def content_of(recogniser):
 def refused(path, match="recogniser"):
     """Loading says one sentence, which it gives."""
     with pytest.raises(InputError, match=match) as refusal:
-        load(path)
+        load_recogniser(path)
     sentence = str(refusal.value)
     assert sentence.startswith(str(path)) or str(path) in sentence
     assert "\n" not in sentence
@@ -91,8 +91,8 @@ def test_a_loaded_recogniser_predicts_to_the_bit_what_the_saved_one_did(
     trained, three, path, name, threshold
 ):
     made = trained(name, threshold)
-    save(made, path)
-    loaded = load(path)
+    save_recogniser(made, path)
+    loaded = load_recogniser(path)
     unseen = three[2].demonstration
     before, after = made.predict(unseen), loaded.predict(unseen)
     np.testing.assert_array_equal(after.raw, before.raw)
@@ -117,20 +117,22 @@ def test_a_recogniser_can_still_predict_and_be_saved_again_after_saving(trained,
 
 def test_a_loaded_recogniser_can_be_saved_again(trained, three, path):
     for name in CLASSIFIERS:
-        save(trained(name), path)
-        save(load(path), path)
-        first, second = (r.predict(three[2].demonstration) for r in (trained(name), load(path)))
+        save_recogniser(trained(name), path)
+        save_recogniser(load_recogniser(path), path)
+        first, second = (
+            r.predict(three[2].demonstration) for r in (trained(name), load_recogniser(path))
+        )
         np.testing.assert_array_equal(first.probabilities, second.probabilities)
 
 
 def test_a_recogniser_trained_on_one_recording_twice_loads(three, path):
-    save(train([three[0], three[0]], SMALL.replace(classifier="naive-bayes")), path)
-    assert load(path).trained_on == (three[0].demonstration.id,) * 2
+    save_recogniser(train([three[0], three[0]], SMALL.replace(classifier="naive-bayes")), path)
+    assert load_recogniser(path).trained_on == (three[0].demonstration.id,) * 2
 
 
 def test_the_file_holds_nothing_pickled_and_says_which_versions_wrote_it(trained, path):
     for name in CLASSIFIERS:
-        save(trained(name), path)
+        save_recogniser(trained(name), path)
         with zipfile.ZipFile(path) as archive:
             assert {part.rsplit(".")[-1] for part in archive.namelist()} <= {"json", "npy"}
         assert not set(skops_io.get_untrusted_types(file=path)) - set(TRUSTED)
@@ -143,20 +145,20 @@ def test_the_file_holds_nothing_pickled_and_says_which_versions_wrote_it(trained
 
 
 def test_a_failed_save_leaves_the_former_file_and_nothing_else(trained, path, monkeypatch):
-    save(trained("naive-bayes"), path)
+    save_recogniser(trained("naive-bayes"), path)
     before = path.read_bytes()
     monkeypatch.setattr(os, "fsync", lambda _: (_ for _ in ()).throw(OSError("disk full")))
     with pytest.raises(InputError, match="disk full"):
-        save(trained("decision-tree"), path)
+        save_recogniser(trained("decision-tree"), path)
     assert path.read_bytes() == before
     assert list(path.parent.iterdir()) == [path]
 
 
 def test_a_recogniser_that_cannot_be_written_out_leaves_the_former_file(trained, path):
-    save(trained("naive-bayes"), path)
+    save_recogniser(trained("naive-bayes"), path)
     before = path.read_bytes()
     with pytest.raises(TypeError):
-        save(with_classifier(trained("naive-bayes"), theta_=io.StringIO()), path)
+        save_recogniser(with_classifier(trained("naive-bayes"), theta_=io.StringIO()), path)
     assert path.read_bytes() == before
 
 
@@ -227,16 +229,16 @@ def test_a_recogniser_of_format_1_predicts_to_the_bit_what_it_did(three, path):
     for plain in (content["classifier"], *(part["classifier"] for part in content["live"])):
         plain["members"] = [
             as_in_format_1(member) if isinstance(member, Forest) else member.plain()
-            for member in Averaged.from_plain(plain, 10**6, 99).members
+            for member in CalibratedEnsemble.from_plain(plain, 10**6, 99).members
         ]
     content["forcelab recogniser"] = 1
     path.write_bytes(skops_io.dumps(content))
-    older, size = load(path), path.stat().st_size
+    older, size = load_recogniser(path), path.stat().st_size
     unseen = three[2].demonstration
     for one in (older, made):
-        save(one, path)
+        save_recogniser(one, path)
         assert path.stat().st_size < size / 3
-        found = load(path).predict(unseen)
+        found = load_recogniser(path).predict(unseen)
         np.testing.assert_array_equal(found.probabilities, made.predict(unseen).probabilities)
     for one, other in zip(older.live, made.live, strict=True):
         rows = np.random.default_rng(0).normal(size=(50, one.windows.width)).astype(np.float32)
@@ -275,7 +277,7 @@ def test_a_flipped_bit_is_refused_or_harmless(trained, three, path):
         broken[place] ^= 1 << random.integers(8)
         path.write_bytes(broken)
         try:
-            loaded = load(path)
+            loaded = load_recogniser(path)
         except InputError:
             continue
         after = loaded.predict(three[2].demonstration).probabilities
@@ -285,7 +287,7 @@ def test_a_flipped_bit_is_refused_or_harmless(trained, three, path):
 def test_a_file_that_may_unpack_to_more_than_its_size_is_refused(trained, path):
     content = content_of(trained("naive-bayes"))
     path.write_bytes(skops_io.dumps(content))
-    load(path)
+    load_recogniser(path)
     path.write_bytes(skops_io.dumps(content, compression=zipfile.ZIP_DEFLATED))
     refused(path, "not a whole recogniser")
 
@@ -475,7 +477,7 @@ def test_a_number_out_of_its_range_is_refused_before_anything_is_predicted(fast,
 
 def test_what_could_not_be_loaded_again_is_not_saved(trained, path):
     made = trained("naive-bayes")
-    save(made, path)
+    save_recogniser(made, path)
     before = path.read_bytes()
     for wrong in (
         dataclasses.replace(made, rate=float("inf")),
@@ -483,7 +485,7 @@ def test_what_could_not_be_loaded_again_is_not_saved(trained, path):
         with_classifier(made, theta_=np.full_like(made.classifier.theta_, np.nan)),
     ):
         with pytest.raises(InputError, match="was not saved, as it could not be loaded again"):
-            save(wrong, path)
+            save_recogniser(wrong, path)
         assert path.read_bytes() == before
     assert [file.name for file in path.parent.iterdir()] == [path.name]
 

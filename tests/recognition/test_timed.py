@@ -9,11 +9,11 @@ from forcelab.errors import InputError
 from forcelab.labels import Segment, from_codes
 from forcelab.recognition.metrics import (
     TICKS,
+    count_segments,
+    overlay_segments,
     pool,
     score,
     score_tracks,
-    timed_counts,
-    timed_overlay,
 )
 
 ACTIONS = ("still", "grab", "hold", "pull")
@@ -43,7 +43,7 @@ def test_scores_of_segments_are_those_of_their_samples(drawn):
     segments = [from_codes(codes, times, ACTIONS) for codes in (human, predicted)]
     if np.median(np.diff(times)) * 1024 > 8:
         return  # more gaps than samples: a sample has no length
-    counts = timed_counts(*segments, ACTIONS)
+    counts = count_segments(*segments, ACTIONS)
     expected = score("d", human, predicted, times, ACTIONS).to_json()
     found = pool("d", [counts]).to_json()
     samples = np.array(expected.pop("confusion"))
@@ -59,15 +59,15 @@ def test_scores_of_segments_are_those_of_their_samples(drawn):
 
 def test_touching_segments_of_one_action_are_one():
     human = (Segment(0, 1, "grab"), Segment(1, 2, "grab"), Segment(2, 3, "hold"))
-    over = timed_overlay(human, (Segment(0.5, 2.5, "grab"),), ACTIONS)
+    over = overlay_segments(human, (Segment(0.5, 2.5, "grab"),), ACTIONS)
     assert over.human.starts.tolist() == [0, 2]
     assert over.predicted.seconds.tolist() == [2.0]
     assert over.pieces.seconds.tolist() == [0.5, 1.5, 0.5, 0.5]
 
 
 def test_nothing_at_all_is_no_piece():
-    assert len(timed_overlay((), (), ACTIONS).pieces) == 0
-    assert len(timed_overlay((), (Segment(0, 1, "grab"),), ACTIONS).pieces) == 0
+    assert len(overlay_segments((), (), ACTIONS).pieces) == 0
+    assert len(overlay_segments((), (Segment(0, 1, "grab"),), ACTIONS).pieces) == 0
 
 
 def test_two_tracks_are_scored_without_a_recording():

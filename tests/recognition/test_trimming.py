@@ -15,10 +15,10 @@ from forcelab.labels import Segment
 from forcelab.recognition import ensemble
 from forcelab.recognition import label_noise as trimming_module
 from forcelab.recognition import training as training_module
-from forcelab.recognition.cross_validation import leave_one_out, parted
-from forcelab.recognition.examples import Labelled, prepare
-from forcelab.recognition.groups import groups
-from forcelab.recognition.label_noise import Contradicted, remark_on, trimming
+from forcelab.recognition.cross_validation import leave_one_out, make_folds
+from forcelab.recognition.examples import LabelledDemonstration, prepare_examples
+from forcelab.recognition.groups import fold_groups
+from forcelab.recognition.label_noise import DroppedSegment, drop_contradicted, dropped_remarks
 from forcelab.recognition.presets import preset
 from forcelab.recognition.training import fit_examples, train
 
@@ -36,12 +36,12 @@ def _small_forests(monkeypatch):
 def renamed(item, k, action):
     segments = list(item.segments)
     segments[k] = replace(segments[k], action=action)
-    return Labelled(item.demonstration, tuple(segments))
+    return LabelledDemonstration(item.demonstration, tuple(segments))
 
 
 @pytest.fixture(scope="module")
 def right():
-    return [Labelled(*pair) for pair in synthetic_set(6, rate=100.0)]
+    return [LabelledDemonstration(*pair) for pair in synthetic_set(6, rate=100.0)]
 
 
 @pytest.fixture(scope="module")
@@ -50,20 +50,20 @@ def wrong(right):
 
 
 def seen(items):
-    return [prepare(item, FAST) for item in items]
+    return [prepare_examples(item, FAST) for item in items]
 
 
 @pytest.fixture(scope="module")
 def mistaken(wrong):
     """The wrong segment, as it is to be found."""
-    return Contradicted(wrong[WRONG].demonstration.name, wrong[WRONG].segments[HOLD], "hold")
+    return DroppedSegment(wrong[WRONG].demonstration.name, wrong[WRONG].segments[HOLD], "hold")
 
 
 @pytest.mark.parametrize("name", ["fast", "best"])
 def test_a_wrong_label_is_left_out_and_no_other(wrong, mistaken, name):
     settings = preset(name).replace(trimmed=True)
-    examples = [prepare(item, settings) for item in wrong]
-    kept, left_out = finish(trimming(examples, settings))
+    examples = [prepare_examples(item, settings) for item in wrong]
+    kept, left_out = finish(drop_contradicted(examples, settings))
     assert left_out == (mistaken,)
     for i, (before, after) in enumerate(zip(examples, kept, strict=True)):
         gone = [s for s in before.segments if s not in after.segments]
@@ -73,14 +73,14 @@ def test_a_wrong_label_is_left_out_and_no_other(wrong, mistaken, name):
 
 def test_right_labels_all_stay(right):
     examples = seen(right)
-    kept, left_out = finish(trimming(examples, FAST))
+    kept, left_out = finish(drop_contradicted(examples, FAST))
     assert left_out == ()
     assert [e.segments for e in kept] == [e.segments for e in examples]
 
 
 def test_whoever_does_not_ask_trains_on_everything(wrong):
     examples = seen(wrong)
-    kept, left_out = finish(trimming(examples, FAST.replace(trimmed=False)))
+    kept, left_out = finish(drop_contradicted(examples, FAST.replace(trimmed=False)))
     assert left_out == ()
     assert all(after is before for after, before in zip(kept, examples, strict=True))
 
@@ -90,20 +90,20 @@ def everything_suspect(monkeypatch):
     """Each segment is as good as certain to be another action."""
     monkeypatch.setattr(
         trimming_module,
-        "suspicions",
+        "score_suspicions",
         lambda said, line: [(int(n), int(s.argmax()), 1.0) for n, s in zip(line.known, said)],  # noqa: B905
     )
 
 
 @pytest.mark.usefixtures("everything_suspect")
 def test_two_demonstrations_cannot_outvote_each_other(right):
-    assert finish(trimming(seen(right[:2]), FAST))[1] == ()
-    assert finish(trimming(seen(right[:3]), FAST))[1] != ()
+    assert finish(drop_contradicted(seen(right[:2]), FAST))[1] == ()
+    assert finish(drop_contradicted(seen(right[:3]), FAST))[1] != ()
 
 
 @pytest.mark.usefixtures("everything_suspect")
 def test_no_more_than_a_third_of_an_action_goes(right):
-    _, left_out = finish(trimming(seen(right), FAST))
+    _, left_out = finish(drop_contradicted(seen(right), FAST))
     # Of twelve times still and six times each of the others.
     assert Counter(c.segment.action for c in left_out) == {
         "still": 4,
@@ -130,7 +130,7 @@ def test_a_segment_that_no_time_step_sees_is_not_judged(right):
     first, *others = examples[0].segments
     blink = Segment(0.0, 0.004, "still")
     blinked = replace(examples[0], segments=(blink, replace(first, start=0.004), *others))
-    kept, left_out = finish(trimming([blinked, *examples[1:]], FAST))
+    kept, left_out = finish(drop_contradicted([blinked, *examples[1:]], FAST))
     assert left_out
     assert blink in kept[0].segments
 
@@ -140,7 +140,7 @@ def test_what_stands_in_for_a_gap_speaks_against_nothing(wrong, mistaken):
     example, segment = examples[WRONG], mistaken.segment
     gap = (example.times > segment.start) & (example.times < segment.end)
     examples[WRONG] = replace(example, valid=example.valid & ~gap)
-    assert finish(trimming(examples, FAST))[1] == ()
+    assert finish(drop_contradicted(examples, FAST))[1] == ()
 
 
 @pytest.fixture
@@ -166,7 +166,9 @@ def test_classifier_decoder_and_live_parts_do_not_learn_what_is_left_out(
     assert mistaken.segment not in taught_live[WRONG].segments
     assert len(taught_live[WRONG].segments) == len(wrong[WRONG].segments) - 1
     clean = [
-        Labelled(i.demonstration, tuple(s for s in i.segments if s != mistaken.segment))
+        LabelledDemonstration(
+            i.demonstration, tuple(s for s in i.segments if s != mistaken.segment)
+        )
         for i in wrong
     ]
     same = train(clean, FAST.replace(trimmed=False))
@@ -187,7 +189,7 @@ def test_an_evaluation_says_what_was_not_trained_on(right, wrong, mistaken):
 
 @pytest.mark.parametrize("count", [None, 3])
 def test_labels_that_are_left_out_have_no_say_in_what_is_trimmed(wrong, count):
-    parts = groups([item.demonstration for item in wrong], count)
+    parts = fold_groups([item.demonstration for item in wrong], count)
     examples = seen(wrong)
     for group in parts[:3]:  # that with the wrong label, and others
         poisoned = [
@@ -201,7 +203,7 @@ def test_labels_that_are_left_out_have_no_say_in_what_is_trimmed(wrong, count):
             for i, example in enumerate(examples)
         ]
         at = parts.index(group)
-        clean, other = (parted(given, parts)[at] for given in (examples, poisoned))
+        clean, other = (make_folds(given, parts)[at] for given in (examples, poisoned))
         first, second = (finish(fit_examples(fold.train, FAST)) for fold in (clean, other))
         assert second.left_out == first.left_out
         assert bool(first.left_out) == (WRONG not in group)
@@ -215,8 +217,12 @@ def test_demonstrations_of_one_name_are_told_apart(wrong, mistaken, monkeypatch,
     # The right label of the one lies where the wrong one of the other does.
     same = replace(wrong[WRONG].demonstration, name="one")
     twin = Demonstration("one", same.task, same.times, -same.signals, same.channels)
-    items = [*wrong[:WRONG], Labelled(same, wrong[WRONG].segments), *wrong[WRONG + 1 :]]
-    items.append(Labelled(twin, wrong[WRONG].segments))
+    items = [
+        *wrong[:WRONG],
+        LabelledDemonstration(same, wrong[WRONG].segments),
+        *wrong[WRONG + 1 :],
+    ]
+    items.append(LabelledDemonstration(twin, wrong[WRONG].segments))
     contradicted = [(replace(mistaken, demonstration="one"),)]
 
     def first_only(examples, settings):
@@ -235,13 +241,13 @@ def test_demonstrations_of_one_name_are_told_apart(wrong, mistaken, monkeypatch,
 def test_two_fits_of_one_seed_leave_out_the_same(wrong):
     examples = seen(wrong)
     settings = FAST.replace(seed=5)
-    first, second = (finish(trimming(examples, settings)) for _ in range(2))
+    first, second = (finish(drop_contradicted(examples, settings)) for _ in range(2))
     assert first[1] == second[1]
 
 
 def test_a_remark_names_a_few_and_each_once():
-    found = [Contradicted(f"foam-{i}", Segment(1.0, 2.0, "grab"), "hold") for i in range(5)]
-    (said,) = remark_on([*found, replace(found[0], other="still")])
+    found = [DroppedSegment(f"foam-{i}", Segment(1.0, 2.0, "grab"), "hold") for i in range(5)]
+    (said,) = dropped_remarks([*found, replace(found[0], other="still")])
     assert said.count(" at ") == 3
     assert said.endswith("and 2 more.")
-    assert remark_on([]) == ()
+    assert dropped_remarks([]) == ()

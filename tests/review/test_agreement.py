@@ -11,15 +11,15 @@ from forcelab.labels import Segment, Track, to_codes
 from forcelab.project import Incoming, Project
 from forcelab.review.agreement import (
     CoderTracks,
-    agreeing,
     agreement,
     coded_demonstrations,
-    cohen,
+    cohen_kappa,
+    compare_pair,
     consistency,
-    fleiss,
+    fleiss_kappa,
+    kappa_interval,
     landis_koch,
     match_boundaries,
-    spread,
 )
 
 
@@ -28,7 +28,7 @@ def track(*rows):
 
 
 def agree(coded, a, b):
-    return finish(agreeing(coded, a, b))
+    return finish(compare_pair(coded, a, b))
 
 
 def coded(a, b, id_="d", task="foam", **more):
@@ -129,11 +129,13 @@ def test_fleiss_equals_the_closed_form_of_1971():
             [0, 2, 2, 3, 7],
         ]
     )
-    assert fleiss(table, np.ones(10)) == pytest.approx(0.210, abs=5e-4)
+    assert fleiss_kappa(table, np.ones(10)) == pytest.approx(0.210, abs=5e-4)
     twice = np.repeat(table, [1, 3] * 5, axis=0)
-    assert fleiss(table, np.tile([1.0, 3.0], 5)) == pytest.approx(fleiss(twice, np.ones(20)))
+    assert fleiss_kappa(table, np.tile([1.0, 3.0], 5)) == pytest.approx(
+        fleiss_kappa(twice, np.ones(20))
+    )
     alone = np.vstack([table, [1, 0, 0, 0, 0]])  # rated by one only: it says nothing
-    assert fleiss(alone, np.ones(11)) == pytest.approx(0.210, abs=5e-4)
+    assert fleiss_kappa(alone, np.ones(11)) == pytest.approx(0.210, abs=5e-4)
 
 
 def test_fleiss_of_two_coders_is_the_pi_of_scott(jittered):
@@ -224,10 +226,10 @@ def test_what_cannot_be_said_is_not_said():
     grabs = agree([coded(track((0, 1, "grab")), track((0, 1, "grab")))], "Ann", "Ben")
     assert grabs.kappa is None  # with one action chance agrees always
     assert grabs.agreed == 1.0
-    assert cohen(np.zeros((2, 2))) is None
+    assert cohen_kappa(np.zeros((2, 2))) is None
     none = agree([coded(track((0, 1, "grab")), track((2, 3, "grab")))], "Ann", "Ben")
     assert (none.kappa, none.agreed, none.only_share) == (None, None, 1.0)
-    assert spread(np.ones((2, 2, 2))) is None
+    assert kappa_interval(np.ones((2, 2, 2))) is None
 
 
 def test_the_interval_holds_the_figure_and_narrows_with_more_demonstrations(jittered):

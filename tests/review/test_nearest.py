@@ -7,10 +7,15 @@ from hypothesis import strategies as st
 from sklearn.neighbors import NearestNeighbors
 from synthetic import synthetic_demonstration
 
-from forcelab.recognition.examples import Labelled, prepare
+from forcelab.recognition.examples import LabelledDemonstration, prepare_examples
 from forcelab.recognition.settings import Settings
 from forcelab.review.differences import Interval
-from forcelab.review.explanation import SegmentFeatures, nearest, summarised, summary
+from forcelab.review.explanation import (
+    SegmentFeatures,
+    nearest_segments,
+    summarise,
+    summarise_segments,
+)
 
 SETTINGS = Settings(max_scale=32.0)
 SCALES = len(SETTINGS.scales)
@@ -40,7 +45,7 @@ def test_they_are_those_of_a_plain_loop(seed, count):
             far = sum((a / s) ** 2 for a, s in zip(away, spread, strict=True)) ** 0.5
             found.append((far, i, place))
     found.sort()
-    near = nearest(wanted, training, "hold", count, without={"1"})
+    near = nearest_segments(wanted, training, "hold", count, without={"1"})
     assert [n.place for n in near] == [place for *_, place in found[:count]]
     assert [n.distance for n in near] == pytest.approx([far for far, *_ in found[:count]])
 
@@ -54,7 +59,7 @@ def test_they_are_those_of_scikit_learn():
         training.values[chosen] / spread
     )
     distances, order = theirs.kneighbors([wanted / spread])
-    near = nearest(wanted, training, "grab")
+    near = nearest_segments(wanted, training, "grab")
     assert [n.place for n in near] == [training.places[chosen[i]] for i in order[0]]
     assert [n.distance for n in near] == pytest.approx(distances[0].tolist())
 
@@ -63,20 +68,20 @@ def test_the_unit_of_a_number_makes_no_difference():
     training, wanted = drawn(9)
     factors = np.array([1e3, 1.0, 1e-6, 1.0, 1.0, 5.0, 1.0])
     scaled = SegmentFeatures(training.places, training.values * factors)
-    ours = [n.place for n in nearest(wanted, training, "hold")]
-    assert [n.place for n in nearest(wanted * factors, scaled, "hold")] == ours
+    ours = [n.place for n in nearest_segments(wanted, training, "hold")]
+    assert [n.place for n in nearest_segments(wanted * factors, scaled, "hold")] == ours
 
 
 def test_an_action_that_nobody_else_has_has_no_neighbours():
     training, wanted = drawn(1)
-    assert nearest(wanted, training, "juggle") == ()
-    assert nearest(wanted, training, "hold", without={"0", "1", "2"}) == ()
+    assert nearest_segments(wanted, training, "juggle") == ()
+    assert nearest_segments(wanted, training, "hold", without={"0", "1", "2"}) == ()
 
 
 def test_a_segment_is_known_by_magnitudes_levels_and_length():
     demonstration, segments = synthetic_demonstration(3, rate=200.0)
-    examples = prepare(Labelled(demonstration, segments), SETTINGS)
-    found = summarised(examples, demonstration, SCALES)
+    examples = prepare_examples(LabelledDemonstration(demonstration, segments), SETTINGS)
+    found = summarise_segments(examples, demonstration, SCALES)
     assert [(p.start, p.end, p.human) for p in found.places] == [
         (s.start, s.end, s.action) for s in segments
     ]
@@ -94,14 +99,20 @@ def test_a_segment_is_known_by_magnitudes_levels_and_length():
 
 def test_a_stretch_without_samples_has_no_summary():
     demonstration, segments = synthetic_demonstration(3, rate=200.0)
-    examples = prepare(Labelled(demonstration, segments), SETTINGS)
-    assert summary(examples, demonstration, SCALES, 1.001, 1.004) is None
+    examples = prepare_examples(LabelledDemonstration(demonstration, segments), SETTINGS)
+    assert summarise(examples, demonstration, SCALES, 1.001, 1.004) is None
 
 
 def test_a_demonstration_without_labels_adds_nothing():
     demonstration, segments = synthetic_demonstration(3, rate=200.0)
-    bare = summarised(prepare(Labelled(demonstration), SETTINGS), demonstration, SCALES)
-    full = summarised(prepare(Labelled(demonstration, segments), SETTINGS), demonstration, SCALES)
+    bare = summarise_segments(
+        prepare_examples(LabelledDemonstration(demonstration), SETTINGS), demonstration, SCALES
+    )
+    full = summarise_segments(
+        prepare_examples(LabelledDemonstration(demonstration, segments), SETTINGS),
+        demonstration,
+        SCALES,
+    )
     joined = SegmentFeatures.joined([bare, full])
     assert joined.places == full.places
     assert np.array_equal(joined.values, full.values)

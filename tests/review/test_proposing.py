@@ -8,18 +8,18 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from forcelab.labels import Segment
-from forcelab.recognition.probability_trace import Certainty
+from forcelab.recognition.probability_trace import ProbabilityTrace
 from forcelab.recognition.settings import Settings
 from forcelab.review.active_learning import (
     BINS,
-    Calibration,
-    _rising,
-    acceptable,
-    calibration,
-    proposals,
-    weighed,
+    ConfidenceCalibration,
+    _pool_adjacent_violators,
+    acceptable_segments,
+    calibrate_confidence,
+    rank_proposals,
+    weighs_typicality,
 )
-from forcelab.review.run_result import Outcome, Reviewed
+from forcelab.review.run_result import DemonstrationResult, RunResult
 
 ACTIONS = ("grab", "hold")
 
@@ -28,17 +28,19 @@ def sure(*parts, rate=10.0):
     """Certainty of stretches (seconds, probability of grab) at ten values a second."""
     grab = np.concatenate([np.full(round(seconds * rate), p) for seconds, p in parts])
     values = np.rint(np.stack([grab, 1 - grab], axis=1) * 255).astype(np.uint8)
-    return Certainty(0.0, rate, ACTIONS, values)
+    return ProbabilityTrace(0.0, rate, ACTIONS, values)
 
 
-def reviewed(name, certainty, human=(), predicted=(), typicality=None):
-    end = len(certainty.values) / certainty.rate if certainty else 10.0
+def reviewed(name, probability_trace, human=(), predicted=(), typicality=None):
+    end = len(probability_trace.values) / probability_trace.rate if probability_trace else 10.0
     stages = {"filtered": predicted}
-    return Reviewed(name, name, "foam", 0.0, end, human, stages, certainty, typicality)
+    return DemonstrationResult(
+        name, name, "foam", 0.0, end, human, stages, probability_trace, typicality
+    )
 
 
 def outcome(tested=(), proposed=()):
-    return Outcome(
+    return RunResult(
         number=1,
         time=datetime(2026, 1, 1, tzinfo=timezone.utc),
         title="foam",
@@ -56,9 +58,9 @@ def outcome(tested=(), proposed=()):
 
 def test_the_calibration_counts_how_often_it_was_right_when_so_sure():
     # 4 s at 0.75 for grab of which the human says grab in 3 s, and 2 s at 0.95, all right.
-    certainty = sure((4, 0.75), (2, 0.95))
+    trace = sure((4, 0.75), (2, 0.95))
     human = (Segment(0, 3, "grab"), Segment(3, 4, "hold"), Segment(4, 6, "grab"))
-    known = calibration(outcome([reviewed("01", certainty, human)]))
+    known = calibrate_confidence(outcome([reviewed("01", trace, human)]))
     assert known.seconds == pytest.approx(6.0)
     assert known.accuracy[7] == pytest.approx(0.75)
     assert known.accuracy[9] == pytest.approx(1.0)
@@ -67,15 +69,15 @@ def test_the_calibration_counts_how_often_it_was_right_when_so_sure():
 
 
 def test_what_is_unlabelled_or_in_a_gap_counts_for_nothing():
-    certainty = sure((2, 0.75), (2, 0.75))
-    certainty.values[25:] = 0
-    known = calibration(outcome([reviewed("01", certainty, (Segment(0, 1, "grab"),))]))
+    trace = sure((2, 0.75), (2, 0.75))
+    trace.values[25:] = 0
+    known = calibrate_confidence(outcome([reviewed("01", trace, (Segment(0, 1, "grab"),))]))
     assert known.seconds == pytest.approx(1.0)
 
 
 def test_an_action_that_the_recogniser_never_met_was_predicted_wrong():
     human = (Segment(0, 2, "slip"),)
-    known = calibration(outcome([reviewed("01", sure((2, 0.95)), human)]))
+    known = calibrate_confidence(outcome([reviewed("01", sure((2, 0.95)), human)]))
     assert known.accuracy[9] == 0.0
 
 
@@ -83,7 +85,7 @@ def test_the_most_uncertain_demonstration_comes_first_with_what_it_would_bring()
     tested = [reviewed("01", sure((4, 0.75)), (Segment(0, 3, "grab"), Segment(3, 4, "hold")))]
     unsure = reviewed("02", sure((8, 0.75)))
     certain = reviewed("03", sure((20, 0.95)))
-    found = proposals(outcome(tested, [certain, unsure]))
+    found = rank_proposals(outcome(tested, [certain, unsure]))
     assert [one.name for one in found] == ["02", "03"]
     assert found[0].uncertainty == pytest.approx(0.25, abs=0.01)
     assert found[0].wrong == pytest.approx(8 * 0.25, abs=0.01)  # a quarter was wrong when tested
@@ -93,27 +95,29 @@ def test_the_least_certain_of_the_typical_comes_first():
     odd = reviewed("02", sure((8, 0.6)), typicality=0.2)
     usual = reviewed("03", sure((8, 0.75)), typicality=0.9)
     certain = reviewed("04", sure((8, 0.95)), typicality=1.0)
-    found = proposals(outcome([], [certain, odd, usual]))
+    found = rank_proposals(outcome([], [certain, odd, usual]))
     assert [one.name for one in found] == ["03", "02", "04"]
-    assert weighed(found)
+    assert weighs_typicality(found)
 
 
 @pytest.mark.parametrize("kept", [None, 0.9])
 def test_where_a_typicality_was_not_kept_the_least_certain_comes_first(kept):
     odd = reviewed("02", sure((8, 0.6)), typicality=None)
     usual = reviewed("03", sure((8, 0.75)), typicality=kept)
-    found = proposals(outcome([], [usual, odd]))
+    found = rank_proposals(outcome([], [usual, odd]))
     assert [one.name for one in found] == ["02", "03"]
-    assert not weighed(found)
+    assert not weighs_typicality(found)
 
 
 def test_without_anything_tested_the_probabilities_are_taken_at_their_word():
-    found = proposals(outcome([], [reviewed("02", sure((8, 0.75)))]))
+    found = rank_proposals(outcome([], [reviewed("02", sure((8, 0.75)))]))
     assert found[0].wrong == pytest.approx(8 * 0.25, abs=0.05)
 
 
 def test_the_place_is_where_it_knows_least():
-    place = proposals(outcome([], [reviewed("02", sure((3, 0.95), (1, 0.55), (4, 0.9)))]))[0].place
+    place = rank_proposals(outcome([], [reviewed("02", sure((3, 0.95), (1, 0.55), (4, 0.9)))]))[
+        0
+    ].place
     assert (place.start, place.end) == pytest.approx((3.0, 4.0))
     assert place.demonstration == "02"
     assert place.predicted == "grab"
@@ -122,30 +126,32 @@ def test_the_place_is_where_it_knows_least():
 
 
 def test_a_gap_is_no_place_to_label():
-    certainty = sure((3, 0.95), (3, 0.55), (3, 0.9))
-    certainty.values[30:60] = 0
-    (found,) = proposals(outcome([], [reviewed("02", certainty)]))
+    trace = sure((3, 0.95), (3, 0.55), (3, 0.9))
+    trace.values[30:60] = 0
+    (found,) = rank_proposals(outcome([], [reviewed("02", trace)]))
     assert found.place.start >= 6.0 - 0.05
     assert found.uncertainty < 0.1
 
 
 def test_a_recording_shorter_than_a_stretch_is_one_place():
-    (found,) = proposals(outcome([], [reviewed("02", sure((0.4, 0.6)))]))
+    (found,) = rank_proposals(outcome([], [reviewed("02", sure((0.4, 0.6)))]))
     assert (found.place.start, found.place.end) == pytest.approx((0.0, 0.4))
 
 
 def test_what_has_no_probabilities_cannot_be_ranked():
-    assert proposals(outcome([], [reviewed("02", None)])) == ()
+    assert rank_proposals(outcome([], [reviewed("02", None)])) == ()
 
 
 def test_only_what_is_probable_enough_is_acceptable():
     predicted = (Segment(0, 2, "grab"), Segment(2, 4, "hold"), Segment(4, 6, "grab"))
     one = reviewed("02", sure((2, 0.95), (2, 0.3), (2, 0.6)), predicted=predicted)
-    assert acceptable(one, 0, 6) == predicted
-    assert acceptable(one, 0, 6, 0.9) == predicted[:1]
-    assert acceptable(one, 0, 6, 0.65) == predicted[:2]
-    assert acceptable(one, 2, 4) == predicted[1:2]  # those that only touch it are not meant
-    assert acceptable(reviewed("03", None, predicted=predicted), 0, 6, 0.9) == ()
+    assert acceptable_segments(one, 0, 6) == predicted
+    assert acceptable_segments(one, 0, 6, 0.9) == predicted[:1]
+    assert acceptable_segments(one, 0, 6, 0.65) == predicted[:2]
+    assert (
+        acceptable_segments(one, 2, 4) == predicted[1:2]
+    )  # those that only touch it are not meant
+    assert acceptable_segments(reviewed("03", None, predicted=predicted), 0, 6, 0.9) == ()
 
 
 @given(
@@ -153,7 +159,7 @@ def test_only_what_is_probable_enough_is_acceptable():
     confidence=st.lists(st.floats(0, 1), min_size=1, max_size=20),
 )
 def test_what_is_wrong_is_always_a_share(accuracy, confidence):
-    wrong = Calibration(np.array(accuracy), 1.0).wrong(np.array(confidence))
+    wrong = ConfidenceCalibration(np.array(accuracy), 1.0).wrong(np.array(confidence))
     assert np.all((wrong >= 0) & (wrong <= 1))
 
 
@@ -171,10 +177,10 @@ def test_what_is_surer_is_never_taken_for_less_often_right(bins):
 
     # The minimax formula of isotonic regression (Robertson, Wright and Dykstra 1988, 1.4.9).
     expected = [max(min(mean(j, k) for k in range(i, n)) for j in range(i + 1)) for i in range(n)]
-    np.testing.assert_allclose(_rising(values, weights), expected, atol=1e-9)
+    np.testing.assert_allclose(_pool_adjacent_violators(values, weights), expected, atol=1e-9)
 
 
 def test_of_values_farther_apart_than_a_second_the_least_certain_one_is_looked_at_first():
     slow = sure((5, 0.9), (5, 0.5), (10, 0.9), rate=0.2)
-    (proposal,) = proposals(outcome(proposed=[reviewed("slow", slow)]))
+    (proposal,) = rank_proposals(outcome(proposed=[reviewed("slow", slow)]))
     assert (proposal.place.start, proposal.place.end) == (5.0, 10.0)

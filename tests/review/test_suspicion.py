@@ -12,15 +12,15 @@ from forcelab.formats.recording import ReadOptions
 from forcelab.jobs import finish
 from forcelab.labels import Segment
 from forcelab.recognition import ensemble
-from forcelab.recognition.examples import Labelled, actions_of
+from forcelab.recognition.examples import LabelledDemonstration, actions_of
 from forcelab.recognition.presets import preset
-from forcelab.recognition.probability_trace import Certainty
+from forcelab.recognition.probability_trace import ProbabilityTrace
 from forcelab.recognition.settings import Settings
-from forcelab.recognition.training import fit_examples, preparing
-from forcelab.review.differences import compared
-from forcelab.review.label_errors import SUSPECT, heard, suspect_edges, suspects
-from forcelab.review.queue import arranging
-from forcelab.review.run_result import Outcome, Reviewed
+from forcelab.recognition.training import fit_examples, prepare_all
+from forcelab.review.differences import find_differences
+from forcelab.review.label_errors import SUSPECT, gather_evidence, suspect_edges, suspect_segments
+from forcelab.review.queue import arrange_queue
+from forcelab.review.run_result import DemonstrationResult, RunResult
 
 TONGS = Path(__file__).resolve().parents[2] / "../shared/data/tongs"
 ORDER = ("still", "grab", "hold", "release", "still")
@@ -28,7 +28,7 @@ ACTIONS = ORDER[:4]
 
 
 def outcome_of(tested, actions=ACTIONS):
-    return Outcome(
+    return RunResult(
         1,
         datetime.now(timezone.utc),
         "foam",
@@ -51,7 +51,7 @@ def certain(segments, actions, sure, random):
         inside = (times >= s.start) & (times < s.end)
         probabilities[inside, actions.index(s.action)] = sure
     noise = random.dirichlet(np.ones(len(actions)), len(times))
-    return Certainty.of(times, 0.9 * probabilities + 0.1 * noise, actions)
+    return ProbabilityTrace.of(times, 0.9 * probabilities + 0.1 * noise, actions)
 
 
 def recording(number, order=ORDER, actions=ACTIONS, seen=None, sure=0.9):
@@ -61,10 +61,10 @@ def recording(number, order=ORDER, actions=ACTIONS, seen=None, sure=0.9):
     starts = [0.0, *ends[:-1]]
     truth = tuple(Segment(*row) for row in zip(starts, ends, order, strict=True))
     sees = tuple(replace(s, action=(seen or {}).get(s.action, s.action)) for s in truth)
-    certainty = certain(sees, actions, sure, random)
+    trace = certain(sees, actions, sure, random)
     stages = {"raw": sees, "filtered": sees}
     name = f"{number:02d}"
-    return Reviewed(name, name, "foam", 0.0, ends[-1], truth, stages, certainty)
+    return DemonstrationResult(name, name, "foam", 0.0, ends[-1], truth, stages, trace)
 
 
 def listed(outcome, tracks):
@@ -72,9 +72,9 @@ def listed(outcome, tracks):
     labelled = [one for one in outcome.tested if tracks.get(one.id)]
     all_heard = []
     for one in labelled:
-        found = compared(one.id, tracks[one.id], one.predicted, one.certainty)
-        all_heard.append(heard(one, tracks[one.id], outcome.actions, found))
-    return suspects(all_heard, outcome.actions)
+        found = find_differences(one.id, tracks[one.id], one.predicted, one.probability_trace)
+        all_heard.append(gather_evidence(one, tracks[one.id], outcome.actions, found))
+    return suspect_segments(all_heard, outcome.actions)
 
 
 def relabelled(segments, index, action):
@@ -86,7 +86,7 @@ def relabelled(segments, index, action):
 def test_swapped_labels_are_found_with_what_they_were(probabilities):
     tested = [recording(i) for i in range(6)]
     if not probabilities:
-        tested = [replace(one, certainty=None) for one in tested]
+        tested = [replace(one, probability_trace=None) for one in tested]
     tracks = {one.id: one.human for one in tested}
     for id_, index, action in [("01", 1, "still"), ("03", 2, "release"), ("04", 4, "hold")]:
         tracks[id_] = relabelled(tracks[id_], index, action)
@@ -132,8 +132,8 @@ def test_where_the_model_sees_what_the_coder_sees_the_order_alone_raises_no_susp
         float,
     )
     unsure[(times >= odd.human[1].start) & (times < odd.human[1].end)] = [0.0, 0.35, 0.65, 0.0]
-    certainty = Certainty.of(times, unsure, ACTIONS)
-    outcome = outcome_of([*tested, replace(odd, certainty=certainty)])
+    trace = ProbabilityTrace.of(times, unsure, ACTIONS)
+    outcome = outcome_of([*tested, replace(odd, probability_trace=trace)])
     found = listed(outcome, {one.id: one.human for one in outcome.tested})
     assert not [d for d in found if d.suspicion >= SUSPECT]
     # And where it contradicts, what it is said to see is what it does see.
@@ -183,7 +183,7 @@ def test_an_edge_is_suspect_if_it_lies_far_from_where_a_sure_model_puts_it():
     found, certainties = [], {}
     for i in range(6):
         one = recording(i)
-        certainties[one.id] = one.certainty
+        certainties[one.id] = one.probability_trace
         edge = one.human[1].end
         moved = edge - (0.12 if i == 4 else 0.02)  # grab ends early; everybody's does a little
         human = (
@@ -192,7 +192,7 @@ def test_an_edge_is_suspect_if_it_lies_far_from_where_a_sure_model_puts_it():
             replace(one.human[2], start=moved),
             *one.human[3:],
         )
-        found += compared(one.id, human, one.predicted, one.certainty)
+        found += find_differences(one.id, human, one.predicted, one.probability_trace)
     assert {d.kind for d in found} == {"boundary"}
     suspicions = {d.demonstration: d.suspicion for d in suspect_edges(found, certainties)}
     assert suspicions.pop("04") >= SUSPECT
@@ -211,7 +211,7 @@ def ended_early(one, share=0.4):
 def test_of_a_segment_that_is_wrong_in_part_that_part_is_suspected(probabilities):
     tested = [recording(i) for i in range(6)]
     if not probabilities:
-        tested = [replace(one, certainty=None) for one in tested]
+        tested = [replace(one, probability_trace=None) for one in tested]
     tracks = {one.id: one.human for one in tested}
     tracks["03"] = ended_early(tested[3])
     first, *others = listed(outcome_of(tested), tracks)
@@ -225,7 +225,7 @@ def test_a_suspected_part_stands_once_in_the_queue():
     tested = [recording(i) for i in range(6)]
     tracks = {one.id: one.human for one in tested}
     tracks["03"] = ended_early(tested[3])
-    found, _ = finish(arranging(outcome_of(tested), tracks, ()))
+    found, _ = finish(arrange_queue(outcome_of(tested), tracks, ()))
     (part,) = found.open
     assert found.suspected == (part,)
     assert (part.start, part.end) == (tracks["03"][3].start, tested[3].human[2].end)
@@ -272,8 +272,8 @@ def test_a_part_that_breaks_the_usual_order_is_hardly_suspect():
         replace(still, start=last),
         *rest,
     )
-    certainty = certain(sees, ACTIONS, 0.7, np.random.default_rng(1))
-    other = replace(one, stages={"filtered": sees}, certainty=certainty)
+    trace = certain(sees, ACTIONS, 0.7, np.random.default_rng(1))
+    other = replace(one, stages={"filtered": sees}, probability_trace=trace)
     found = listed(outcome_of([*others, other]), {r.id: r.human for r in (*others, one)})
     assert all(d.suspicion < 0.2 for d in found)
 
@@ -300,17 +300,17 @@ def swapped(items, seed):
 
 def evaluated(items, settings):
     """Each demonstration as a recogniser of all others sees it."""
-    examples = finish(preparing(items, settings))
+    examples = finish(prepare_all(items, settings))
     actions = actions_of(examples)
     tested = []
     for i, (item, example) in enumerate(zip(items, examples, strict=True)):
         others = examples[:i] + examples[i + 1 :]
         prediction = finish(fit_examples(others, settings)).predict_examples(example)
-        certainty = Certainty.of(example.times, prediction.probabilities, prediction.actions)
+        trace = ProbabilityTrace.of(example.times, prediction.probabilities, prediction.actions)
         id_, name = item.demonstration.id, item.demonstration.name
         stages = {"filtered": prediction.segments}
         ends = example.times[-1]
-        tested.append(Reviewed(id_, name, "", 0, ends, item.segments, stages, certainty))
+        tested.append(DemonstrationResult(id_, name, "", 0, ends, item.segments, stages, trace))
     return outcome_of(tested, actions)
 
 
@@ -328,7 +328,7 @@ def test_three_swapped_labels_are_among_the_first_five_of_real_recordings(
     monkeypatch.setattr(ensemble, "TREES", 10)  # of 50, which find them no worse
     recordings = pdl.read(TONGS / file, ReadOptions())
     items, places = swapped(
-        [Labelled(r.demonstration, r.tracks[0].segments) for r in recordings], 1
+        [LabelledDemonstration(r.demonstration, r.tracks[0].segments) for r in recordings], 1
     )
     outcome = evaluated(items, settings)
     tracks = {item.demonstration.id: item.segments for item in items}
@@ -341,7 +341,7 @@ def test_three_swapped_labels_are_among_the_first_five_of_real_recordings(
 def test_the_part_of_a_real_segment_over_which_the_pen_is_held_still_is_suspected(monkeypatch):
     monkeypatch.setattr(ensemble, "TREES", 10)
     recordings = pdl.read(TONGS / "JPen_sig.pdl", ReadOptions())
-    items = [Labelled(r.demonstration, r.tracks[0].segments) for r in recordings]
+    items = [LabelledDemonstration(r.demonstration, r.tracks[0].segments) for r in recordings]
     outcome = evaluated(items, preset("fast"))
     found = listed(outcome, {item.demonstration.id: item.segments for item in items})
     # Coded still from 2.75 s on; 3.9 N are held until 4.04 s.

@@ -20,13 +20,13 @@ from forcelab.labels import Segment, Track, from_codes
 from forcelab.process import elsewhere
 from forcelab.project import Project
 from forcelab.recognition.cross_validation import leave_one_out
-from forcelab.recognition.dataset import Choice
-from forcelab.recognition.examples import Labelled
-from forcelab.recognition.storage import load as load_recogniser
-from forcelab.recognition.training import Epoch
-from forcelab.review.active_learning import sampled, typicality
-from forcelab.review.run_result import edits_since, load
-from forcelab.review.training import TrainingProgress, reviewing
+from forcelab.recognition.dataset import DataSelection
+from forcelab.recognition.examples import LabelledDemonstration
+from forcelab.recognition.storage import load_recogniser
+from forcelab.recognition.training import FitProgress
+from forcelab.review.active_learning import sample_steps, typicality
+from forcelab.review.run_result import edits_since, load_run
+from forcelab.review.training import TrainingProgress, review_job
 
 
 @pytest.fixture(scope="module")
@@ -38,14 +38,14 @@ def path(tmp_path_factory):
 def trained(path):
     """What was told while training in a process of its own, and the run's number."""
     told = []
-    number = finish(elsewhere(reviewing, path, FAST, CHOICE, "foam"), told.append)
+    number = finish(elsewhere(review_job, path, FAST, CHOICE, "foam"), told.append)
     return told, number
 
 
 @pytest.fixture(scope="module")
 def outcome(path, trained):
     with Project.open(path) as project:
-        return load(project, trained[1])
+        return load_run(project, trained[1])
 
 
 def test_its_steps_lead_through_all_phases_and_never_back(trained):
@@ -63,10 +63,10 @@ def test_its_steps_lead_through_all_phases_and_never_back(trained):
 
 def test_in_groups_as_many_recognisers_are_trained_and_the_run_tells_so(path, trained):
     told = []
-    choice = Choice(("foam",), folds=2)
-    number = finish(reviewing(path, FAST, choice, "foam", fit=False), told.append)
+    choice = DataSelection(("foam",), folds=2)
+    number = finish(review_job(path, FAST, choice, "foam", fit=False), told.append)
     with Project.open(path) as project:
-        found, alone = load(project, number), load(project, trained[1])
+        found, alone = load_run(project, number), load_run(project, trained[1])
     assert [step.fold for step in told if step.phase == "fold"] == [1, 2]
     assert {step.folds for step in told[1:]} == {2}  # or too much time would seem to be left
     assert (found.folds, alone.folds) == (2, 0)
@@ -91,7 +91,7 @@ def test_its_tracks_are_those_of_evaluate_to_the_last_bit(path, outcome, capsys,
     printed = json.loads((tmp_path / "out.json").read_text())
     with Project.open(path) as project:
         run = project.runs()[-1]
-        evaluated = load(project, run.id)
+        evaluated = load_run(project, run.id)
     assert evaluated.number != outcome.number
     for which in ("raw", "filtered"):
         assert printed[which] == outcome.scores[which] == evaluated.scores[which]
@@ -100,12 +100,12 @@ def test_its_tracks_are_those_of_evaluate_to_the_last_bit(path, outcome, capsys,
         assert ours.stages["raw"] == theirs.stages["raw"]
         assert ours.predicted == theirs.predicted
         assert (ours.start, ours.end) == (theirs.start, theirs.end)
-        assert np.array_equal(ours.certainty.values, theirs.certainty.values)
+        assert np.array_equal(ours.probability_trace.values, theirs.probability_trace.values)
     assert evaluated.proposals == ()
 
 
 def test_the_certainty_is_the_mean_of_the_probabilities_of_each_fiftieth_of_a_second(path, outcome):
-    labelled = [Labelled(demo, segments) for demo, segments in synthetic_set(3, 100.0)]
+    labelled = [LabelledDemonstration(demo, segments) for demo, segments in synthetic_set(3, 100.0)]
     tested = finish(leave_one_out(labelled, FAST)).tested
     with Project.open(path) as project:
         known = {item.name: item for item in outcome.tested}
@@ -113,12 +113,12 @@ def test_the_certainty_is_the_mean_of_the_probabilities_of_each_fiftieth_of_a_se
         (new,) = outcome.proposals
         prediction = recogniser.predict(project.load(new.id))
     assert set(known) == {item.name for item in tested}
-    seconds = new.certainty.times
+    seconds = new.probability_trace.times
     for index in (0, 40, len(seconds) - 1):
         since = prediction.times - seconds[index]
         inside = (since > -0.01 - 1e-9) & (since < 0.01 - 1e-9)
         expected = prediction.probabilities[inside].mean(axis=0)
-        assert new.certainty.values[index] / 255 == pytest.approx(expected, abs=0.003)
+        assert new.probability_trace.values[index] / 255 == pytest.approx(expected, abs=0.003)
     assert new.predicted == from_codes(prediction.filtered, prediction.times, prediction.actions)
 
 
@@ -150,7 +150,7 @@ def test_what_was_trained_is_stored_when_no_other_program_keeps_the_project_busy
             elif told.count("storing") == 3:
                 other.execute("ROLLBACK")
 
-        number = finish(reviewing(path, FAST, CHOICE, "foam"), hear)
+        number = finish(review_job(path, FAST, CHOICE, "foam"), hear)
     assert told.count("storing") == 3
     with Project.open(path) as project:
         assert [run.id for run in project.run_summaries()] == [number]
@@ -158,27 +158,27 @@ def test_what_was_trained_is_stored_when_no_other_program_keeps_the_project_busy
 
 
 def test_asking_how_certain_it_is_changes_no_prediction():
-    labelled = [Labelled(demo, segments) for demo, segments in synthetic_set(2, 100.0)]
+    labelled = [LabelledDemonstration(demo, segments) for demo, segments in synthetic_set(2, 100.0)]
     for settings in (FAST, FAST.replace(threshold=None)):
         plain = finish(leave_one_out(labelled, settings))
-        sure = finish(leave_one_out(labelled, settings, certainty=True))
+        sure = finish(leave_one_out(labelled, settings, probability_trace=True))
         for one, other in zip(plain.tested, sure.tested, strict=True):
             assert np.array_equal(one.raw, other.raw)
             assert np.array_equal(one.filtered, other.filtered)
-            assert one.certainty is None
-            assert other.certainty.actions
+            assert one.probability_trace is None
+            assert other.probability_trace.actions
 
 
 def test_an_svm_without_probabilities_has_no_certainty():
-    labelled = [Labelled(demo, segments) for demo, segments in synthetic_set(2, 100.0)]
+    labelled = [LabelledDemonstration(demo, segments) for demo, segments in synthetic_set(2, 100.0)]
     settings = FAST.replace(classifier="svm", threshold=None, stride=5)
-    tested = finish(leave_one_out(labelled, settings, certainty=True)).tested
-    assert [item.certainty for item in tested] == [None, None]
+    tested = finish(leave_one_out(labelled, settings, probability_trace=True)).tested
+    assert [item.probability_trace for item in tested] == [None, None]
 
 
 def test_what_is_edited_while_it_trains_stays_and_is_counted(tmp_path):
     path = make(tmp_path / "p.forcelab", labelled=2, bare=0)
-    job = reviewing(path, FAST, CHOICE, "foam")
+    job = review_job(path, FAST, CHOICE, "foam")
     next(step for step in job if step.phase == "fold")
     with Project.open(path) as project:
         info = project.demonstrations()[0]
@@ -187,7 +187,7 @@ def test_what_is_edited_while_it_trains_stays_and_is_counted(tmp_path):
         demonstration, _ = synthetic_set(3, 100.0)[2]
         project.add(demonstration, [])
         number = finish(job)
-        outcome = load(project, number)
+        outcome = load_run(project, number)
         assert project.track(info.id, "Ada").segments == before[1:]
         assert outcome.find(info.id).human[0].action == before[0].action
         assert edits_since(project, outcome) == 2
@@ -198,13 +198,13 @@ def test_what_is_edited_while_it_trains_stays_and_is_counted(tmp_path):
 @pytest.mark.parametrize("which", [0, -1])
 def test_what_is_removed_while_it_trains_costs_only_itself(tmp_path, which):
     path = make(tmp_path / "p.forcelab", labelled=3, bare=1)
-    job = reviewing(path, FAST, CHOICE, "foam")
+    job = review_job(path, FAST, CHOICE, "foam")
     next(step for step in job if step.phase == "fold")
     with Project.open(path) as project:
         gone = project.demonstrations()[which].id
         heads = {name: project.head(gone, name) for name in project.info(gone).authors}
         project.remove_all({gone: heads})
-        outcome = load(project, finish(job))
+        outcome = load_run(project, finish(job))
         left = {one.id for one in (*outcome.tested, *outcome.proposals)}
         assert left == {info.id for info in project.demonstrations()}
         assert {used.demonstration for used in outcome.labels} == left
@@ -215,7 +215,7 @@ def test_a_training_that_is_cancelled_leaves_nothing_behind(tmp_path):
     before = sorted(p.relative_to(path) for p in path.rglob("*"))
     threads = threading.active_count()
     for phase in ("features", "fold", "final fit"):
-        with closing(elsewhere(reviewing, path, FAST, CHOICE, "foam")) as job:
+        with closing(elsewhere(review_job, path, FAST, CHOICE, "foam")) as job:
             next(step for step in job if getattr(step, "phase", "") == phase)
     with Project.open(path) as project:
         assert project.run_summaries() == ()
@@ -227,8 +227,8 @@ def test_a_training_that_is_cancelled_leaves_nothing_behind(tmp_path):
 def test_one_labelled_demonstration_trains_and_proposes_but_tests_nothing(tmp_path):
     path = make(tmp_path / "p.forcelab", labelled=1, bare=2)
     with Project.open(path) as project:
-        outcome = load(
-            project, finish(reviewing(path, FAST, replace(CHOICE, author="Ada"), "foam"))
+        outcome = load_run(
+            project, finish(review_job(path, FAST, replace(CHOICE, author="Ada"), "foam"))
         )
     assert outcome.tested == ()
     assert [item.name for item in outcome.proposals] == ["foam 02", "foam 03"]
@@ -242,7 +242,7 @@ def test_folds_that_cannot_be_trained_leave_the_final_recogniser(tmp_path):
     with Project.create(path) as project:
         for (demo, _), action in zip(synthetic_set(2, 100.0), ("grab", "hold"), strict=True):
             project.add(demo, [Track("Ada", (Segment(0.5, 1.5, action),))])
-        outcome = load(project, finish(reviewing(path, FAST, CHOICE, "foam")))
+        outcome = load_run(project, finish(review_job(path, FAST, CHOICE, "foam")))
     assert outcome.tested == ()
     assert set(outcome.actions) == {"grab", "hold"}
     assert any(remark.startswith("Nothing could be tested: With") for remark in outcome.remarks)
@@ -263,14 +263,14 @@ def test_too_few_actions_are_refused_in_a_sentence_that_says_what_can_be_done(
         for demonstration, _ in synthetic_set(2, 100.0):
             project.add(demonstration, [Track("Ada", segments)])
         with pytest.raises(InputError, match=sentence):
-            finish(reviewing(path, FAST, CHOICE, "foam"))
+            finish(review_job(path, FAST, CHOICE, "foam"))
         assert project.run_summaries() == ()
 
 
 def test_a_recogniser_without_a_name_leaves_no_run_either(tmp_path):
     path = make(tmp_path / "p.forcelab", labelled=2, bare=0)
     with pytest.raises(InputError, match="needs a name"):
-        finish(reviewing(path, FAST, CHOICE, " "))
+        finish(review_job(path, FAST, CHOICE, " "))
     with Project.open(path) as project:
         assert (project.run_summaries(), project.recognisers()) == ((), ())
 
@@ -282,7 +282,7 @@ def test_an_action_of_a_single_demonstration_is_remarked(tmp_path):
         before = project.track(info.id, "Ada").segments
         slip = Segment(before[0].start, before[0].end, "slip")
         project.edit(info.id, "Ada", before, (slip, *before[1:]), "relabelled")
-        outcome = load(project, finish(reviewing(path, FAST, CHOICE, "foam")))
+        outcome = load_run(project, finish(review_job(path, FAST, CHOICE, "foam")))
     assert any("slip (only in foam 01)" in remark for remark in outcome.remarks)
 
 
@@ -291,15 +291,15 @@ def test_another_task_is_tested_on_and_both_tasks_get_proposals(tmp_path):
     with Project.open(path) as project:
         for i, (demonstration, segments) in enumerate(synthetic_set(2, 100.0, "soft", seed=9)):
             project.add(demonstration, [Track("Ada", segments)] if i else [])
-        choice = Choice(("foam",), test_task="soft")
-        outcome = load(project, finish(reviewing(path, FAST, choice, "foam")))
+        choice = DataSelection(("foam",), test_task="soft")
+        outcome = load_run(project, finish(review_job(path, FAST, choice, "foam")))
     assert [item.task for item in outcome.tested] == ["soft"]
     assert {item.task for item in outcome.proposals} == {"foam", "soft"}
     shares = [item.typicality for item in outcome.proposals]
     with Project.open(path) as project:
         recogniser = load_recogniser(project.recogniser_path(outcome.recogniser))
         new = [project.load(item.id) for item in outcome.proposals]
-    expected = typicality([sampled(recogniser.prepared(one)) for one in new])
+    expected = typicality([sample_steps(recogniser.prepared(one)) for one in new])
     assert shares == pytest.approx(expected.tolist())
     assert len(shares) > 1
     assert (outcome.tasks, outcome.test_task) == (("foam",), "soft")
@@ -315,7 +315,7 @@ def test_the_time_left_is_what_the_fits_before_took():
         for fold in range(3):
             for epoch in range(5):
                 now[0] += 2.0
-                yield Epoch(epoch + 1, 200, f"fit {fold + 1} of 3", 0.5)
+                yield FitProgress(epoch + 1, 200, f"fit {fold + 1} of 3", 0.5)
 
     left = [(step.fold, step.epoch, step.seconds_left) for step in steps.test(job())]
     assert all(seconds is None for fold, _, seconds in left if fold < 2)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from forcelab.recognition.examples import Examples
-from forcelab.review.active_learning import STEPS, sampled, typicality
+from forcelab.review.active_learning import STEPS, sample_steps, typicality
 
 
 def steps(level, seed, count=200, spread=1.0):
@@ -53,7 +53,7 @@ def test_what_is_all_the_same_is_wholly_typical(count):
 
 
 def test_a_demonstration_that_is_one_gap_is_not_typical_of_anything():
-    empty = sampled(examples(np.ones((50, 2)), np.zeros(50, dtype=bool)))
+    empty = sample_steps(examples(np.ones((50, 2)), np.zeros(50, dtype=bool)))
     assert len(empty) == 0
     assert typicality([steps(0, 1), empty, steps(0, 1)]).tolist() == [1.0, 0.0, 1.0]
     assert typicality([empty]).tolist() == [0.0]
@@ -64,7 +64,7 @@ def test_only_some_steps_outside_of_gaps_are_looked_at_and_they_reach_to_the_end
     n = 10 * STEPS + 7
     features = np.arange(n, dtype=float)[:, np.newaxis]
     valid = np.arange(n) >= n // 2
-    found = sampled(examples(features, valid))[:, 0]
+    found = sample_steps(examples(features, valid))[:, 0]
     assert STEPS / 2 < len(found) <= STEPS
     assert found[0] == n // 2
     assert found[-1] > n - 10
@@ -72,7 +72,7 @@ def test_only_some_steps_outside_of_gaps_are_looked_at_and_they_reach_to_the_end
 
 
 def test_features_that_no_single_precision_holds_make_the_demonstration_odd_and_nothing_else():
-    huge = sampled(examples(np.full((50, 2), 1e200)))
+    huge = sample_steps(examples(np.full((50, 2), 1e200)))
     found = typicality([steps(0, 1), huge, steps(0, 2)])
     assert np.isfinite(found).all()
     assert found.argmin() == 1

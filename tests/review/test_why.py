@@ -18,16 +18,16 @@ from forcelab.jobs import finish
 from forcelab.labels import Segment
 from forcelab.project import LabelsUsed, Project
 from forcelab.recognition import training
-from forcelab.recognition.attribution import Network, Voter, judge_of, log_odds
-from forcelab.recognition.classifiers import fitting
-from forcelab.recognition.dataset import Choice
-from forcelab.recognition.probability_trace import Certainty
+from forcelab.recognition.attribution import BlackBoxScorer, MlpScorer, log_odds, make_scorer
+from forcelab.recognition.classifiers import fit_classifier
+from forcelab.recognition.dataset import DataSelection
+from forcelab.recognition.probability_trace import ProbabilityTrace
 from forcelab.recognition.recogniser import Recogniser
 from forcelab.review import explanation
-from forcelab.review.differences import Interval, action_over, place_at, place_of
-from forcelab.review.explanation import explaining, influence, track_at, withholding
-from forcelab.review.run_result import Reviewed, load
-from forcelab.review.training import reviewing
+from forcelab.review.differences import Interval, action_over, interval_at, interval_of
+from forcelab.review.explanation import attribute_bands, explain, track_after_edit, train_held_out
+from forcelab.review.run_result import DemonstrationResult, load_run
+from forcelab.review.training import review_job
 
 #: Epochs of an MLP's fit: what it has learnt by then is enough to be explained.
 EPOCHS = 40
@@ -37,14 +37,14 @@ BAYES = FAST.replace(classifier="naive-bayes")
 @pytest.fixture(scope="module", autouse=True)
 def short_fits():
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(training, "fitting", lambda *given: islice(fitting(*given), EPOCHS))
+        patch.setattr(training, "fitting", lambda *given: islice(fit_classifier(*given), EPOCHS))
         yield
 
 
 def network(seed, f=6, h=9, actions=("grab", "hold", "still")):
     random = np.random.default_rng(seed)
     sizes = (f, h), (h,), (h, len(actions)), (len(actions),)
-    return Network(actions, *(random.normal(size=size) for size in sizes)), random
+    return MlpScorer(actions, *(random.normal(size=size) for size in sizes)), random
 
 
 # --- shares of a network --------------------------------------------------------------------------
@@ -85,8 +85,10 @@ def test_at_the_reference_itself_nothing_speaks():
 
 
 def fitted(name, X, y, actions, probabilities=True):
-    classifier = [s.classifier for s in islice(fitting(name, X, y, 0, probabilities), EPOCHS)][-1]
-    return judge_of(Recogniser(FAST, 1.0, (), tuple(actions), {}, classifier))
+    classifier = [
+        s.classifier for s in islice(fit_classifier(name, X, y, 0, probabilities), EPOCHS)
+    ][-1]
+    return make_scorer(Recogniser(FAST, 1.0, (), tuple(actions), {}, classifier))
 
 
 @pytest.mark.parametrize("actions", [("grab", "hold"), ("grab", "hold", "still")])
@@ -94,9 +96,9 @@ def test_a_network_gives_the_probabilities_of_the_mlp_that_it_was_taken_from(act
     random = np.random.default_rng(0)
     y = random.integers(len(actions), size=120)
     X = random.normal(size=(120, 5)) + y[:, None]
-    step = next(fitting("mlp", X, y, 0, True))
-    judge = judge_of(Recogniser(FAST, 1.0, (), actions, {}, step.classifier))
-    assert isinstance(judge, Network)
+    step = next(fit_classifier("mlp", X, y, 0, True))
+    judge = make_scorer(Recogniser(FAST, 1.0, (), actions, {}, step.classifier))
+    assert isinstance(judge, MlpScorer)
     expected = step.classifier.predict_proba(X)
     assert judge.probabilities(X) == pytest.approx(expected, abs=1e-9)
     odds = np.log(expected[:, 1] / expected[:, 0])
@@ -111,7 +113,7 @@ def test_the_highest_score_is_what_is_recognised(name, actions, probabilities):
     y = np.arange(90) % len(actions)
     X = random.normal(size=(90, 3)) + 3.0 * y[:, None]
     judge = fitted(name, X, y, actions, probabilities)
-    assert isinstance(judge, Voter)
+    assert isinstance(judge, BlackBoxScorer)
     scores = judge.scores(X)
     assert scores.shape == (90, len(actions))
     assert np.isfinite(scores).all()
@@ -131,7 +133,7 @@ def planted(name, phase):
     column = PLANTED[0] * K + PLANTED[1] + phase * Q * K
     X[:, column] += 6.0 * (y - 0.5)
     judge = fitted(name, X, y, ("hold", "grab"))
-    job = influence(judge, X[y == 1], "grab", "hold", (Q, K), mean=X.mean(axis=0), sample=X)
+    job = attribute_bands(judge, X[y == 1], "grab", "hold", (Q, K), mean=X.mean(axis=0), sample=X)
     return finish(job)
 
 
@@ -167,7 +169,11 @@ def test_the_error_of_a_permutation_is_the_spread_of_its_repetitions():
     judge = fitted("naive-bayes", X, y, ("hold", "grab"))
     mean = X.mean(axis=0)
     found = [
-        finish(influence(judge, X[y == 1], "grab", "hold", (1, 2), mean=mean, sample=X, seed=seed))
+        finish(
+            attribute_bands(
+                judge, X[y == 1], "grab", "hold", (1, 2), mean=mean, sample=X, seed=seed
+            )
+        )
         for seed in range(12)
     ]
     scatter = np.std([one.bands[0, 1] for one in found], ddof=1)
@@ -193,13 +199,13 @@ def mlp(tmp_path_factory):
 @pytest.fixture(scope="module")
 def withheld(mlp):
     path, outcome = mlp
-    return finish(withholding(path, outcome, outcome.tested[0].id))
+    return finish(train_held_out(path, outcome, outcome.tested[0].id))
 
 
 def test_it_predicts_what_the_run_predicted_out_of_fold(bayes):
     path, outcome = bayes
     for one in outcome.tested:
-        withheld = finish(withholding(path, outcome, one.id))
+        withheld = finish(train_held_out(path, outcome, one.id))
         assert withheld.how == "left out"
         assert withheld.same == 1.0
         assert one.id not in {place.demonstration for place in withheld.training.places}
@@ -210,7 +216,7 @@ def test_so_does_the_one_that_has_seen_none_of_its_group(tmp_path):
     outcome = made(path, BAYES, count=5, folds=2)
     ids = [one.id for one in outcome.tested]
     for i, one in enumerate(outcome.tested):
-        withheld = finish(withholding(path, outcome, one.id))
+        withheld = finish(train_held_out(path, outcome, one.id))
         assert withheld.same == 1.0
         seen = {place.demonstration for place in withheld.training.places}
         assert seen == {id_ for j, id_ in enumerate(ids) if j % 2 != i % 2}
@@ -219,7 +225,7 @@ def test_so_does_the_one_that_has_seen_none_of_its_group(tmp_path):
 def test_segments_that_were_not_trained_on_are_not_shown_as_if(bayes, monkeypatch):
     path, outcome = bayes
     id_ = outcome.tested[0].id
-    before = finish(withholding(path, outcome, id_))
+    before = finish(train_held_out(path, outcome, id_))
     fits = []
 
     def trimmed(examples, settings):
@@ -229,11 +235,11 @@ def test_segments_that_were_not_trained_on_are_not_shown_as_if(bayes, monkeypatc
 
     def watched(examples, *others):
         fits.append([example.segments for example in examples])
-        return training.fit_trimmed(examples, *others)
+        return training.fit_cleaned(examples, *others)
 
     monkeypatch.setattr(explanation, "trimming", trimmed)
     monkeypatch.setattr(explanation, "fit_trimmed", watched)
-    after = finish(withholding(path, outcome, id_))
+    after = finish(train_held_out(path, outcome, id_))
     homes = {place.demonstration for place in before.training.places}
     assert len(after.training.places) == len(before.training.places) - len(homes)
     ((*segments,),) = fits
@@ -251,9 +257,9 @@ def test_a_recogniser_that_saw_it_would_be_another_one(bayes):
     one, other = outcome.tested[:2]
     swapped = replace(one, stages={"filtered": other.predicted})
     wrong = replace(outcome, tested=(swapped, *outcome.tested[1:]))
-    withheld = finish(withholding(path, wrong, one.id))
+    withheld = finish(train_held_out(path, wrong, one.id))
     assert withheld.same < 1.0
-    why = finish(explaining(withheld, wrong, place_at(one, 2.0)))
+    why = finish(explain(withheld, wrong, interval_at(one, 2.0)))
     assert any("as the run did" in remark for remark in why.remarks)
 
 
@@ -264,7 +270,7 @@ def test_labels_that_were_edited_since_are_taken_as_they_were(tmp_path):
     with Project.open(path) as project:
         before = project.track(second.id, "Ann").segments
         project.edit(second.id, "Ann", before, before[:1], "all but one erased")
-    assert finish(withholding(path, outcome, first.id)).same == 1.0
+    assert finish(train_held_out(path, outcome, first.id)).same == 1.0
 
 
 def test_a_track_can_be_read_as_it_was_after_each_edit(tmp_path):
@@ -283,20 +289,20 @@ def test_a_track_can_be_read_as_it_was_after_each_edit(tmp_path):
             known[project.head(id_, "Ann")] = project.track(id_, "Ann").segments
         assert len(known) == 8
         for edit, segments in known.items():
-            assert track_at(project, LabelsUsed(id_, "Ann", edit)) == segments
+            assert track_after_edit(project, LabelsUsed(id_, "Ann", edit)) == segments
 
 
 def test_the_probabilities_are_the_runs_where_it_kept_any(bayes):
     path, outcome = bayes
     one = outcome.tested[0]
-    anew = finish(withholding(path, outcome, one.id))
+    anew = finish(train_held_out(path, outcome, one.id))
     assert not anew.kept
-    rows = anew.certainty.values.sum(axis=1)
+    rows = anew.probability_trace.values.sum(axis=1)
     assert np.abs(rows[rows > 0].astype(int) - 255).max() <= 2
     values = np.zeros((10, 1), dtype=np.uint8)
-    own = Certainty(one.start, 50.0, ("hold",), values)
-    kept = replace(outcome, tested=(replace(one, certainty=own), *outcome.tested[1:]))
-    assert finish(withholding(path, kept, one.id)).certainty is own
+    own = ProbabilityTrace(one.start, 50.0, ("hold",), values)
+    kept = replace(outcome, tested=(replace(one, probability_trace=own), *outcome.tested[1:]))
+    assert finish(train_held_out(path, kept, one.id)).probability_trace is own
 
 
 def test_of_an_unlabelled_demonstration_all_others_are_trained_on(tmp_path):
@@ -307,7 +313,7 @@ def test_of_an_unlabelled_demonstration_all_others_are_trained_on(tmp_path):
     rest = replace(
         outcome, tested=outcome.tested[:-1], labels=outcome.labels[:-1], proposals=(proposed,)
     )
-    withheld = finish(withholding(path, rest, last.id))
+    withheld = finish(train_held_out(path, rest, last.id))
     assert withheld.how == "final"
     places = {place.demonstration for place in withheld.training.places}
     assert places == {one.id for one in rest.tested}
@@ -315,18 +321,18 @@ def test_of_an_unlabelled_demonstration_all_others_are_trained_on(tmp_path):
 
 def test_the_final_recogniser_labels_a_proposal_as_the_run_did_on_any_grid(tmp_path):
     path = make(tmp_path / "foam.forcelab", labelled=2)
-    number = finish(reviewing(path, BAYES.replace(rate=37.0), Choice(("foam",)), "foam"))
+    number = finish(review_job(path, BAYES.replace(rate=37.0), DataSelection(("foam",)), "foam"))
     with Project.open(path) as project:
-        outcome = load(project, number)
+        outcome = load_run(project, number)
     for one in (*outcome.tested, *outcome.proposals):
-        withheld = finish(withholding(path, outcome, one.id))
+        withheld = finish(train_held_out(path, outcome, one.id))
         assert withheld.same == 1.0
         assert withheld.how == ("left out" if one in outcome.tested else "final")
 
 
 def test_it_can_be_stopped_between_any_two_epochs(mlp):
     path, outcome = mlp
-    job = withholding(path, outcome, outcome.tested[0].id)
+    job = train_held_out(path, outcome, outcome.tested[0].id)
     texts = [next(job).text for _ in range(6)]
     assert texts[:2] == ["features"] * 2
     assert texts[-1] == "fit"
@@ -336,12 +342,12 @@ def test_it_can_be_stopped_between_any_two_epochs(mlp):
 def test_a_stranger_is_refused(bayes):
     path, outcome = bayes
     with pytest.raises(InputError, match="train again"):
-        finish(withholding(path, outcome, "0" * 32))
+        finish(train_held_out(path, outcome, "0" * 32))
 
 
 def test_it_travels_between_processes(bayes):
     path, outcome = bayes
-    withheld = finish(withholding(path, outcome, outcome.tested[0].id))
+    withheld = finish(train_held_out(path, outcome, outcome.tested[0].id))
     again = ForkingPickler.loads(ForkingPickler.dumps(withheld))
     assert np.array_equal(again.mean, withheld.mean)
     assert again.bytes == withheld.bytes
@@ -354,7 +360,7 @@ def explained(mlp, withheld, human, predicted, hidden=()):
     one = mlp[1].tested[0]
     hold = next(s for s in one.human if s.action == "hold")
     place = Interval(one.id, hold.start, hold.end, human, predicted)
-    return finish(explaining(withheld, mlp[1], place, hidden))
+    return finish(explain(withheld, mlp[1], place, hidden))
 
 
 def test_the_predicted_action_is_spoken_for_and_the_humans_against(mlp, withheld):
@@ -368,7 +374,11 @@ def test_the_predicted_action_is_spoken_for_and_the_humans_against(mlp, withheld
 def test_where_both_agree_the_next_most_probable_action_is_spoken_against(mlp, withheld):
     why = explained(mlp, withheld, "hold", "hold")
     means = dict(
-        zip(why.certainty.actions, why.certainty.mean(why.place.start, why.place.end), strict=True)
+        zip(
+            why.probability_trace.actions,
+            why.probability_trace.mean(why.place.start, why.place.end),
+            strict=True,
+        )
     )
     del means["hold"]
     assert why.favoured == "hold"
@@ -377,8 +387,8 @@ def test_where_both_agree_the_next_most_probable_action_is_spoken_against(mlp, w
 
 def test_where_nothing_is_predicted_the_most_probable_action_is_spoken_for(mlp, withheld):
     why = explained(mlp, withheld, None, None)
-    mean = why.certainty.mean(why.place.start, why.place.end)
-    assert why.favoured == why.certainty.actions[int(np.argmax(mean))]
+    mean = why.probability_trace.mean(why.place.start, why.place.end)
+    assert why.favoured == why.probability_trace.actions[int(np.argmax(mean))]
 
 
 def test_an_action_of_no_other_demonstration_is_told(mlp, withheld):
@@ -390,7 +400,7 @@ def test_an_action_of_no_other_demonstration_is_told(mlp, withheld):
 def test_neighbours_are_of_both_actions_and_of_no_hidden_demonstration(bayes):
     path, outcome = bayes
     one, other = outcome.tested[0].id, outcome.tested[1].id
-    withheld = finish(withholding(path, outcome, one))
+    withheld = finish(train_held_out(path, outcome, one))
     why = explained(bayes, withheld, "still", "hold")
     assert [n.place.human for n in why.neighbours["hold"]] == ["hold"] * 3
     assert [n.place.human for n in why.neighbours["still"]] == ["still"] * 3
@@ -422,14 +432,14 @@ def test_an_explanation_is_plain_values_too(mlp, withheld):
 def test_a_place_without_samples_is_refused(mlp, withheld):
     one = mlp[1].tested[0]
     with pytest.raises(InputError, match="no sample"):
-        finish(explaining(withheld, mlp[1], Interval(one.id, one.end + 1, one.end + 2)))
+        finish(explain(withheld, mlp[1], Interval(one.id, one.end + 1, one.end + 2)))
 
 
 # --- places --------------------------------------------------------------------------------------
 
 HUMAN = (Segment(1.0, 3.0, "grab"), Segment(3.0, 5.0, "hold"))
 MODEL = (Segment(1.5, 4.0, "grab"), Segment(4.5, 6.0, "hold"))
-REVIEWED = Reviewed("d", "01", "foam", 0.0, 8.0, HUMAN, {"filtered": MODEL})
+REVIEWED = DemonstrationResult("d", "01", "foam", 0.0, 8.0, HUMAN, {"filtered": MODEL})
 
 
 @pytest.mark.parametrize(
@@ -445,7 +455,7 @@ REVIEWED = Reviewed("d", "01", "foam", 0.0, 8.0, HUMAN, {"filtered": MODEL})
     ],
 )
 def test_a_place_is_where_neither_changes_their_mind(time, expected):
-    place = place_at(REVIEWED, time)
+    place = interval_at(REVIEWED, time)
     found = place and (place.start, place.end, place.human, place.predicted)
     assert found == expected
 
@@ -454,4 +464,4 @@ def test_over_a_stretch_the_action_counts_that_covers_most_of_it():
     assert action_over(MODEL, 3.0, 5.0) == "grab"
     assert action_over(MODEL, 3.8, 5.0) == "hold"
     assert action_over(MODEL, 6.0, 7.0) is None
-    assert place_of(REVIEWED, 3.0, 5.0, "still").human == "still"
+    assert interval_of(REVIEWED, 3.0, 5.0, "still").human == "still"

@@ -9,7 +9,7 @@ from explained import FAST, made
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.jobs import finish
 from forcelab.review.differences import Interval
-from forcelab.review.explanation import trace, tracing
+from forcelab.review.explanation import force_preview, preview_job
 
 
 @pytest.fixture
@@ -20,21 +20,21 @@ def demonstration():
 
 
 def test_a_trace_holds_the_extremes_of_its_columns(demonstration):
-    found = trace(demonstration, 2.0, 7.0, columns=50)
+    found = force_preview(demonstration, 2.0, 7.0, columns=50)
     blocks = demonstration.signals[200:700].reshape(50, 10, 2)
     assert np.array_equal(found.low, blocks.min(axis=1))
     assert np.array_equal(found.high, blocks.max(axis=1))
 
 
 def test_a_short_stretch_has_a_column_for_each_sample(demonstration):
-    found = trace(demonstration, 2.0, 2.05, columns=50)
+    found = force_preview(demonstration, 2.0, 2.05, columns=50)
     assert np.array_equal(found.low, demonstration.signals[200:205])
     assert np.array_equal(found.low, found.high)
 
 
 def test_a_stretch_after_the_last_stamp_has_the_last_sample(demonstration):
     end = demonstration.end
-    found = trace(demonstration, demonstration.times[-1] + 1e-3, end)
+    found = force_preview(demonstration, demonstration.times[-1] + 1e-3, end)
     assert np.array_equal(found.low, demonstration.signals[-1:])
 
 
@@ -42,7 +42,7 @@ def test_what_is_missing_is_passed_over():
     signals = np.ones((100, 1))
     signals[:50], signals[70] = np.nan, np.inf
     gappy = Demonstration("01", "foam", np.arange(100) / 10.0, signals, (Channel("a"),))
-    found = trace(gappy, 0.0, 10.0, columns=10)
+    found = force_preview(gappy, 0.0, 10.0, columns=10)
     assert np.isnan(found.low[:5]).all()
     assert (found.high[5:] == 1.0).all()
 
@@ -52,6 +52,6 @@ def test_no_video_needs_no_decoder(tmp_path, monkeypatch):
     outcome = made(path, FAST.replace(classifier="naive-bayes"), count=2)
     monkeypatch.setitem(sys.modules, "cv2", None)  # importing it fails
     places = [Interval(one.id, 1.0, 2.0) for one in outcome.tested]
-    found = finish(tracing(path, places))
+    found = finish(preview_job(path, places))
     assert [one.name for one in found] == [one.name for one in outcome.tested]
     assert all(one.frame is None for one in found)

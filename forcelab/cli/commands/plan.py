@@ -87,9 +87,9 @@ def _measured(demonstration: Demonstration, settings: Settings) -> tuple[Cost, .
 
 def _settings_of(file: Path) -> Settings:
     """The settings of a trained recogniser, with the channels and the rate it learnt."""
-    from forcelab.recognition.storage import load
+    from forcelab.recognition.storage import load_recogniser
 
-    recogniser = load(file)
+    recogniser = load_recogniser(file)
     return recogniser.settings.replace(channels=recogniser.channels, rate=recogniser.rate)
 
 

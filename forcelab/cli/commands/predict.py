@@ -22,9 +22,9 @@ from forcelab.formats.recording import ReadOptions
 from forcelab.formats.track_text import COLUMNS, plain_times, table_text, to_audacity, to_csv
 from forcelab.io import write_atomically
 from forcelab.labels import Track, model_author
-from forcelab.recognition.rates import unseen
-from forcelab.recognition.results import silence_remark
-from forcelab.recognition.storage import load
+from forcelab.recognition.rates import rate_remarks
+from forcelab.recognition.results import empty_prediction_remarks
+from forcelab.recognition.storage import load_recogniser
 
 #: Endings of the files in a folder. They are neither those of recordings, which they must not
 #: replace, nor those of labels, which are read with the recording beside them.
@@ -60,7 +60,7 @@ def run(arguments: argparse.Namespace) -> None:
     inputs = [arguments.recogniser, *arguments.sources]
     if not _is_folder(arguments.out):
         check_outputs([arguments.out], inputs)
-    recogniser = load(arguments.recogniser)
+    recogniser = load_recogniser(arguments.recogniser)
     author = model_author(arguments.recogniser.stem)
     options = ReadOptions(
         rate=arguments.rate,
@@ -74,8 +74,11 @@ def run(arguments: argparse.Namespace) -> None:
     for demonstration, remarks in demonstrations_in(arguments.sources, options):
         # First, as it names the demonstration that lacks a channel.
         made = recogniser.predict(demonstration)
-        told = [*unseen(recogniser, demonstration), *recogniser.remarks_on(demonstration.channels)]
-        told += silence_remark([made], recogniser.settings, recogniser.rate)
+        told = [
+            *rate_remarks(recogniser, demonstration),
+            *recogniser.remarks_on(demonstration.channels),
+        ]
+        told += empty_prediction_remarks([made], recogniser.settings, recogniser.rate)
         for remark in [*remarks, *told]:
             print(printable(f"{demonstration.name}: {remark}"), file=sys.stderr)
         found.append((demonstration.name, Track(author, made.segments)))

@@ -20,9 +20,9 @@ from forcelab.cli.output import json_text, percent, printable, table
 from forcelab.project import Project, RunSummary, RunUse
 from forcelab.recognition.intervals import METHOD, METRICS, look_up
 from forcelab.recognition.presets import PRESETS
-from forcelab.recognition.results import title_of
-from forcelab.review.run_comparison import STAGES, Comparison, as_text, compare
-from forcelab.review.run_result import load, tasks_of
+from forcelab.recognition.results import run_title
+from forcelab.review.run_comparison import STAGES, Comparison, as_text, compare_runs
+from forcelab.review.run_result import load_run, tasks_of
 from forcelab.text import counted
 
 
@@ -39,8 +39,8 @@ def run(arguments: argparse.Namespace) -> None:
     """List the runs of a project, or compare two."""
     with Project.open(arguments.project) as project:
         if arguments.compare is not None:
-            one, other = (load(project, number) for number in arguments.compare)
-            comparison = compare(one, other)
+            one, other = (load_run(project, number) for number in arguments.compare)
+            comparison = compare_runs(one, other)
             print(
                 json_text(_comparison_json(comparison))
                 if arguments.json
@@ -83,7 +83,7 @@ def _row(run: RunSummary, use: RunUse) -> list[str]:
         str(run.id),
         f"{run.time:%Y-%m-%d %H:%M}",
         run.kind,
-        str(digest.get("title", title_of(tasks, test_task))),
+        str(digest.get("title", run_title(tasks, test_task))),
         _settings(run.settings),
         str(digest.get("tested", "")),
         percent(digest.get("accuracy")),

@@ -18,8 +18,8 @@ from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.project import Project
 from forcelab.review.differences import Interval
-from forcelab.review.explanation import Neighbour, Why, why_at
-from forcelab.review.run_result import KIND, Outcome, load, tasks_of
+from forcelab.review.explanation import Explanation, Neighbour, explain_at
+from forcelab.review.run_result import KIND, RunResult, load_run, tasks_of
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -42,7 +42,7 @@ def run(arguments: argparse.Namespace) -> None:
         outcome = _outcome(project, demonstration.id, demonstration.task, arguments.run)
         names = {info.id: info.name for info in project.demonstrations()}
     with progress_bar() as watch:
-        job = why_at(arguments.project, outcome, demonstration.id, arguments.at)
+        job = explain_at(arguments.project, outcome, demonstration.id, arguments.at)
         why = finish(job, watch)
     if arguments.json:
         print(json_text({"run": outcome.number} | why.to_json()))
@@ -52,10 +52,10 @@ def run(arguments: argparse.Namespace) -> None:
     print("\n\n".join([printable(title), *_paragraphs(why, names)]))
 
 
-def _outcome(project: Project, id_: str, task: str, number: int | None) -> Outcome:
+def _outcome(project: Project, id_: str, task: str, number: int | None) -> RunResult:
     """The run that is asked for, or the latest one that has to do with a demonstration."""
     if number is not None:
-        outcome = load(project, number)
+        outcome = load_run(project, number)
         if outcome.find(id_) is None:
             raise InputError(
                 f"Run {number} neither tested nor proposed labels for this demonstration; choose "
@@ -65,7 +65,7 @@ def _outcome(project: Project, id_: str, task: str, number: int | None) -> Outco
     for run in reversed(project.run_summaries(KIND)):
         tasks, test_task = tasks_of(run.settings)
         if task in (*tasks, test_task):
-            outcome = load(project, run.id)
+            outcome = load_run(project, run.id)
             if outcome.find(id_) is not None:
                 return outcome
     raise InputError(
@@ -73,7 +73,7 @@ def _outcome(project: Project, id_: str, task: str, number: int | None) -> Outco
     )
 
 
-def _paragraphs(why: Why, names: dict[str, str]) -> list[str]:
+def _paragraphs(why: Explanation, names: dict[str, str]) -> list[str]:
     """An explanation for people, paragraph by paragraph."""
     return [
         f"{_sentence(why.place)}\n{_probability_text(why)}",
@@ -91,18 +91,18 @@ def _sentence(place: Interval) -> str:
     return printable(f"{place.duration:.2f} s coded {human}, predicted {predicted}.")
 
 
-def _probability_text(why: Why) -> str:
+def _probability_text(why: Explanation) -> str:
     """Mean probabilities over the place."""
-    if why.certainty is None:
+    if why.probability_trace is None:
         return "The classifier gives no probabilities."
-    values = why.certainty.mean(why.place.start, why.place.end)
-    pairs = sorted(zip(values.tolist(), why.certainty.actions, strict=True), reverse=True)
+    values = why.probability_trace.mean(why.place.start, why.place.end)
+    pairs = sorted(zip(values.tolist(), why.probability_trace.actions, strict=True), reverse=True)
     told = ", ".join(f"{action} {value:.2f}" for value, action in pairs)
     whose = "as the run kept it" if why.kept else "computed anew, as the run kept none"
     return printable(f"Mean probability ({whose}): {told}.")
 
 
-def _bands(why: Why) -> str:
+def _bands(why: Explanation) -> str:
     """The strongest bands."""
     lines = [f"What tells {why.favoured} from {why.against} most, in log-odds:"]
     for band in why.strongest():
@@ -115,7 +115,7 @@ def _bands(why: Why) -> str:
     return "\n".join(printable(line) for line in lines)
 
 
-def _channels(why: Why) -> str:
+def _channels(why: Explanation) -> str:
     """All bands, a column for each channel, and the channels as a whole."""
     found = why.influence
     rows = [["Hz", *why.channels]]
@@ -125,7 +125,7 @@ def _channels(why: Why) -> str:
     return table(rows, right=range(len(rows[0])))
 
 
-def _method(why: Why) -> str:
+def _method(why: Explanation) -> str:
     """How it was found out, how far it can be relied on, and what it cost."""
     found = why.influence
     sides = f"{found.log_odds:+.2f} here, {found.reference:+.2f}"
@@ -150,7 +150,7 @@ def _method(why: Why) -> str:
     )
 
 
-def _nearest(why: Why, names: dict[str, str]) -> str:
+def _nearest(why: Explanation, names: dict[str, str]) -> str:
     """The nearest training segments of both actions."""
     rows = [["nearest", "demonstration", "from s", "to s", "distance", "predicted"]]
     rows += [_row(action, n, names) for action, near in why.neighbours.items() for n in near]

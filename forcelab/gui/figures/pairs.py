@@ -28,7 +28,7 @@ from forcelab.labels import Segments
 from forcelab.vocabulary import Vocabulary
 
 if TYPE_CHECKING:
-    from forcelab.recognition.probability_trace import Certainty
+    from forcelab.recognition.probability_trace import ProbabilityTrace
     from forcelab.review.differences import Difference
 
 
@@ -72,7 +72,7 @@ class Pair:
         Said at the right, such as ``"72.0 %"``.
     lanes : tuple of Lane
         Further tracks, drawn below the pair from top to bottom.
-    certainty : Certainty, optional
+    certainty : ProbabilityTrace, optional
         Predictions are lighter where it is low.
     marks : tuple of Difference, optional
         Drawn between the two bars, for which room is left then; None for no room.
@@ -90,7 +90,7 @@ class Pair:
     end: float
     note: str = ""
     lanes: tuple[PairRow, ...] = ()
-    certainty: Certainty | None = None
+    probability_trace: ProbabilityTrace | None = None
     marks: tuple[Difference, ...] | None = None
 
     def __post_init__(self) -> None:
@@ -190,8 +190,8 @@ def paint_pair(
     ]
     for box, segments, certain in tracks:
         fading = (
-            fade_overlays(pair.certainty, segments, axis, box)
-            if certain and pair.certainty is not None
+            fade_overlays(pair.probability_trace, segments, axis, box)
+            if certain and pair.probability_trace is not None
             else ()
         )
         paint_track(painter, box, axis, segments, looks=looks, theme=theme, veils=fading)
@@ -359,7 +359,7 @@ class TimelinePairs(Figure):
         first = [KEY, STRETCHED_NOTE] if self.stretched else [KEY]
         if any(pair.note for pair in self.pairs):
             first.append(self.note_key)
-        second = [LIGHTER] if any(pair.certainty is not None for pair in self.pairs) else []
+        second = [LIGHTER] if any(pair.probability_trace is not None for pair in self.pairs) else []
         if any(pair.marks is not None for pair in self.pairs):
             second.append(BETWEEN)
         return [" ".join(line) for line in (first, second) if line]

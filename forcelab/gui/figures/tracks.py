@@ -23,7 +23,7 @@ from forcelab.labels import Segment, Segments, to_codes
 from forcelab.vocabulary import Vocabulary
 
 if TYPE_CHECKING:
-    from forcelab.recognition.probability_trace import Certainty
+    from forcelab.recognition.probability_trace import ProbabilityTrace
     from forcelab.review.differences import Difference, Interval
 
 
@@ -53,13 +53,13 @@ def opacity(probability: float) -> float:
 
 
 def fade_overlays(
-    certainty: Certainty, segments: Segments, axis: Axis, box: QRectF
+    certainty: ProbabilityTrace, segments: Segments, axis: Axis, box: QRectF
 ) -> tuple[FadeOverlay, ...]:
     """The veils over a bar, from left to right; none where a prediction is sure.
 
     Parameters
     ----------
-    certainty : Certainty
+    certainty : ProbabilityTrace
         How probable each action is.
     segments : tuple of Segment
         What is predicted; an action that `certainty` does not know is not veiled.
@@ -129,7 +129,7 @@ def _times(pixels: NDArray[np.float64], axis: Axis) -> NDArray[np.float64]:
     return np.asarray(axis.start + share * (axis.end - axis.start))
 
 
-def _segment_steps(certainty: Certainty, codes: NDArray[np.int64]) -> NDArray[np.float64]:
+def _segment_steps(certainty: ProbabilityTrace, codes: NDArray[np.int64]) -> NDArray[np.float64]:
     """The probability in each bin of what is predicted there; 1 where nothing is known of it."""
     known = (codes >= 0) & (codes < len(certainty.actions))
     own = np.ones(len(codes))

@@ -28,7 +28,7 @@ from forcelab.gui.review.training_backend import BACKGROUND, Backend, RunInfo, r
 from forcelab.gui.theme import colours, themes
 from forcelab.gui.widgets import ElidedComboBox
 from forcelab.recognition.setting_fields import FIELDS
-from forcelab.review.run_comparison import Comparison, comparing
+from forcelab.review.run_comparison import Comparison, comparison_job
 
 #: What a run is asked for, by the words of the dialogs in which it is chosen.
 _SETTING_LABELS = {
@@ -338,4 +338,4 @@ def _compare_runs(
     """Read two runs and compare them."""
     first = yield from work.load(path, one)
     second = first if one == other else (yield from work.load(path, other))
-    return (yield from comparing(first, second))
+    return (yield from comparison_job(first, second))

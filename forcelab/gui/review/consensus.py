@@ -36,8 +36,8 @@ from forcelab.text import tidy_name
 
 if TYPE_CHECKING:
     from forcelab.project import Edit
-    from forcelab.review.agreement import CoderTracks
-    from forcelab.review.consensus import CoderDifference, Consensus
+    from forcelab.review.agreement import CoderDifference, CoderTracks
+    from forcelab.review.consensus import Consensus
     from forcelab.review.differences import Interval
 
 

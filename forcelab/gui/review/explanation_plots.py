@@ -41,10 +41,10 @@ from forcelab.vocabulary import Vocabulary
 
 if TYPE_CHECKING:
     from forcelab.jobs import Progress
-    from forcelab.recognition.probability_trace import Certainty
+    from forcelab.recognition.probability_trace import ProbabilityTrace
     from forcelab.review.differences import Interval
-    from forcelab.review.explanation import Band, Neighbour, Trace, Why
-    from forcelab.review.run_result import Outcome
+    from forcelab.review.explanation import Band, Explanation, ForcePreview, Neighbour
+    from forcelab.review.run_result import RunResult
 
 
 MINUS = "\N{MINUS SIGN}"
@@ -72,7 +72,7 @@ def interval_sentence(place: Interval) -> str:
     return text.format(seconds, human, place.predicted, f"{place.confidence:.2f}")
 
 
-def band_sentence(one: Band, why: Why) -> str:
+def band_sentence(one: Band, why: Explanation) -> str:
     """What one band says: ``normal 2 at 8.1 Hz speaks for grab (+3.1)``."""
     if one.weight >= 0:
         text = "{0} at {1} Hz speaks for {2} ({3})"
@@ -84,13 +84,13 @@ def band_sentence(one: Band, why: Why) -> str:
     return text.format(one.channel, f"{one.hertz:.3g}", why.favoured, weight)
 
 
-def strongest_bands(why: Why) -> str:
+def strongest_bands(why: Explanation) -> str:
     """The three bands that weigh most, a line each."""
     lines = [band_sentence(one, why) for one in why.strongest() if one.weight]
     return "\n".join(lines) or "No band makes a difference here."
 
 
-def method_sentence(why: Why) -> str:
+def method_sentence(why: Explanation) -> str:
     """How it was found out, and how far it can be relied on."""
     found = why.influence
     if found.method == "gradient":
@@ -117,7 +117,7 @@ def method_sentence(why: Why) -> str:
     )
 
 
-def recogniser_sentence(why: Why, name: str) -> str:
+def recogniser_sentence(why: Explanation, name: str) -> str:
     """Which recogniser is explained; `name` is the demonstration's."""
     if why.how == "left out":
         text = "The recogniser of the run that has not seen {0}"
@@ -136,7 +136,7 @@ def recogniser_sentence(why: Why, name: str) -> str:
     return f"{told}, {again.format(fit, f'{100 * why.same:.1f}')}"
 
 
-def held_out_progress(progress: Progress, name: str, elapsed: float, outcome: Outcome) -> str:
+def held_out_progress(progress: Progress, name: str, elapsed: float, outcome: RunResult) -> str:
     """How far the training is: ``Training without pen-03 … about 12 s left``."""
     started = f"Training without {name} …"
     seconds, tested = outcome.seconds, max(len(outcome.tested), 1)
@@ -170,7 +170,7 @@ class ProbabilityChart(QWidget):
         self.setAccessibleName("Probability of each action")
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         self.setFixedHeight(self.sizeHint().height())
-        self.certainty: Certainty | None = None
+        self.probability_trace: ProbabilityTrace | None = None
         self.place: Interval | None = None
         self.threshold: float | None = None
         self.missing = ""
@@ -187,7 +187,7 @@ class ProbabilityChart(QWidget):
     def show_place(
         self,
         place: Interval | None,
-        certainty: Certainty | None,
+        certainty: ProbabilityTrace | None,
         threshold: float | None,
         missing: str = "",
     ) -> None:
@@ -196,13 +196,13 @@ class ProbabilityChart(QWidget):
         Parameters
         ----------
         place : Place or None
-        certainty : Certainty or None
+        certainty : ProbabilityTrace or None
         threshold : float or None
             That of the filter, drawn as a dotted line.
         missing : str
             What is said where there are no probabilities.
         """
-        self.place, self.certainty, self.threshold = place, certainty, threshold
+        self.place, self.probability_trace, self.threshold = place, certainty, threshold
         self.missing = missing
         actions = () if certainty is None else certainty.actions
         self._names = text.widest(actions, text.font(CHART_FONT))
@@ -244,14 +244,14 @@ class ProbabilityChart(QWidget):
             axis = self.axis
             if axis is not None and self.place is not None:
                 self._paint_ground(painter, axis, self.place)
-                if self.certainty is None:
+                if self.probability_trace is None:
                     face, ink = text.font(CHART_FONT), QColor(colours().on_unlabelled)
                     box = self.plot
                     told = text.elided(self.missing, face, box.width() - 8)
                     x, y = box.center().x(), self._y(0.25)
                     text.draw_text(painter, x, y, told, face=face, ink=ink, align=0.5)
                 else:
-                    self._paint_lines(painter, axis, self.certainty)
+                    self._paint_lines(painter, axis, self.probability_trace)
                 self._paint_cursor(painter, axis, self.place)
 
     # Inside
@@ -287,7 +287,7 @@ class ProbabilityChart(QWidget):
         box = self.plot.adjusted(0, 2, 0, -1)
         return box.bottom() - probability * box.height()
 
-    def _paint_lines(self, painter: QPainter, axis: Axis, certainty: Certainty) -> None:
+    def _paint_lines(self, painter: QPainter, axis: Axis, certainty: ProbabilityTrace) -> None:
         """A line for each action, the most probable ones on top; names at their right ends."""
         times = certainty.times
         first, last = np.searchsorted(times, (axis.start, axis.end))
@@ -344,7 +344,7 @@ class ProbabilityChart(QWidget):
 
     def _recolour(self) -> None:
         """The actions may look otherwise."""
-        if self.certainty is not None:
+        if self.probability_trace is not None:
             self._vocabulary = reviewed_vocabulary(self.document)
         self.update()
 
@@ -400,10 +400,10 @@ class BandMap(QWidget):
         super().__init__()
         self.setAccessibleName("Bands that speak for and against")
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
-        self.why: Why | None = None
+        self.why: Explanation | None = None
         themes().changed.connect(self.update)
 
-    def set_why(self, why: Why | None) -> None:
+    def set_why(self, why: Explanation | None) -> None:
         """Show another explanation."""
         self.why = why
         self.setAccessibleDescription("" if why is None else strongest_bands(why))
@@ -476,7 +476,7 @@ class BandMap(QWidget):
                 self._paint_bars(painter, self.why)
                 self._paint_legend(painter, self.why)
 
-    def _paint_cells(self, painter: QPainter, why: Why) -> None:
+    def _paint_cells(self, painter: QPainter, why: Explanation) -> None:
         """One cell for each band, with its number where there is room."""
         theme, weights = colours(), why.influence.bands
         largest = float(np.abs(weights).max()) or 1.0
@@ -508,7 +508,7 @@ class BandMap(QWidget):
         for ring in rings:
             painter.drawRect(ring)
 
-    def _paint_axis(self, painter: QPainter, why: Why) -> None:
+    def _paint_axis(self, painter: QPainter, why: Explanation) -> None:
         """The frequency of each row, as many as have room."""
         theme, face = colours(), text.font(MAP_FONT)
         height = self.map.height() / len(why.hertz)
@@ -521,7 +521,7 @@ class BandMap(QWidget):
             ink = QColor(theme.muted)
             text.draw_text(painter, MAP_LEFT - 6, middle, label, face=face, ink=ink, align=1.0)
 
-    def _paint_bars(self, painter: QPainter, why: Why) -> None:
+    def _paint_bars(self, painter: QPainter, why: Explanation) -> None:
         """A bar for each channel: up where it speaks for, down where it speaks against."""
         theme, face = colours(), text.font(MAP_FONT)
         weights, errors = why.influence.channels, why.influence.channels_error
@@ -548,7 +548,7 @@ class BandMap(QWidget):
             painter, MAP_LEFT - 6, self.height() - 7.0, label, face=face, ink=ink, align=1.0
         )
 
-    def _paint_legend(self, painter: QPainter, why: Why) -> None:
+    def _paint_legend(self, painter: QPainter, why: Explanation) -> None:
         """From the strongest for to the strongest against, with both actions' names."""
         theme, face = colours(), text.font(MAP_FONT)
         box, left = self.map, self.map.right() + 10
@@ -590,7 +590,7 @@ class SegmentCard(QAbstractButton):
     def __init__(self, neighbour: Neighbour, name: str) -> None:
         super().__init__()
         self.neighbour, self.name = neighbour, name
-        self.trace: Trace | None = None
+        self.trace: ForcePreview | None = None
         self.span: tuple[float, float] | None = None
         self._frame: QImage | None = None
         self.setCheckable(True)
@@ -611,7 +611,7 @@ class SegmentCard(QAbstractButton):
         """Low: three stand above each other."""
         return QSize(180, CARD_HEIGHT)
 
-    def show_trace(self, trace: Trace, span: tuple[float, float]) -> None:
+    def show_trace(self, trace: ForcePreview, span: tuple[float, float]) -> None:
         """Show the forces, drawn from `span`'s lower to its upper force, and the frame."""
         self.trace, self.span = trace, span
         if trace.frame is not None:
@@ -666,7 +666,7 @@ class SegmentCard(QAbstractButton):
         text.draw_text(painter, at, y, when, face=small, ink=ink)
 
     def _paint_trace(
-        self, painter: QPainter, box: QRectF, trace: Trace, span: tuple[float, float]
+        self, painter: QPainter, box: QRectF, trace: ForcePreview, span: tuple[float, float]
     ) -> None:
         """Draw each channel as a band from its least to its greatest sample."""
         low, high = span
@@ -758,7 +758,7 @@ class NearestSegments(QWidget):
                 none.setWordWrap(True)
                 self._grid.addWidget(none, 1, column, Qt.AlignmentFlag.AlignTop)
 
-    def show_traces(self, traces: Sequence[Trace]) -> None:
+    def show_traces(self, traces: Sequence[ForcePreview]) -> None:
         """Show what the cards' segments looked like, all on one scale, in the cards' order."""
         ends = [
             (float(np.nanmin(t.low)), float(np.nanmax(t.high)))

@@ -28,8 +28,8 @@ from forcelab.gui.review.trainer import Trainer
 from forcelab.gui.theme import colours, themes
 
 if TYPE_CHECKING:
-    from forcelab.review.run_result import Outcome
-    from forcelab.review.training import Step
+    from forcelab.review.run_result import RunResult
+    from forcelab.review.training import TrainingStep
 
 
 #: From this ratio of the largest to the smallest loss on, the axis is logarithmic.
@@ -41,12 +41,12 @@ REFRESH_DELAY = 50
 Curve = tuple[bool, int, list[tuple[int, float]]]
 
 
-def loss_curves(steps: Sequence[Step]) -> tuple[Curve, ...]:
+def loss_curves(steps: Sequence[TrainingStep]) -> tuple[Curve, ...]:
     """The curve of each fold, in the order in which they were trained.
 
     Parameters
     ----------
-    steps : sequence of Step
+    steps : sequence of FitStep
         Those of one training; without a loss they are left out.
     """
     found: dict[tuple[bool, int], list[tuple[int, float]]] = {}
@@ -241,7 +241,7 @@ class LossView(QWidget):
             return str(error)
         return "" if seen is None else "\n".join(seen.remarks)
 
-    def _run_times(self, outcome: Outcome) -> list[str]:
+    def _run_times(self, outcome: RunResult) -> list[str]:
         """How long what took."""
         names = {
             "features": "features",

@@ -22,7 +22,7 @@ from forcelab.project.loading import natural_order
 
 if TYPE_CHECKING:
     from forcelab.review.differences import Difference
-    from forcelab.review.run_result import Outcome, Reviewed
+    from forcelab.review.run_result import DemonstrationResult, RunResult
 
 
 #: Tracks by coder, spelt as in the outcome.
@@ -36,7 +36,7 @@ class PairEntry:
 
     Parameters
     ----------
-    reviewed : Reviewed
+    reviewed : DemonstrationResult
     human : tuple of Segment or None
         The coder's track as it is now; None in a proposal.
     lanes : tuple of Lane
@@ -45,7 +45,7 @@ class PairEntry:
         The accuracy that the run found.
     """
 
-    reviewed: Reviewed
+    reviewed: DemonstrationResult
     human: Segments | None
     lanes: tuple[PairRow, ...] = ()
     evaluated_accuracy: float | None = None
@@ -63,11 +63,11 @@ class PairEntry:
     @cached_property
     def marks(self) -> tuple[Difference, ...]:
         """Where the model differs from what the human labelled."""
-        from forcelab.review.differences import compared
+        from forcelab.review.differences import find_differences
 
         if not self.human:
             return ()
-        found = compared(self.id, self.human, self.reviewed.predicted)
+        found = find_differences(self.id, self.human, self.reviewed.predicted)
         return tuple(difference for difference in found if difference.human is not None)
 
     @cached_property
@@ -99,7 +99,7 @@ class PairEntry:
             reviewed.start,
             reviewed.end,
             lanes=self.lanes,
-            certainty=reviewed.certainty,
+            probability_trace=reviewed.probability_trace,
             marks=(),
         )
 
@@ -116,7 +116,7 @@ class ExtraRows:
     Parameters
     ----------
     stages : tuple of (str, str)
-        Keys of :attr:`Reviewed.stages` with their captions.
+        Keys of :attr:`DemonstrationResult.stages` with their captions.
     coders : tuple of str
         Whose tracks.
     """
@@ -124,7 +124,7 @@ class ExtraRows:
     stages: tuple[tuple[str, str], ...] = ()
     coders: tuple[str, ...] = ()
 
-    def lanes(self, reviewed: Reviewed, tracks: Tracks) -> tuple[PairRow, ...]:
+    def lanes(self, reviewed: DemonstrationResult, tracks: Tracks) -> tuple[PairRow, ...]:
         """The further rows of a demonstration, as far as there are such."""
         stages = tuple(
             PairRow(caption, reviewed.stages[key], certain=True)
@@ -136,17 +136,17 @@ class ExtraRows:
 
 
 def current_tracks(
-    project: Project, outcome: Outcome, reviewed: Reviewed, coders: Iterable[str]
+    project: Project, outcome: RunResult, reviewed: DemonstrationResult, coders: Iterable[str]
 ) -> dict[str, Segments]:
     """Some coders' tracks of a demonstration as they are now.
 
     Of the coder whose labels were used that is what the run holds, as long as it was not changed:
     there every edge lies on a sample.
     """
-    from forcelab.review.differences import spelt
+    from forcelab.review.differences import as_trained
 
     found = {
-        coder: spelt(project.track(reviewed.id, coder).segments, outcome, reviewed)
+        coder: as_trained(project.track(reviewed.id, coder).segments, outcome, reviewed)
         for coder in coders
     }
     mine = found.get(outcome.author)
@@ -155,7 +155,9 @@ def current_tracks(
     return found
 
 
-def _is_as_evaluated(project: Project, outcome: Outcome, reviewed: Reviewed, now: Segments) -> bool:
+def _is_as_evaluated(
+    project: Project, outcome: RunResult, reviewed: DemonstrationResult, now: Segments
+) -> bool:
     """Whether a track is the one that the run was made from, or came back to it."""
     head = project.head(reviewed.id, outcome.author)
     if LabelsUsed(reviewed.id, outcome.author, head) in outcome.labels:
@@ -171,7 +173,7 @@ def _is_as_evaluated(project: Project, outcome: Outcome, reviewed: Reviewed, now
 
 
 def read_tracks(
-    path: Path, outcome: Outcome, coders: Collection[str], ids: Collection[str]
+    path: Path, outcome: RunResult, coders: Collection[str], ids: Collection[str]
 ) -> Generator[None, None, dict[str, dict[str, Segments]]]:
     """Some coders' tracks of all tested demonstrations, as a job; by id.
 
@@ -190,13 +192,13 @@ def read_tracks(
 
 
 def pair_entries(
-    outcome: Outcome, tracks: Mapping[str, Tracks], wanted: ExtraRows, hidden: Collection[str]
+    outcome: RunResult, tracks: Mapping[str, Tracks], wanted: ExtraRows, hidden: Collection[str]
 ) -> tuple[PairEntry, ...]:
     """All demonstrations that may be seen, the tested first.
 
     Parameters
     ----------
-    outcome : Outcome
+    outcome : RunResult
     tracks : mapping
         By id, as far as they were read; without, the tracks are those of the run.
     wanted : Wanted
@@ -220,7 +222,11 @@ def pair_entries(
 
 
 def tested_entry(
-    outcome: Outcome, reviewed: Reviewed, tracks: Tracks, wanted: ExtraRows, share: float | None
+    outcome: RunResult,
+    reviewed: DemonstrationResult,
+    tracks: Tracks,
+    wanted: ExtraRows,
+    share: float | None,
 ) -> PairEntry:
     """A tested demonstration."""
     human = tracks.get(outcome.author, reviewed.human)
@@ -254,9 +260,9 @@ def filter_and_sort(
     )
 
 
-def _mean_probability(reviewed: Reviewed) -> float | None:
+def _mean_probability(reviewed: DemonstrationResult) -> float | None:
     """How probable what is predicted is on the whole; None where nothing is known of it."""
-    certainty = reviewed.certainty
+    certainty = reviewed.probability_trace
     seconds = sum(segment.duration for segment in reviewed.predicted)
     if certainty is None or not seconds:
         return None

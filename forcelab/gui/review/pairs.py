@@ -45,7 +45,7 @@ from forcelab.gui.review.reviewed_run import blind_demonstrations, with_keys
 from forcelab.gui.shortcuts import keys
 from forcelab.gui.text import escape_ampersands
 from forcelab.gui.theme import colours, themes
-from forcelab.review.run_result import Outcome, vocabulary_of
+from forcelab.review.run_result import RunResult, action_styles
 from forcelab.vocabulary import Vocabulary
 
 
@@ -57,7 +57,7 @@ class ActionStyles(dict[str, LabelStyle]):
         return LabelStyle("", QColor(colours().muted))
 
 
-def all_actions(outcome: Outcome) -> tuple[str, ...]:
+def all_actions(outcome: RunResult) -> tuple[str, ...]:
     """What a run knows, what its coder labelled and what it predicts; thousands of segments."""
     both = (*outcome.tested, *outcome.proposals)
     tracks = [track for one in both for track in (one.human, one.predicted)]
@@ -65,13 +65,13 @@ def all_actions(outcome: Outcome) -> tuple[str, ...]:
 
 
 def missing_pairs_text(
-    outcome: Outcome | None, *, training: bool, entries: bool, hidden: bool, shown: bool
+    outcome: RunResult | None, *, training: bool, entries: bool, hidden: bool, shown: bool
 ) -> str:
     """Why there is nothing to see; empty where there is something.
 
     Parameters
     ----------
-    outcome : Outcome or None
+    outcome : RunResult or None
         What is reviewed.
     training : bool
         Whether a recogniser is being trained.
@@ -371,7 +371,7 @@ class PairsView(QWidget):
         self._vocabulary = Vocabulary()
         self._styles: Mapping[str, LabelStyle] = {}
         # The actions of an outcome: to list them takes a while, and edits add but few.
-        self._listed: tuple[Outcome | None, tuple[str, ...]] = (None, ())
+        self._listed: tuple[RunResult | None, tuple[str, ...]] = (None, ())
         self.setAccessibleName("Timeline pairs")
         self.tools = PairsTools()
         self.legend = LegendStrip()
@@ -527,7 +527,7 @@ class PairsView(QWidget):
         if outcome is None or project is None:
             return False
         before = self._vocabulary
-        looks = vocabulary_of(project, outcome).with_actions(*self._actions())
+        looks = action_styles(project, outcome).with_actions(*self._actions())
         document, shown = self.document, self.document.demonstration
         task = "" if shown is None else shown.task
         self._vocabulary = with_keys(looks, document.vocabulary, task=task, apart=outcome.apart)

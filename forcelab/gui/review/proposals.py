@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from collections.abc import Generator
 
     from forcelab.review.active_learning import Proposal
-    from forcelab.review.run_result import Outcome
+    from forcelab.review.run_result import RunResult
 
 
 #: A stretch that is too short to hold anything but what lies at its start, in seconds.
@@ -148,10 +148,10 @@ class AcceptButtons(QWidget):
 
     def _count(self, start: float, end: float, at_least: float = 0.0) -> int:
         """How many predicted segments would be taken over."""
-        from forcelab.review.active_learning import acceptable
+        from forcelab.review.active_learning import acceptable_segments
 
         reviewed = self.document.reviewed
-        return 0 if reviewed is None else len(acceptable(reviewed, start, end, at_least))
+        return 0 if reviewed is None else len(acceptable_segments(reviewed, start, end, at_least))
 
     def _is_predicted(self, start: float, end: float) -> bool:
         """Whether anything is predicted there."""
@@ -213,7 +213,7 @@ class ProposalsView(QWidget):
         self.setAccessibleName("Proposals")
         self.model = TextModel(self)
         self.rows: tuple[Proposal, ...] = ()
-        self._shown: Outcome | None = None
+        self._shown: RunResult | None = None
         self._found: tuple[Proposal, ...] = ()
         self.table = self._table()
         self.order = muted_label()
@@ -292,9 +292,9 @@ class ProposalsView(QWidget):
 
     def _uses_density(self) -> bool:
         """Whether they are ordered by how many are like each, too."""
-        from forcelab.review.active_learning import weighed
+        from forcelab.review.active_learning import weighs_typicality
 
-        return bool(self._found) and weighed(self._found)
+        return bool(self._found) and weighs_typicality(self._found)
 
     def _listing_changed(self) -> None:
         """Who is blind where may have changed."""
@@ -407,12 +407,12 @@ class ProposalsView(QWidget):
             self.document.examine(self.rows[index.row()].place)
 
 
-def _rank_proposals(outcome: Outcome) -> Generator[None, None, tuple[Proposal, ...]]:
+def _rank_proposals(outcome: RunResult) -> Generator[None, None, tuple[Proposal, ...]]:
     """Rank what an outcome proposes."""
-    from forcelab.review.active_learning import proposals
+    from forcelab.review.active_learning import rank_proposals
 
     yield None
-    return proposals(outcome)
+    return rank_proposals(outcome)
 
 
 class _BarDelegate(QStyledItemDelegate):

@@ -35,8 +35,8 @@ from forcelab.project import Project
 from forcelab.project.records import StoredVerdict, VerdictKind, utc_now
 from forcelab.review.differences import Difference, Interval
 from forcelab.review.queue import Queue
-from forcelab.review.run_result import Outcome
-from forcelab.review.verdicts import action_for, judge, withdraw
+from forcelab.review.run_result import RunResult
+from forcelab.review.verdicts import model_action, record_verdict, withdraw_verdict
 
 #: What a button needs beside its text, in pixels.
 BUTTON_MARGIN = 20
@@ -232,7 +232,7 @@ class VerdictUndo:
         """Withdraw a verdict, or give it once more."""
         document = self._document
         if change.withdrawn == (kind == "redo"):
-            withdraw(project, change.verdict, document.author)
+            withdraw_verdict(project, change.verdict, document.author)
             document.say("The verdict is taken back.")
         else:
             project.add_verdict(replace(change.verdict, id=0))
@@ -366,7 +366,7 @@ class QueueView(QWidget):
                     return False
                 if project.head(difference.demonstration, author) != before:
                     edit = project.revertible(difference.demonstration, author, "undo")
-            said = judge(project, outcome, difference, verdict, author, edit)
+            said = record_verdict(project, outcome, difference, verdict, author, edit)
         except ForcelabError as error:
             self.document.say(str(error), True)
             return False
@@ -405,7 +405,7 @@ class QueueView(QWidget):
             self.document.say("Choose a judged place first, at the end of the queue.", True)
             return False
         try:
-            withdraw(project, item.about, self.document.author)
+            withdraw_verdict(project, item.about, self.document.author)
             self._history.add_withdrawn(item.about)
         except ForcelabError as error:
             self.document.say(str(error), True)
@@ -418,7 +418,7 @@ class QueueView(QWidget):
 
     # Inside
 
-    def _repaint(self, difference: Difference, outcome: Outcome) -> bool:
+    def _repaint(self, difference: Difference, outcome: RunResult) -> bool:
         """Give the coder's track what the model sees; gives whether the verdict may be kept."""
         document = self.document
         if document.author != outcome.author:
@@ -431,7 +431,7 @@ class QueueView(QWidget):
             return True
         if document.id != difference.demonstration and not document.examine(difference):
             return False
-        action, start, end = action_for(outcome, difference), difference.start, difference.end
+        action, start, end = model_action(outcome, difference), difference.start, difference.end
         if action is None:
             document.erase(start, end)
         else:

@@ -16,10 +16,10 @@ from forcelab.gui.jobs import Jobs
 from forcelab.gui.review.reviewed_run import blind_demonstrations, visible_outcome
 from forcelab.labels import Segments
 from forcelab.project import Project
-from forcelab.review.differences import current_tracks, spelt
-from forcelab.review.queue import Compared, Queue, arranging
-from forcelab.review.run_result import Outcome, vocabulary_of
-from forcelab.review.verdicts import report
+from forcelab.review.differences import as_trained, current_tracks
+from forcelab.review.queue import ComparedDemonstration, Queue, arrange_queue
+from forcelab.review.run_result import RunResult, action_styles
+from forcelab.review.verdicts import count_verdicts
 from forcelab.vocabulary import Vocabulary
 
 #: The tracks are compared again when nothing was painted for so many ms.
@@ -34,22 +34,22 @@ class QueueData:
 
     Parameters
     ----------
-    outcome : Outcome
+    outcome : RunResult
         What it was compared with, as far as the coder may see it.
     queue : Queue
     tracks : dict of str to tuple of Segment
-    known : dict of str to Compared
+    known : dict of str to ComparedDemonstration
         What need not be compared again while a track stays as it is.
     """
 
-    outcome: Outcome
+    outcome: RunResult
     queue: Queue = field(default_factory=Queue)
     tracks: dict[str, Segments] = field(default_factory=dict)
-    known: dict[str, Compared] = field(default_factory=dict)
+    known: dict[str, ComparedDemonstration] = field(default_factory=dict)
 
 
 def read_queue(
-    path: Path, outcome: Outcome, before: QueueData | None, changed: Mapping[str, Segments] | None
+    path: Path, outcome: RunResult, before: QueueData | None, changed: Mapping[str, Segments] | None
 ) -> Generator[Any, None, QueueData]:
     """Read and compare; a job.
 
@@ -57,7 +57,7 @@ def read_queue(
     ----------
     path : Path
         Of the project.
-    outcome : Outcome
+    outcome : RunResult
         Without what the coder may not see.
     before : Read, optional
         What was read before.
@@ -78,9 +78,9 @@ def read_queue(
             tracks = {id_: track for id_, track in before.tracks.items() if id_ in seen}
             for id_, track in changed.items():
                 if id_ in tracks:
-                    tracks[id_] = spelt(track, outcome, seen[id_])
+                    tracks[id_] = as_trained(track, outcome, seen[id_])
     known = before.known if before is not None else {}
-    queue, known = yield from arranging(outcome, tracks, verdicts, known, invented=True)
+    queue, known = yield from arrange_queue(outcome, tracks, verdicts, known, invented=True)
     return QueueData(outcome, queue, tracks, known)
 
 
@@ -210,15 +210,15 @@ class QueueLoader(QObject):
         project = self._document.project
         if self.read is None or project is None:
             return
-        self.vocabulary = vocabulary_of(project, self.read.outcome)
+        self.vocabulary = action_styles(project, self.read.outcome)
 
 
-def missing_queue_text(outcome: Outcome | None, read: QueueData | None, *, training: bool) -> str:
+def missing_queue_text(outcome: RunResult | None, read: QueueData | None, *, training: bool) -> str:
     """Why there is nothing to list; empty where there is something.
 
     Parameters
     ----------
-    outcome : Outcome or None
+    outcome : RunResult or None
         What is reviewed.
     read : Read or None
         What was found in it, of what may be seen.
@@ -247,12 +247,12 @@ def missing_queue_text(outcome: Outcome | None, read: QueueData | None, *, train
     return "Labels and predictions agree everywhere."
 
 
-def untested_text(outcome: Outcome, nothing: str, further: str = "") -> str:
+def untested_text(outcome: RunResult, nothing: str, further: str = "") -> str:
     """Why an outcome tested no demonstration, as the run itself has found.
 
     Parameters
     ----------
-    outcome : Outcome
+    outcome : RunResult
     nothing : str
         What follows from it here; said where the run kept no reason.
     further : str, optional
@@ -286,7 +286,7 @@ def queue_summary(queue: Queue) -> str:
     main = len(queue.suspected) + len(queue.actions) + len(queue.missed)
     if not queue.judged:
         return f"{main} to judge, none judged yet."
-    said = report(queue.judged)
+    said = count_verdicts(queue.judged)
     return (
         f"{main} to judge. Right so far: human {sum(pair.human_right for pair in said)}, model "
         f"{sum(pair.model_right for pair in said)}; ambiguous "

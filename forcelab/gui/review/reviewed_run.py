@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from forcelab.gui.document import Document
-from forcelab.review.run_result import Outcome, vocabulary_of
+from forcelab.review.run_result import RunResult, action_styles
 from forcelab.vocabulary import Vocabulary
 
 
@@ -22,7 +22,7 @@ def blind_demonstrations(document: Document) -> frozenset[str]:
     return document.project.blind_to(document.author)
 
 
-def visible_outcome(document: Document) -> Outcome | None:
+def visible_outcome(document: Document) -> RunResult | None:
     """The outcome that is reviewed, without what the coder is assigned to code blind.
 
     Scores that are pooled over demonstrations stay as the run has them. Its remarks name segments
@@ -83,4 +83,4 @@ def reviewed_vocabulary(document: Document) -> Vocabulary:
     project, outcome = document.project, document.outcome
     if project is None or outcome is None:
         return document.vocabulary
-    return vocabulary_of(project, outcome)
+    return action_styles(project, outcome)

@@ -32,9 +32,9 @@ from forcelab.gui.review.metric_texts import (
 from forcelab.gui.review.queue_loader import untested_text
 from forcelab.gui.review.reviewed_run import visible_outcome
 from forcelab.jobs import Progress
-from forcelab.recognition.intervals import METHOD, Intervals, intervals
-from forcelab.recognition.metrics import timed_counts
-from forcelab.review.run_result import Outcome, Reviewed
+from forcelab.recognition.intervals import METHOD, Intervals, score_intervals
+from forcelab.recognition.metrics import count_segments
+from forcelab.review.run_result import DemonstrationResult, RunResult
 
 #: As the scores name them.
 STAGES = ("raw", "filtered")
@@ -50,7 +50,7 @@ class Sorting:
     descending: bool = False
 
 
-def compute_intervals(outcome: Outcome) -> Generator[Progress, None, dict[str, Intervals]]:
+def compute_intervals(outcome: RunResult) -> Generator[Progress, None, dict[str, Intervals]]:
     """The intervals of both stages: as the run has them, otherwise from its segments.
 
     Yields
@@ -66,9 +66,9 @@ def compute_intervals(outcome: Outcome) -> Generator[Progress, None, dict[str, I
         counts = []
         for number, one in enumerate(outcome.tested, 1):
             if stage in one.stages:
-                counts.append(timed_counts(one.human, one.stages[stage], outcome.actions))
+                counts.append(count_segments(one.human, one.stages[stage], outcome.actions))
             yield Progress(number, len(outcome.tested), one.name)
-        result[stage] = intervals(counts, outcome.settings.seed)
+        result[stage] = score_intervals(counts, outcome.settings.seed)
     return result
 
 
@@ -86,8 +86,8 @@ def score_columns(metrics: Sequence[Metric]) -> tuple[TableColumn, ...]:
 
 
 def score_rows(
-    outcome: Outcome,
-    seen: Sequence[Reviewed],
+    outcome: RunResult,
+    seen: Sequence[DemonstrationResult],
     metrics: Sequence[Metric],
     found: Mapping[str, Intervals],
     sorting: Sorting,
@@ -96,8 +96,8 @@ def score_rows(
 
     Parameters
     ----------
-    outcome : Outcome
-    seen : sequence of Reviewed
+    outcome : RunResult
+    seen : sequence of DemonstrationResult
         The demonstrations that the coder may see.
     metrics : sequence of Metric
     found : mapping of str to Intervals
@@ -126,8 +126,8 @@ def score_rows(
 
 
 def _scores_by_demonstration(
-    outcome: Outcome,
-) -> list[tuple[Reviewed, dict[str, Mapping[str, object]]]]:
+    outcome: RunResult,
+) -> list[tuple[DemonstrationResult, dict[str, Mapping[str, object]]]]:
     """Each tested demonstration with its scores by stage; they stand in the order of the tested."""
     lists = {stage: outcome.scores.get(stage, {}).get("demonstrations", ()) for stage in STAGES}
     return [
@@ -183,8 +183,8 @@ class ScoresView(QWidget):
         self._jobs = jobs
         self.intervals: dict[str, Intervals] = {}
         self.sorting = Sorting()
-        self._outcome: Outcome | None = None
-        self._seen: tuple[Reviewed, ...] = ()
+        self._outcome: RunResult | None = None
+        self._seen: tuple[DemonstrationResult, ...] = ()
         self._ids: tuple[str, ...] = ()
         self.which = combo_box(
             "Scores to show",

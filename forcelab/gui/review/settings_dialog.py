@@ -53,7 +53,7 @@ from forcelab.label_map import MergeMap
 from forcelab.recognition.setting_fields import FIELD_GROUPS, FIELDS, SettingField
 
 if TYPE_CHECKING:
-    from forcelab.recognition.dataset import Choice
+    from forcelab.recognition.dataset import DataSelection
     from forcelab.recognition.settings import Settings
 
 
@@ -87,7 +87,7 @@ class TrainingFacts:
         return features, round(self.labelled * steps / settings.stride)
 
 
-def training_facts(document: Document, choice: Choice) -> TrainingFacts:
+def training_facts(document: Document, choice: DataSelection) -> TrainingFacts:
     """The facts of what is chosen, from the list of demonstrations; opens no array."""
     from forcelab.signals.channels import channel_map
 

@@ -31,7 +31,7 @@ from forcelab.gui.widgets import NAME_CHARACTERS, ElidedComboBox
 from forcelab.recognition.groups import GROUPS
 
 if TYPE_CHECKING:
-    from forcelab.recognition.dataset import Choice
+    from forcelab.recognition.dataset import DataSelection
 
 
 class TaskChoiceForm(QWidget):
@@ -40,7 +40,7 @@ class TaskChoiceForm(QWidget):
     Parameters
     ----------
     document : Document
-    choice : Choice
+    choice : DataSelection
         What is shown first.
 
     Attributes
@@ -51,7 +51,7 @@ class TaskChoiceForm(QWidget):
 
     changed = Signal()
 
-    def __init__(self, document: Document, choice: Choice) -> None:
+    def __init__(self, document: Document, choice: DataSelection) -> None:
         super().__init__()
         self.document = document
         self.trouble = ""
@@ -68,13 +68,13 @@ class TaskChoiceForm(QWidget):
         column.addStretch(1)
         self._follow()
 
-    def choice(self) -> Choice:
+    def choice(self) -> DataSelection:
         """What is chosen, whether it can be or not."""
-        from forcelab.recognition.dataset import Choice
+        from forcelab.recognition.dataset import DataSelection
 
         tasks = self._trained()
         across = self.across.isChecked()
-        return Choice(
+        return DataSelection(
             tasks=tasks,
             test_task=str(self.test_task.currentData()) if across else None,
             author=self.coder.currentData() or None,
@@ -84,7 +84,7 @@ class TaskChoiceForm(QWidget):
 
     # What it is made of
 
-    def _training_box(self, choice: Choice) -> QGroupBox:
+    def _training_box(self, choice: DataSelection) -> QGroupBox:
         """A box to check for each task."""
         box = QGroupBox("Train on")
         column = QVBoxLayout(box)
@@ -99,7 +99,7 @@ class TaskChoiceForm(QWidget):
             self.boxes[task] = check
         return box
 
-    def _testing_box(self, choice: Choice) -> QGroupBox:
+    def _testing_box(self, choice: DataSelection) -> QGroupBox:
         """Leave one out, or a group, or test on another task."""
         self.leave_out = _radio_button("Leave each demonstration out in turn")
         groups = choice.folds or GROUPS
@@ -131,7 +131,7 @@ class TaskChoiceForm(QWidget):
         column.addWidget(self.test_task, 0, Qt.AlignmentFlag.AlignLeft)
         return box
 
-    def _usual_folds(self, choice: Choice) -> int:
+    def _usual_folds(self, choice: DataSelection) -> int:
         """In how many groups is left out as long as nobody chooses."""
         author = choice.author or default_author(self.document, set(choice.tasks))
         return default_folds(self.document, choice.tasks, author)
@@ -141,7 +141,7 @@ class TaskChoiceForm(QWidget):
         if on:
             self._folds = folds
 
-    def _actions_box(self, choice: Choice) -> QGroupBox:
+    def _actions_box(self, choice: DataSelection) -> QGroupBox:
         """Whether an action that two tasks have is one."""
         self.joined = _radio_button("are one: “grab” is “grab” in every task")
         self.apart = _radio_button("stay apart, by the task as a suffix")
@@ -156,7 +156,7 @@ class TaskChoiceForm(QWidget):
         column.addWidget(self.apart)
         return self._same
 
-    def _coder_row(self, choice: Choice) -> QWidget:
+    def _coder_row(self, choice: DataSelection) -> QWidget:
         """Whose labels count."""
         self._coder_box = QWidget()
         form = QFormLayout(self._coder_box)
@@ -244,7 +244,9 @@ class TaskChoiceForm(QWidget):
 class TaskChoiceDialog(QDialog):
     """The choice of tasks in a window of its own."""
 
-    def __init__(self, document: Document, choice: Choice, parent: QWidget | None = None) -> None:
+    def __init__(
+        self, document: Document, choice: DataSelection, parent: QWidget | None = None
+    ) -> None:
         super().__init__(parent)
         self.setWindowTitle("Tasks to train and test on")
         self.form = TaskChoiceForm(document, choice)

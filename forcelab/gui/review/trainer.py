@@ -24,17 +24,17 @@ from forcelab.gui.review.training_backend import (
     freshness_text,
 )
 from forcelab.labels import Segments, is_model
-from forcelab.recognition.groups import usual_folds
+from forcelab.recognition.groups import default_fold_count
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
     from forcelab.project import Project
-    from forcelab.recognition.dataset import Choice
+    from forcelab.recognition.dataset import DataSelection
     from forcelab.recognition.settings import Settings
-    from forcelab.review.run_result import Outcome
-    from forcelab.review.training import Step
+    from forcelab.review.run_result import RunResult
+    from forcelab.review.training import TrainingStep
 
 
 #: A coder's own labels are trained on from so many complete demonstrations on, whoever labelled
@@ -62,7 +62,7 @@ def default_folds(document: Document, tasks: Sequence[str], author: str | None) 
         Whose labels count; None where nobody has labelled anything.
     """
     labelled = (author in info.labelled for info in document.infos if info.task in tasks)
-    return usual_folds(sum(labelled))
+    return default_fold_count(sum(labelled))
 
 
 def default_author(document: Document, tasks: set[str | None]) -> str | None:
@@ -151,7 +151,7 @@ class AutomaticRuns:
         now = monotonic()
         self._until = now + (now - self._began)
 
-    def trained(self, outcome: Outcome) -> None:
+    def trained(self, outcome: RunResult) -> None:
         """Take note of a run, and let go of those that are too old by now."""
         task = (*outcome.tasks, outcome.test_task)
         self._made.append(_AutomaticRun(outcome.number, outcome.proposer, task))
@@ -196,7 +196,7 @@ class EditCounter(QObject):
     def __init__(
         self,
         document: Document,
-        count: Callable[[Project, Outcome], int],
+        count: Callable[[Project, RunResult], int],
         parent: QObject | None = None,
     ) -> None:
         super().__init__(parent)
@@ -277,9 +277,9 @@ class Trainer(QObject):
         Why the last training did not come about; empty where it did.
     runs : tuple of RunInfo
         What the project keeps that can be reviewed, the latest first.
-    step : Step or None
+    step : FitStep or None
         How far it is.
-    trail : list of Step
+    trail : list of FitStep
         All steps of the training that is under way or was the last one.
     automatic : bool
         Whether edits are followed by a training.
@@ -323,7 +323,7 @@ class Trainer(QObject):
         self.task = ""
         self.trouble = ""
         self._settings: Settings | None = None
-        self._choice: Choice | None = None
+        self._choice: DataSelection | None = None
         self._author: tuple[tuple[object, ...], str | None] | None = None
 
     @property
@@ -344,7 +344,7 @@ class Trainer(QObject):
         return self._settings
 
     @property
-    def choice(self) -> Choice:
+    def choice(self) -> DataSelection:
         """What a recogniser is trained on; without an author, the coder's own labels come first."""
         if self._choice is None:
             self._choice = training_preferences.recall_choice(self._path or Path(), self.task)
@@ -409,12 +409,12 @@ class Trainer(QObject):
         self._settings = settings
         self._keep(settings)
 
-    def set_choice(self, choice: Choice) -> None:
+    def set_choice(self, choice: DataSelection) -> None:
         """Train on this from now on."""
         self._choice = choice
         self._keep(choice)
 
-    def _keep(self, given: Settings | Choice | bool) -> None:
+    def _keep(self, given: Settings | DataSelection | bool) -> None:
         """Remember what was asked for."""
         if self._path is not None:
             training_preferences.remember(self._path, self.task, given)
@@ -452,11 +452,11 @@ class Trainer(QObject):
         if folds is None and test is None:
             folds = default_folds(self.document, tasks, author)
 
-        def given() -> tuple[Settings, Choice]:
-            from forcelab.recognition.dataset import Choice
+        def given() -> tuple[Settings, DataSelection]:
+            from forcelab.recognition.dataset import DataSelection
 
             made = training_preferences.settings_of(values, task) if settings is None else settings
-            return made, Choice(tasks, test, author, apart, folds=folds)
+            return made, DataSelection(tasks, test, author, apart, folds=folds)
 
         return given
 
@@ -511,7 +511,7 @@ class Trainer(QObject):
     def _show_latest(self) -> None:
         """Review the latest run of the task, or nothing where there is none.
 
-        As with :func:`~forcelab.review.run_result.latest`, one that tested the task's own
+        As with :func:`~forcelab.review.run_result.latest_run`, one that tested the task's own
         demonstrations comes before one that learnt from them and tested others.
         """
         run = min(
@@ -525,7 +525,7 @@ class Trainer(QObject):
         elif run is None and shown is not None:
             self.document.set_outcome(None)
 
-    def _take(self, outcome: Outcome) -> None:
+    def _take(self, outcome: RunResult) -> None:
         """Review what was read; what is trained next is of the same task."""
         self.document.set_outcome(outcome)
         if outcome.tasks and self.task not in (*outcome.tasks, outcome.test_task):
@@ -557,8 +557,8 @@ class Trainer(QObject):
         """Begin with nothing."""
         self._reset_task()
         self.document.set_training(False)
-        self.step: Step | None = None
-        self.step_history: list[Step] = []
+        self.step: TrainingStep | None = None
+        self.step_history: list[TrainingStep] = []
         self.automatic = False
         self.runs = ()
         self._automatic_timer = False
@@ -663,7 +663,7 @@ class Trainer(QObject):
             self.changed.emit()
             self.losses_changed.emit()
 
-    def _trained(self, outcome: Outcome) -> None:
+    def _trained(self, outcome: RunResult) -> None:
         """Put the new outcome in place of the old one."""
         self.step = None
         self._unasked.end()

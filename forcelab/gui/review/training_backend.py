@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from forcelab.project import Project, RunSummary
-    from forcelab.recognition.dataset import Choice
+    from forcelab.recognition.dataset import DataSelection
     from forcelab.recognition.settings import Settings
-    from forcelab.review.run_result import Outcome
-    from forcelab.review.training import Step
+    from forcelab.review.run_result import RunResult
+    from forcelab.review.training import TrainingStep
 
 
 #: Gives settings and choice.
-SettingsAndChoice = Callable[[], "tuple[Settings, Choice]"]
+SettingsAndChoice = Callable[[], "tuple[Settings, DataSelection]"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,22 +81,24 @@ class Backend:
         ``remove(path, number)``: removes a run for good.
     """
 
-    train: Callable[[Path, SettingsAndChoice, str, list[Step]], Generator[object, None, Outcome]]
-    load: Callable[[Path, int], Generator[object, None, Outcome]]
+    train: Callable[
+        [Path, SettingsAndChoice, str, list[TrainingStep]], Generator[object, None, RunResult]
+    ]
+    load: Callable[[Path, int], Generator[object, None, RunResult]]
     listed: Callable[[Path], Generator[object, None, tuple[RunInfo, ...]]]
-    edits: Callable[[Project, Outcome], int]
+    edits: Callable[[Project, RunResult], int]
     remove: Callable[[Path, int], Generator[object, None, None]] = _remove_run
 
 
 def _train(
-    path: Path, given: SettingsAndChoice, name: str, trail: list[Step]
-) -> Generator[object, None, Outcome]:
+    path: Path, given: SettingsAndChoice, name: str, trail: list[TrainingStep]
+) -> Generator[object, None, RunResult]:
     """Train in a process of its own, then read what it has stored."""
     from forcelab.process import elsewhere
-    from forcelab.review.training import Step, reviewing
+    from forcelab.review.training import TrainingStep, review_job
 
     yield None
-    job = elsewhere(reviewing, path, *given(), name)
+    job = elsewhere(review_job, path, *given(), name)
     try:
         while True:
             try:
@@ -104,7 +106,7 @@ def _train(
             except StopIteration as end:
                 number: int = end.value
                 break
-            if isinstance(step, Step) and (not trail or step is not trail[-1]):
+            if isinstance(step, TrainingStep) and (not trail or step is not trail[-1]):
                 trail.append(step)
             yield step
     finally:
@@ -112,14 +114,14 @@ def _train(
     return (yield from _load_run(path, number))
 
 
-def _load_run(path: Path, number: int) -> Generator[object, None, Outcome]:
+def _load_run(path: Path, number: int) -> Generator[object, None, RunResult]:
     """Read what a run found."""
     from forcelab.project import Project
-    from forcelab.review.run_result import load
+    from forcelab.review.run_result import load_run
 
     yield None
     with Project.open(path) as project:
-        return load(project, number)
+        return load_run(project, number)
 
 
 def _list_runs(path: Path) -> Generator[object, None, tuple[RunInfo, ...]]:
@@ -147,7 +149,7 @@ def _run_info(run: RunSummary) -> RunInfo:
     )
 
 
-def _count_edits(project: Project, outcome: Outcome) -> int:
+def _count_edits(project: Project, outcome: RunResult) -> int:
     """How many edits were made of the labels that an outcome rests on."""
     from forcelab.review.run_result import edits_since
 
@@ -210,7 +212,7 @@ def run_text(kept: RunInfo) -> str:
     return f"{kept.number}: {kept.title}{preset}{score} · {when}"
 
 
-def training_progress_text(step: Step, *, short: bool = False) -> str:
+def training_progress_text(step: TrainingStep, *, short: bool = False) -> str:
     """How far a training is, in words such as ``"fold 3 of 10 · epoch 41 · 12 s left"``."""
     phases = {
         "features": "features",

@@ -17,7 +17,7 @@ from forcelab.gui.review.training_backend import RunInfo, run_text
 from forcelab.gui.review.training_bar import TrainingBar
 from forcelab.labels import Segment
 from forcelab.project import Verdict
-from forcelab.recognition.dataset import Choice
+from forcelab.recognition.dataset import DataSelection
 from forcelab.recognition.settings import Settings
 
 
@@ -258,7 +258,7 @@ def test_settings_and_tasks_are_named_as_they_were_changed(bar, learning, until)
     assert bar.settings.text() == "Settings: best…"
     learning.set_settings(Settings(stride=10))
     assert bar.settings.text() == "Settings: paper, changed…"
-    learning.set_choice(Choice(("foam", "stylus"), apart=True))
+    learning.set_choice(DataSelection(("foam", "stylus"), apart=True))
     assert bar.task.currentText() == "foam + stylus, kept apart"
     bar.task.activated.emit(1)
     assert learning.task == "stylus"

@@ -18,7 +18,7 @@ from forcelab.gui.review.metric_texts import agreement_metrics
 from forcelab.gui.review.training_backend import Backend, RunInfo
 from forcelab.gui.theme import colours
 from forcelab.recognition.settings import Settings
-from forcelab.review.run_comparison import compare
+from forcelab.review.run_comparison import compare_runs
 
 ACTIONS = ("grab", "hold", "release")
 
@@ -108,7 +108,7 @@ def test_fewer_errors_are_better_and_the_other_way_round_worse(dialog, until):
 
 
 def test_what_may_be_chance_is_called_neither_better_nor_worse(dialog, runs):
-    comparison = compare(*runs[1:])
+    comparison = compare_runs(*runs[1:])
     metric = next(metric for metric in agreement_metrics() if metric.title.startswith("Accuracy"))
 
     def row(low, high):
@@ -136,7 +136,7 @@ def test_a_run_beside_itself_differs_in_nothing(dialog, until):
 def test_settings_that_differ_are_called_as_in_the_dialog_where_they_are_chosen(dialog, runs):
     plain = Settings(decoder="semi-markov")
     changed = plain.replace(changes=True, classifier="extra-trees", preset="best")
-    comparison = compare(
+    comparison = compare_runs(
         replace(runs[0], settings=plain), replace(runs[1], settings=changed, author="Ben")
     )
     told = settings_differences(comparison)

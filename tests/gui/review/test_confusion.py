@@ -11,10 +11,10 @@ from PySide6.QtTest import QTest
 from forcelab.gui.figures.confusion import ConfusionMatrix
 from forcelab.gui.review.confusion import ConfusionView, fit_figure
 from forcelab.gui.theme import DARK
-from forcelab.recognition.probability_trace import Certainty
+from forcelab.recognition.probability_trace import ProbabilityTrace
 
 ACTIONS = ("grab", "hold", "release")
-SURE = Certainty(0.0, 50.0, ACTIONS, np.full((500, 3), 204, dtype=np.uint8))
+SURE = ProbabilityTrace(0.0, 50.0, ACTIONS, np.full((500, 3), 204, dtype=np.uint8))
 
 
 @pytest.fixture
@@ -35,7 +35,7 @@ def small(document):
                 [(1, 4, "grab"), (5, 8, "hold")],
                 [(1, 2, "grab"), (2, 4, "hold"), (5, 7, "hold")],
                 raw=[(1, 4, "release"), (5, 8, "hold")],
-                certainty=SURE,
+                probability_trace=SURE,
             ),
             reviewed(two, [(2, 4, "grab")], [(2, 3.5, "grab"), (3.5, 4, "hold")]),
         ],

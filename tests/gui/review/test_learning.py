@@ -18,7 +18,7 @@ from forcelab.gui.review.training_bar import TrainingBar
 from forcelab.labels import Segment
 from forcelab.project import Project, Verdict
 from forcelab.recognition import groups
-from forcelab.recognition.dataset import Choice
+from forcelab.recognition.dataset import DataSelection
 from forcelab.recognition.presets import preset
 from forcelab.recognition.settings import Settings
 
@@ -59,9 +59,9 @@ def test_many_demonstrations_are_left_out_in_groups_unless_somebody_chose_otherw
     assert asked().folds == 0
     monkeypatch.setattr(groups, "MANY", 0)
     assert asked().folds == 10
-    learning.set_choice(Choice(("foam",), folds=0))
+    learning.set_choice(DataSelection(("foam",), folds=0))
     assert asked().folds == 0
-    learning.set_choice(Choice(("foam",), folds=4))
+    learning.set_choice(DataSelection(("foam",), folds=4))
     learning._choice = None  # as after a restart
     assert learning.choice.folds == 4
     assert asked().folds == 4
@@ -347,24 +347,24 @@ def test_where_all_that_was_tested_is_removed_nothing_is_reviewed(
 
 def test_each_task_has_its_own_settings_and_choice(learning, document, work, until):
     learning.set_settings(Settings(stride=10))
-    learning.set_choice(Choice(("foam", "stylus"), apart=True))
+    learning.set_choice(DataSelection(("foam", "stylus"), apart=True))
     stylus = next(info.id for info in document.infos if info.task == "stylus")
     document.open_demonstration(stylus)
     assert learning.task == "stylus"
     assert learning.settings == preset("best")
-    assert learning.choice == Choice(("stylus",))
+    assert learning.choice == DataSelection(("stylus",))
     learning.set_task("foam")
     assert learning.settings == Settings(stride=10)
-    assert learning.choice == Choice(("foam", "stylus"), apart=True)
+    assert learning.choice == DataSelection(("foam", "stylus"), apart=True)
 
 
 def test_settings_and_choice_are_remembered_for_the_next_time(learning, document, work, until):
     learning.set_settings(Settings(stride=7, merge=Settings().merge))
-    learning.set_choice(Choice(("foam",), "stylus", "Ann"))
+    learning.set_choice(DataSelection(("foam",), "stylus", "Ann"))
     learning.set_automatic(True)
     again = Trainer(document, learning.jobs, work=work)
     assert again.settings.stride == 7
-    assert again.choice == Choice(("foam",), "stylus", "Ann")
+    assert again.choice == DataSelection(("foam",), "stylus", "Ann")
     assert again.automatic
     learning.set_automatic(False)
 
@@ -375,7 +375,7 @@ def test_broken_settings_do_not_stand_in_the_way(learning, document, work):
     settings.store(training_preferences._task_key(path, "foam", "choice"), '{"tasks": 5}')
     again = Trainer(document, learning.jobs, work=work)
     assert again.settings == preset("best")
-    assert again.choice == Choice(("foam",))
+    assert again.choice == DataSelection(("foam",))
 
 
 def test_the_coders_own_labels_are_trained_on_where_there_are_some(learning, document, work, until):
@@ -389,7 +389,7 @@ def test_the_coders_own_labels_are_trained_on_where_there_are_some(learning, doc
     until(lambda: not learning.training)
     assert work.asked[-1][2].author == "Ann"
     assert any("Ben" in sentence and "Ann" in sentence for sentence in said)
-    learning.set_choice(Choice(("foam",), author="Ann"))
+    learning.set_choice(DataSelection(("foam",), author="Ann"))
     learning.train()
     until(lambda: not learning.training)
     assert work.asked[-1][2].author == "Ann"

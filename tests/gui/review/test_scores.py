@@ -11,8 +11,8 @@ from PySide6.QtTest import QTest
 
 from forcelab.gui.review.metric_texts import agreement_metrics, error_metrics
 from forcelab.gui.review.scores import ScoresView
-from forcelab.recognition.intervals import METRICS, Intervals, intervals, look_up
-from forcelab.recognition.metrics import timed_counts
+from forcelab.recognition.intervals import METRICS, Intervals, look_up, score_intervals
+from forcelab.recognition.metrics import count_segments
 
 ACTIONS = ("grab", "hold", "release")
 
@@ -71,8 +71,8 @@ def test_numbers_have_units_and_as_many_decimals_in_every_row(view):
 
 def test_intervals_are_of_the_pooled_scores(view, document):
     outcome = document.outcome
-    counts = [timed_counts(d.human, d.predicted, ACTIONS) for d in outcome.tested]
-    low, high = intervals(counts, outcome.settings.seed)["accuracy"]
+    counts = [count_segments(d.human, d.predicted, ACTIONS) for d in outcome.tested]
+    low, high = score_intervals(counts, outcome.settings.seed)["accuracy"]
     assert column(view, 1)[1] == f"{100 * low:.1f} to {100 * high:.1f}"
     assert "2,000 resamples" in view.note.text()
 

@@ -17,8 +17,8 @@ from forcelab.gui.review import explanation_plots
 from forcelab.gui.review.explanation import ExplanationView, ModelCache
 from forcelab.gui.review.explanation_plots import balance_colours
 from forcelab.jobs import Progress, finish
-from forcelab.review.differences import Interval, place_at
-from forcelab.review.explanation import withholding
+from forcelab.review.differences import Interval, interval_at
+from forcelab.review.explanation import train_held_out
 
 SETTINGS = FAST.replace(classifier="naive-bayes")
 
@@ -49,7 +49,7 @@ class Trainings:
                 yield Progress(1, 200, "fit")
             key = outcome.number, id_
             if key not in self.trained:
-                self.trained[key] = finish(withholding(path, outcome, id_))
+                self.trained[key] = finish(train_held_out(path, outcome, id_))
             yield Progress(200, 200, "fit")
         except GeneratorExit:
             self.closed.append(id_)
@@ -118,7 +118,7 @@ def test_it_says_what_is_missing(view, document, study, until):
     until(lambda: "not part of the training" in said(view))
     document.set_outcome(study[1])
     one = study[1].tested[0]
-    silent = next(t / 100 for t in range(1000) if place_at(one, t / 100) is None)
+    silent = next(t / 100 for t in range(1000) if interval_at(one, t / 100) is None)
     document.seek(silent)
     until(lambda: "Nothing is labelled or predicted" in said(view))
 
@@ -299,7 +299,7 @@ def test_a_selected_segment_is_explained_and_so_is_what_is_at_the_cursor(
     document.set_outcome(study[1])
     document.open_demonstration(one.id)
     view.show()
-    place = place_at(one, 2.0)
+    place = interval_at(one, 2.0)
     document.seek(2.0)
     until(lambda: view.place == place)
     document.set_author("Ann")  # who has segments to select

@@ -28,8 +28,8 @@ from forcelab.gui.window import Window
 from forcelab.jobs import finish
 from forcelab.labels import Track
 from forcelab.project import Project
-from forcelab.recognition.dataset import Choice
-from forcelab.review.training import reviewing
+from forcelab.recognition.dataset import DataSelection
+from forcelab.review.training import review_job
 
 
 @pytest.fixture(scope="module")
@@ -44,7 +44,7 @@ def made(tmp_path_factory):
             video = VideoReference(film, ClockMap()) if number == 0 else None
             tracks = [Track("Ada", segments)] if number != 3 else []
             project.add(replace(demonstration, task=task, video=video), tracks)
-    finish(reviewing(path, FAST.replace(seed=1), Choice(("foam",)), "foam"))
+    finish(review_job(path, FAST.replace(seed=1), DataSelection(("foam",)), "foam"))
     return path
 
 
