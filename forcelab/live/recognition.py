@@ -92,10 +92,12 @@ class SegmentBuilder:
         if not len(decided):
             return []
         times, codes = decided.times, decided.codes
-        sure = np.full(len(codes), np.nan)
+        probabilities = np.full(len(codes), np.nan)
         if decided.probabilities is not None:
             rows = np.arange(len(codes))
-            sure = np.where(codes >= 0, decided.probabilities[rows, np.maximum(codes, 0)], np.nan)
+            probabilities = np.where(
+                codes >= 0, decided.probabilities[rows, np.maximum(codes, 0)], np.nan
+            )
         before = np.concatenate([[self._last], times[:-1]])
         parted = times - before > GAP_PERIODS * self._period
         changed = codes != np.concatenate([[self._code], codes[:-1]])
@@ -109,12 +111,12 @@ class SegmentBuilder:
                 found += self._closed(gone if parted[first] else float(times[first]))
                 self._code, self._start = int(codes[first]), float(times[first])
                 self._sum, self._count = 0.0, 0
-            self._sum += float(sure[first:last].sum())
+            self._sum += float(probabilities[first:last].sum())
             self._count += last - first
         self._last = float(times[-1])
         unlabelled = self._code == UNLABELLED
         self.action = "" if unlabelled else self._online.actions[self._code]
-        self.probability = math.nan if unlabelled else float(sure[-1])
+        self.probability = math.nan if unlabelled else float(probabilities[-1])
         return found
 
     def finish(self) -> list[ClosedSegment]:
@@ -185,7 +187,7 @@ class SnapshotBuffer:
 
     def take(self, decided: LiveLabels, ended: list[ClosedSegment]) -> None:
         """Take in labels and the segments that they ended."""
-        self._segments.extend(one.segment for one in ended)
+        self._segments.extend(segment.segment for segment in ended)
         if not len(decided):
             return
         while self._segments and self._segments[0].end < decided.times[-1] - SECONDS:
@@ -193,9 +195,9 @@ class SnapshotBuffer:
         if decided.probabilities is None:
             return
         times = decided.times
-        kept = times > times[-1] - SECONDS + 1.0
+        recent = times > times[-1] - SECONDS + 1.0
         self._latest = tuple(decided.probabilities[-1].tolist())
-        self._add(np.floor(times[kept] * RATE).astype(np.int64), decided.probabilities[kept])
+        self._add(np.floor(times[recent] * RATE).astype(np.int64), decided.probabilities[recent])
 
     def end(self, growing: SegmentBuilder) -> None:
         """The segment that grows ends here: another recogniser goes on."""
@@ -406,8 +408,8 @@ class LiveRecognition:
             return ""
         if not growing.action:
             return "-"
-        sure = growing.probability
-        return growing.action if math.isnan(sure) else f"{growing.action} {sure:.2f}"
+        probability = growing.probability
+        return growing.action if math.isnan(probability) else f"{growing.action} {probability:.2f}"
 
     @property
     def begun(self) -> float:
@@ -459,7 +461,7 @@ class LiveRecognition:
         self._ended = time.monotonic()
         return found
 
-    def keep(self, path: Path, kept: SavedRecording) -> dict[str, Any]:
+    def keep(self, path: Path, saved: SavedRecording) -> dict[str, Any]:
         """Keep the track with the demonstration, and tell what became of it as plain values.
 
         Parameters
@@ -475,20 +477,20 @@ class LiveRecognition:
             If the project cannot be written.
         """
         with Project.open(path) as project:
-            stamps = project.stamps(kept.added.id)
+            stamps = project.stamps(saved.added.id)
             start = self._begun if stamps is None else float(stamps["start"])
-            segments = self._within(start, kept.seconds)
-            before = project.track(kept.added.id, self.author).segments
+            segments = self._within(start, saved.seconds)
+            before = project.track(saved.added.id, self.author).segments
             if segments != before:
                 what = f"recognised live, {self.latency:g} s after the force"
-                project.edit(kept.added.id, self.author, before, segments, what, kind="predict")
+                project.edit(saved.added.id, self.author, before, segments, what, kind="predict")
         ages = np.array(self._ages) if self._ages else np.full(1, np.nan)
         labelled = math.fsum(segment.duration for segment in segments)
         middle, most = (_finite(float(age)) for age in np.percentile(ages, [50, 99]))
         return {
             "author": self.author,
             "segments": len(segments),
-            "labelled": labelled / kept.seconds if kept.seconds > 0 else 0.0,
+            "labelled": labelled / saved.seconds if saved.seconds > 0 else 0.0,
             "latency": self.latency,
             "after": {"median": middle, "p99": most},
             "cpu": self._cpu / max(self._ended - self._begun, 1e-9),
@@ -497,8 +499,12 @@ class LiveRecognition:
     def _within(self, start: float, seconds: float) -> tuple[Segment, ...]:
         """The segments on the demonstration's clock."""
         ends = [
-            (min(max(one.start - start, 0.0), seconds), min(one.end - start, seconds), one.action)
-            for one in self._found
+            (
+                min(max(closed.start - start, 0.0), seconds),
+                min(closed.end - start, seconds),
+                closed.action,
+            )
+            for closed in self._found
         ]
         return tuple(Segment(first, last, action) for first, last, action in ends if last > first)
 

@@ -129,9 +129,9 @@ class ColumnRing:
         sizes = self._values[:, order % self._columns]
         with np.errstate(divide="ignore"):
             values = np.log10(sizes)
-        known = values[np.isfinite(values)]
-        if known.size:
-            high = float(np.partition(known, place := int(TOP * (known.size - 1)))[place])
+        finite = values[np.isfinite(values)]
+        if finite.size:
+            high = float(np.partition(finite, place := int(TOP * (finite.size - 1)))[place])
             self._high = max(high, min(self._high - CALM, high + ABOVE))
         high = self._high if np.isfinite(self._high) else 0.0
         start = float(order[0]) * self._width
@@ -229,16 +229,16 @@ class LiveScalogram:
         self.scales = np.geomspace(SMALLEST, largest, rows)
         wavelet = Morlet()
         self.hertz = frequencies(self.scales, rate, wavelet)
-        whole = StreamingCwt(self.scales, 1, wavelet, TOLERANCE)
-        self._rungs = [_Rung(whole, np.arange(rows))]
+        full = StreamingCwt(self.scales, 1, wavelet, TOLERANCE)
+        self._rungs = [_Rung(full, np.arange(rows))]
         for after in RUNGS:
             late = round(after * rate)
-            members = np.flatnonzero(whole.complete > late)
+            members = np.flatnonzero(full.complete > late)
             if len(members) and late:
                 transform = StreamingCwt(self.scales[members], 1, wavelet, TOLERANCE, late)
                 self._rungs.insert(-1, _Rung(transform, members))
-        self._complete: Real = whole.complete.astype(np.float64) / rate
-        longest = int(whole.complete.max()) + 1
+        self._complete: Real = full.complete.astype(np.float64) / rate
+        longest = int(full.complete.max()) + 1
         self._grid = CausalGrid(len(recorded), rate, rate, 2 * longest)
         self._times = np.full(longest, np.nan)  # of the steps that some row still waits for
         self._ring = ColumnRing(rows, columns, seconds / columns)

@@ -92,7 +92,7 @@ class Adaptation:
             if source is not None:
                 moved = columns[source] - self.own[source]
                 signals[:, i] = self.wanted[name] + self.gain[name] * moved
-        made = Demonstration(
+        adapted = Demonstration(
             demonstration.name,
             demonstration.task,
             demonstration.times,
@@ -100,18 +100,20 @@ class Adaptation:
             demonstration.channels,
             grid_rate=demonstration.grid_rate,
         )
-        return replace(item, demonstration=made)
+        return replace(item, demonstration=adapted)
 
     @property
     def sentence(self) -> str:
         """What was done, in one sentence."""
-        said = "no sensor is swapped"
+        sensors = "no sensor is swapped"
         if self.swapped:
-            pairs = " and ".join(f"{there} for {here}" for here, there in self.swapped)
-            said = f"sensors are swapped ({pairs}; log likelihood ratio {self.likelier:.1f})"
+            pairs = " and ".join(
+                f"{replacement} for {sensor}" for sensor, replacement in self.swapped
+            )
+            sensors = f"sensors are swapped ({pairs}; log likelihood ratio {self.likelier:.1f})"
         gains = sorted(self.gain.values())
         return (
-            f"Adapted to the training demonstrations without labels: {said}, forces are scaled by "
+            f"Adapted to the training demonstrations without labels: {sensors}, forces are scaled by "
             f"{gains[0]:.2f} to {gains[-1]:.2f}."
         )
 
@@ -144,21 +146,21 @@ def estimate_adaptation(
     InputError
         If their channels differ.
     """
-    known = [_look(item.demonstration) for item in train]
-    new = [_look(item.demonstration) for item in test]
-    first = known[0]
-    for look, item in zip([*known, *new], [*train, *test], strict=True):
-        if look.channels != first.channels or look.recorded != first.recorded:
+    train_summaries = [_look(item.demonstration) for item in train]
+    test_summaries = [_look(item.demonstration) for item in test]
+    first = train_summaries[0]
+    for summary, item in zip([*train_summaries, *test_summaries], [*train, *test], strict=True):
+        if summary.channels != first.channels or summary.recorded != first.recorded:
             raise InputError(
-                f"'{item.demonstration.name}' has the channels {', '.join(look.recorded)} but "
+                f"'{item.demonstration.name}' has the channels {', '.join(summary.recorded)} but "
                 f"'{train[0].demonstration.name}' has {', '.join(first.recorded)}; adapt "
                 f"demonstrations with the same channels."
             )
-    order, swapped, likelier = _assigned(known, new)
-    rest = _middle([look.rest for look in known])
-    own = _middle([look.rest for look in new])
-    sizes = np.exp(_middle([np.log(look.size) for look in known]))
-    others = np.exp(_middle([np.log(look.size) for look in new]))[order]
+    order, swapped, likelier = _assigned(train_summaries, test_summaries)
+    rest = _middle([summary.rest for summary in train_summaries])
+    own = _middle([summary.rest for summary in test_summaries])
+    sizes = np.exp(_middle([np.log(summary.size) for summary in train_summaries]))
+    others = np.exp(_middle([np.log(summary.size) for summary in test_summaries]))[order]
     sources, gain = {}, {}
     for i, channel in enumerate(first.channels):
         factor = float(sizes[i] / others[i])
@@ -210,31 +212,38 @@ def _look(demonstration: Demonstration) -> _Look:
 
 
 def _assigned(
-    known: Sequence[_Look], new: Sequence[_Look]
+    train: Sequence[_Look], test: Sequence[_Look]
 ) -> tuple[NDArray[np.int64], tuple[tuple[str, str], ...], float]:
     """Which recorded channel stands for each, the sensors that are swapped, and how likely."""
-    channels = known[0].channels
+    channels = train[0].channels
     same = np.arange(len(channels))
     sensors = _sensors(channels)
-    weakest = [np.exp(_middle([np.log(one.size) for one in looks])).min() for looks in (known, new)]
+    weakest = [
+        np.exp(_middle([np.log(summary.size) for summary in group])).min()
+        for group in (train, test)
+    ]
     # A dead channel makes its sensor look like the weaker one.
     if not 2 <= len(sensors) <= SENSORS or LARGEST * weakest[1] < weakest[0]:
         return same, (), -np.inf
-    stated = _likelihood(known, new, same)
+    stated = _likelihood(train, test, same)
     best, how, likelier = same, tuple(sensors), -np.inf
     for turn in itertools.permutations(sensors):
         if turn == tuple(sensors):
             continue
         order = same.copy()
-        for here, there in zip(sensors, turn, strict=True):
-            order[list(sensors[here])] = sensors[there]
-        found = _likelihood(known, new, order) - stated
+        for sensor, replacement in zip(sensors, turn, strict=True):
+            order[list(sensors[sensor])] = sensors[replacement]
+        found = _likelihood(train, test, order) - stated
         if found > likelier:
             best, how, likelier = order, turn, found
     if likelier < MARGIN:
         return same, (), likelier
     pairs = zip(sensors, how, strict=True)
-    return best, tuple((here, there) for here, there in pairs if here != there), likelier
+    return (
+        best,
+        tuple((sensor, replacement) for sensor, replacement in pairs if sensor != replacement),
+        likelier,
+    )
 
 
 def _sensors(channels: Sequence[str]) -> dict[str, tuple[int, int]]:
@@ -248,15 +257,15 @@ def _sensors(channels: Sequence[str]) -> dict[str, tuple[int, int]]:
     return found
 
 
-def _likelihood(known: Sequence[_Look], new: Sequence[_Look], order: NDArray[np.int64]) -> float:
+def _likelihood(train: Sequence[_Look], test: Sequence[_Look], order: NDArray[np.int64]) -> float:
     """Logarithm of how likely an assignment is, per demonstration, but for a constant."""
     same = np.arange(len(order))
-    seen = np.stack([_sensor_signature(look, same) for look in known])
-    asked = np.stack([_sensor_signature(look, order) for look in new])
+    train_signatures = np.stack([_sensor_signature(look, same) for look in train])
+    test_signatures = np.stack([_sensor_signature(look, order) for look in test])
     q = len(order)
     slack = np.repeat([CALIBRATION, CIRCUMSTANCES], [q, q * (q - 1) // 2])
-    width = np.sqrt(seen.var(axis=0) + slack**2)
-    off = (asked - np.median(seen, axis=0)) / width
+    width = np.sqrt(train_signatures.var(axis=0) + slack**2)
+    off = (test_signatures - np.median(train_signatures, axis=0)) / width
     logs = -0.5 * (FREEDOM + 1) * np.log1p(off**2 / FREEDOM)
     return float(logs.sum(axis=1).mean())
 

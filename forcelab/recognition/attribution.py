@@ -56,8 +56,8 @@ class Scorer(Protocol):
 def log_odds(judge: Scorer, features: Real, favoured: str, against: str) -> Real:
     """Log-odds of two actions at each time step, positive where `favoured` leads; shape (n,)."""
     scores = judge.scores(features)
-    one, other = judge.actions.index(favoured), judge.actions.index(against)
-    return np.asarray(scores[:, one] - scores[:, other])
+    first, second = judge.actions.index(favoured), judge.actions.index(against)
+    return np.asarray(scores[:, first] - scores[:, second])
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,13 +105,13 @@ class MlpScorer:
             Each row adds up to the log-odds there minus those at the reference, but for rounding.
         """
         weights = self._between(favoured, against)
-        there = self._arriving(features)
-        here = self._arriving(reference[np.newaxis])
-        way = there - here
+        inputs = self._arriving(features)
+        reference_inputs = self._arriving(reference[np.newaxis])
+        change = inputs - reference_inputs
         # The share of the line on which a unit is active; where it stays put, its state there.
-        moved = way != 0
-        gained = np.maximum(there, 0.0) - np.maximum(here, 0.0)
-        active = np.where(moved, gained / np.where(moved, way, 1.0), here > 0)
+        moved = change != 0
+        gained = np.maximum(inputs, 0.0) - np.maximum(reference_inputs, 0.0)
+        active = np.where(moved, gained / np.where(moved, change, 1.0), reference_inputs > 0)
         return np.asarray((features - reference) * ((active * weights) @ self.inner.T))
 
     def _arriving(self, features: Real) -> Real:
@@ -120,8 +120,8 @@ class MlpScorer:
 
     def _between(self, favoured: str, against: str) -> Real:
         """What each hidden unit adds to the log-odds, shape (h,)."""
-        one, other = self.actions.index(favoured), self.actions.index(against)
-        return np.asarray(self.outer[:, one] - self.outer[:, other])
+        first, second = self.actions.index(favoured), self.actions.index(against)
+        return np.asarray(self.outer[:, first] - self.outer[:, second])
 
 
 @dataclass(frozen=True, eq=False)

@@ -44,7 +44,7 @@ class Reliability:
     def of(
         cls,
         probabilities: NDArray[np.float64],
-        known: Sequence[str],
+        predicted_actions: Sequence[str],
         human: NDArray[np.int64],
         actions: Sequence[str],
     ) -> Reliability:
@@ -62,7 +62,7 @@ class Reliability:
             The human's. One that is not known had the probability 0.
         """
         labelled = human >= 0
-        place = {action: code for code, action in enumerate(known)}
+        place = {action: code for code, action in enumerate(predicted_actions)}
         table = np.array([place.get(action, -1) for action in actions], dtype=np.int64)
         P, code = probabilities[labelled], table[human[labelled]]
         rows = np.arange(len(code))

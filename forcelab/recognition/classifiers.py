@@ -36,7 +36,7 @@ def check_numbers(content: object) -> None:
     ValueError
         If one is not.
     """
-    waiting, seen = [content], set[int]()
+    waiting, visited = [content], set[int]()
     while waiting:
         value = waiting.pop()
         if isinstance(value, np.ndarray):
@@ -48,8 +48,8 @@ def check_numbers(content: object) -> None:
             require(abs(float(value)) <= LARGEST, "numbers in range")
         elif isinstance(value, list | tuple):
             waiting += value
-        elif id(value) not in seen:
-            seen.add(id(value))
+        elif id(value) not in visited:
+            visited.add(id(value))
             inner = value if isinstance(value, Mapping) else getattr(value, "__dict__", {})
             waiting += inner.values()
 
@@ -123,8 +123,8 @@ def _check_tree(classifier: Any, width: int) -> None:
     ahead = np.arange(n)[inner]
     for child in (nodes["left_child"][inner], nodes["right_child"][inner]):
         require(np.all((child > ahead) & (child < n)), "nodes that point at nodes")
-    asked = nodes["feature"][inner]
-    require(np.all((asked >= 0) & (asked < width)), "nodes that ask for features")
+    features = nodes["feature"][inner]
+    require(np.all((features >= 0) & (features < width)), "nodes that ask for features")
     classifier.tree_ = Tree(width, np.array([k], dtype=np.intp), 1)
     classifier.tree_.__setstate__(state)
 
@@ -210,7 +210,7 @@ def fit_classifier(
     y: NDArray[np.int64],
     seed: int,
     probabilities: bool,
-    care: FitOptions | None = None,
+    options: FitOptions | None = None,
 ) -> Iterator[FitStep]:
     """Fit a classifier step by step; the last step's classifier is the fitted one.
 
@@ -249,7 +249,7 @@ def fit_classifier(
     # Two hundred actions of a few samples each are a task; and to put filters back is not safe
     # where there are several threads.
     warnings.filterwarnings("ignore", "The number of unique classes is greater than", UserWarning)
-    yield from REGISTRY[name].fit(X, y, seed, probabilities, care or FitOptions())
+    yield from REGISTRY[name].fit(X, y, seed, probabilities, options or FitOptions())
 
 
 def fit_in_one_step(make: Callable[[NDArray[np.int64], int, bool], Any]) -> Fit:

@@ -108,16 +108,16 @@ def run_folds_in_processes(
 
 
 def _run_fold(
-    fold: Fold, settings: Settings, where: str, probability_trace: bool
+    fold: Fold, settings: Settings, position: str, probability_trace: bool
 ) -> Generator[Progress, None, list[FoldResult]]:
     """Train and recognise; progress says which fold it is."""
     started = perf_counter()
     try:
-        recogniser = yield from fit_examples(fold.train, settings, text=f"fit {where}")
+        recogniser = yield from fit_examples(fold.train, settings, text=f"fit {position}")
     except InputError as error:
         more = len(fold.held_out) - 1
-        those = f"'{fold.held_out[0].name}'" + (f" and {more} more" if more else "")
-        raise InputError(f"With {those} left out: {error}") from error
+        names = f"'{fold.held_out[0].name}'" + (f" and {more} more" if more else "")
+        raise InputError(f"With {names} left out: {error}") from error
     seconds = perf_counter() - started
     results: list[FoldResult] = []
     for examples in fold.held_out:
@@ -201,8 +201,8 @@ def unlearnable_remarks(
     if not lonely:
         return ()
     what = "group" if max(map(len, parts)) > 1 else "demonstration"
-    told = ", ".join(f"{action} (only in {name})" for action, name in lonely.items())
-    return (f"Cannot be recognised when its only {what} is left out: {told}.",)
+    actions = ", ".join(f"{action} (only in {name})" for action, name in lonely.items())
+    return (f"Cannot be recognised when its only {what} is left out: {actions}.",)
 
 
 def settings_remarks(
@@ -281,14 +281,16 @@ def leave_one_out(
     actions = actions_of(examples)
     jobs = min(jobs, len(parts))
     if jobs <= 1:
-        found = yield from run_folds(make_folds(examples, parts), settings, probability_trace)
+        folds_results = yield from run_folds(
+            make_folds(examples, parts), settings, probability_trace
+        )
     else:
-        found = yield from run_folds_in_processes(
+        folds_results = yield from run_folds_in_processes(
             make_folds(examples, parts), settings, jobs, probability_trace
         )
     # Groups are interleaved; what was found goes back to the order of the demonstrations.
     order = np.argsort(np.concatenate(parts))
-    flat = [result for group in found for result in group]
+    flat = [result for group in folds_results for result in group]
     results = [flat[i] for i in order]
     for result in results:
         seconds["fit"] += result.fit_seconds
@@ -311,7 +313,7 @@ def leave_one_out(
         remarks=(
             *remarks,
             *unlearnable_remarks(examples, parts),
-            *dropped_remarks([one for result in results for one in result.left_out]),
+            *dropped_remarks([segment for result in results for segment in result.left_out]),
             *settings_remarks(used, examples, settings),
             *empty_prediction_remarks(tested, settings, examples[0].rate),
         ),
@@ -365,8 +367,8 @@ def plan_folds(
 
 def pool_reliability(parts: Sequence[Reliability | None]) -> Reliability | None:
     """Reliability of all demonstrations; None where there were no probabilities."""
-    known = [part for part in parts if part is not None]
-    return reduce(add, known) if known else None
+    present = [part for part in parts if part is not None]
+    return reduce(add, present) if present else None
 
 
 def held_out_prediction(
@@ -447,13 +449,13 @@ def train_and_test(
     InputError
         If either side has no labels, the two share a demonstration or have different channels.
     """
-    learnt, train_remarks = select_labelled(train)
-    asked, test_remarks = select_labelled(test)
-    if not learnt or not asked:
-        side = "train on" if not learnt else "test on"
+    train_items, train_remarks = select_labelled(train)
+    tested_items, test_remarks = select_labelled(test)
+    if not train_items or not tested_items:
+        side = "train on" if not train_items else "test on"
         raise InputError(f"There is no labelled demonstration to {side}; label one first.")
-    ids = tuple(item.demonstration.id for item in learnt)
-    for item in asked:
+    ids = tuple(item.demonstration.id for item in train_items)
+    for item in tested_items:
         if item.demonstration.id in ids:
             raise InputError(
                 f"'{item.demonstration.name}' is trained on and so cannot be tested; choose "
@@ -461,35 +463,35 @@ def train_and_test(
             )
     started = perf_counter()
     # What is tested must not move the grid.
-    rate = common_rate([item.demonstration for item in learnt], settings)
-    on = settings.replace(rate=rate)
-    examples = yield from prepare_all([*learnt, *asked], on)
-    matched = estimate_adaptation(learnt, asked) if adapt else None
+    rate = common_rate([item.demonstration for item in train_items], settings)
+    grid_settings = settings.replace(rate=rate)
+    examples = yield from prepare_all([*train_items, *tested_items], grid_settings)
+    matched = estimate_adaptation(train_items, tested_items) if adapt else None
     prepared = perf_counter()
-    known, new = examples[: len(learnt)], examples[len(learnt) :]
-    recogniser = yield from fit_examples(known, settings)
+    train_examples, test_examples = examples[: len(train_items)], examples[len(train_items) :]
+    recogniser = yield from fit_examples(train_examples, settings)
     seconds = {"features": prepared - started, "fit": perf_counter() - prepared}
     seconds.update(predict=0.0, filter=0.0)
     actions = actions_of(examples)
     tested, reliable = [], []
-    for i, (item, example) in enumerate(zip(asked, new, strict=True)):
+    for i, (item, example) in enumerate(zip(tested_items, test_examples, strict=True)):
         before = None
         if matched is not None:
             before = held_out_prediction(
                 item, example, recogniser.predict_examples(example), actions
             )
-            example = prepare_examples(matched.adapted(item), on)  # noqa: PLW2901 - as it is seen from here
+            example = prepare_examples(matched.adapted(item), grid_settings)  # noqa: PLW2901 - as it is seen from here
         prediction, reliability = predict_held_out(recogniser, example, probability_trace)
         reliable.append(reliability)
         for stage, spent in prediction.seconds.items():
             seconds[stage] += spent
         found = held_out_prediction(item, example, prediction, actions)
         tested.append(found if before is None else replace(found, unadapted=before.filtered))
-        yield Progress(i + 1, len(asked), "recognising")
+        yield Progress(i + 1, len(tested_items), "recognising")
     remarks = train_remarks + tuple(r for r in test_remarks if r not in train_remarks)
     if matched is not None:
         remarks += (matched.sentence,)
-    untrained = [action for action in actions_of(new) if action not in recogniser.actions]
+    untrained = [action for action in actions_of(test_examples) if action not in recogniser.actions]
     if untrained:
         remarks += (f"Tested but never trained: {', '.join(untrained)}.",)
     return Evaluation(
@@ -503,25 +505,25 @@ def train_and_test(
         seconds=seconds,
         reliability=pool_reliability(reliable),
         remarks=remarks
-        + _trained_on_remarks(learnt, asked)
+        + _trained_on_remarks(train_items, tested_items)
         + dropped_remarks(recogniser.left_out)
-        + settings_remarks([*learnt, *asked], examples, settings)
+        + settings_remarks([*train_items, *tested_items], examples, settings)
         + empty_prediction_remarks(tested, settings, recogniser.rate),
     )
 
 
 def _trained_on_remarks(
-    learnt: Sequence[LabelledDemonstration], asked: Sequence[LabelledDemonstration]
+    train: Sequence[LabelledDemonstration], test: Sequence[LabelledDemonstration]
 ) -> tuple[str, ...]:
     """A remark on recordings that are trained on under one name and tested under another."""
-    every = [item.demonstration for item in (*learnt, *asked)]
-    known = len(learnt)
+    every = [item.demonstration for item in (*train, *test)]
+    train_count = len(train)
     return tuple(
         f"'{every[place].name}' holds the same recording as '{every[same[0]].name}', so that it "
         f"was tested by a recogniser that had seen it; remove one of them."
         for same in find_duplicates(every)
         for place in same
-        if same[0] < known <= place
+        if same[0] < train_count <= place
     )
 
 
@@ -610,17 +612,19 @@ def leave_one_out_live(
 
 
 def _live_examples(
-    item: LabelledDemonstration, recogniser: Recogniser, decided: LiveLabels
+    item: LabelledDemonstration, recogniser: Recogniser, live_labels: LiveLabels
 ) -> Examples:
     """The steps of a stream, of which nothing but the human's labels is wanted."""
-    n = len(decided)
-    known = decided.probabilities
-    seen = np.ones(n, dtype=bool) if known is None else np.asarray(known.any(axis=1))
+    n = len(live_labels)
+    probabilities = live_labels.probabilities
+    valid = (
+        np.ones(n, dtype=bool) if probabilities is None else np.asarray(probabilities.any(axis=1))
+    )
     return Examples(
         name=item.demonstration.name,
-        times=decided.times,
+        times=live_labels.times,
         features=np.empty((n, 0)),
-        valid=seen,
+        valid=valid,
         segments=item.segments,
         channels=recogniser.channels,
         rate=recogniser.rate,

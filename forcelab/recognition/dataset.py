@@ -67,22 +67,22 @@ class Dataset:
         InputError
             If one of them would be empty.
         """
-        chosen = [fnmatchcase(item.demonstration.name, pattern) for item in self.labelled]
-        if all(chosen) or not any(chosen):
+        matches = [fnmatchcase(item.demonstration.name, pattern) for item in self.labelled]
+        if all(matches) or not any(matches):
             names = ", ".join(item.demonstration.name for item in self.labelled[:3])
-            what = "every" if all(chosen) else "no"
+            what = "every" if all(matches) else "no"
             raise InputError(
                 f"'{pattern}' matches {what} demonstration; there are {names} and the like. Give a "
                 f"pattern that some names match, such as 'bob-*'."
             )
 
-        def those(wanted: bool) -> Dataset:
-            kept = [one is wanted for one in chosen]
+        def select(matching: bool) -> Dataset:
+            mask = [match is matching for match in matches]
             return Dataset(
-                list(compress(self.labelled, kept)), tuple(compress(self.labels, kept)), self.spelt
+                list(compress(self.labelled, mask)), tuple(compress(self.labels, mask)), self.spelt
             )
 
-        return those(False), those(True)
+        return select(False), select(True)
 
 
 def load_dataset(

@@ -165,7 +165,7 @@ class FitOptions:
 
 
 def fit_ensemble(
-    name: str, X: Real, y: Codes, seed: int, care: FitOptions
+    name: str, X: Real, y: Codes, seed: int, options: FitOptions
 ) -> Generator[Progress, None, CalibratedEnsemble]:
     """Fit a classifier; yields progress over its inner fits and the last one, returns it.
 
@@ -184,22 +184,22 @@ def fit_ensemble(
     -----
     Without two demonstrations nothing can be left out: then the probabilities stay as they are.
     """
-    groups = np.zeros(len(y), dtype=np.int64) if care.groups is None else care.groups
+    groups = np.zeros(len(y), dtype=np.int64) if options.groups is None else options.groups
     folds = _folds(groups)
-    if not care.calibrated or len(folds) < 2:
+    if not options.calibrated or len(folds) < 2:
         yield Progress(1, 1, "fit")
-        return _fit_members(name, X, y, slice(None), seed, care)
+        return _fit_members(name, X, y, slice(None), seed, options)
     total = len(folds) + 1
-    known, right = [], []
+    probabilities, codes_right = [], []
     for held_out in folds:
-        P, codes = _held_out_probabilities(name, X, y, held_out, seed, care)
-        known.append(P)
-        right.append(codes)
-        yield Progress(len(known), total, "fit")
-    made = _fit_members(name, X, y, slice(None), seed, care)
-    exponent = _best_exponent(np.concatenate(known), np.concatenate(right))
+        P, codes = _held_out_probabilities(name, X, y, held_out, seed, options)
+        probabilities.append(P)
+        codes_right.append(codes)
+        yield Progress(len(probabilities), total, "fit")
+    ensemble = _fit_members(name, X, y, slice(None), seed, options)
+    exponent = _best_exponent(np.concatenate(probabilities), np.concatenate(codes_right))
     yield Progress(total, total, "fit")
-    return replace(made, exponent=exponent)
+    return replace(ensemble, exponent=exponent)
 
 
 def thin(y: Codes) -> Codes:
@@ -249,7 +249,7 @@ def _folds(groups: Codes) -> list[NDArray[np.bool_]]:
 
 
 def _held_out_probabilities(
-    name: str, X: Real, y: Codes, held_out: NDArray[np.bool_], seed: int, care: FitOptions
+    name: str, X: Real, y: Codes, held_out: NDArray[np.bool_], seed: int, options: FitOptions
 ) -> tuple[Real, Codes]:
     """Probabilities of what was left out, and places of the right ones among all codes.
 
@@ -259,11 +259,11 @@ def _held_out_probabilities(
     learnt = ~held_out
     if len(np.unique(y[learnt])) < 2:
         return np.empty((0, len(every))), np.empty(0, dtype=np.int64)
-    made = _fit_members(name, X, y, learnt, seed, care)
-    told = held_out & np.isin(y, made.classes_)
-    P = np.zeros((int(told.sum()), len(every)))
-    P[:, np.searchsorted(every, made.classes_)] = made.predict_proba(X[told])
-    return P, places[told]
+    ensemble = _fit_members(name, X, y, learnt, seed, options)
+    rows = held_out & np.isin(y, ensemble.classes_)
+    P = np.zeros((int(rows.sum()), len(every)))
+    P[:, np.searchsorted(every, ensemble.classes_)] = ensemble.predict_proba(X[rows])
+    return P, places[rows]
 
 
 def _best_exponent(P: Real, codes: Codes) -> float:
@@ -279,7 +279,7 @@ def _best_exponent(P: Real, codes: Codes) -> float:
 
 
 def _fit_members(
-    name: str, X: Real, y: Codes, rows: NDArray[np.bool_] | slice, seed: int, care: FitOptions
+    name: str, X: Real, y: Codes, rows: NDArray[np.bool_] | slice, seed: int, options: FitOptions
 ) -> CalibratedEnsemble:
     """Fit all members to some rows, whose features are standardised."""
     from threadpoolctl import threadpool_limits
@@ -297,20 +297,20 @@ def _fit_members(
         scale[i] = spread if spread > 1e-9 * max(abs(mean[i]), 1e-300) else 1.0
         ready[:, i] = (values - mean[i]) / scale[i]
     with threadpool_limits(1):
-        members = tuple(_fit_member(kind, ready, y, seed, care) for kind in MEMBERS[name])
+        members = tuple(_fit_member(kind, ready, y, seed, options) for kind in MEMBERS[name])
     return CalibratedEnsemble(np.unique(y), np.arange(width), mean, scale, members)
 
 
-def _fit_member(kind: str, X: Real, y: Codes, seed: int, care: FitOptions) -> Member:
+def _fit_member(kind: str, X: Real, y: Codes, seed: int, options: FitOptions) -> Member:
     """Fit one member."""
-    weight = "balanced" if care.balanced else None
+    weight = "balanced" if options.balanced else None
     classes = len(np.unique(y))
     if kind == "extra-trees":
         from sklearn.ensemble import ExtraTreesClassifier
 
         trees = ExtraTreesClassifier(
-            TREES if care.trees is None else care.trees,
-            min_samples_leaf=SHARED_LEAF if care.balanced else LEAF,
+            TREES if options.trees is None else options.trees,
+            min_samples_leaf=SHARED_LEAF if options.balanced else LEAF,
             class_weight=weight,
             random_state=seed,
         )

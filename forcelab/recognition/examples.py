@@ -28,7 +28,7 @@ NAMED = 3
 CURE = "readings without a unit may be raw counts, which become newtons by a calibration"
 
 
-def units_of(channels: Sequence[Channel], wanted: Sequence[str] | None = None) -> tuple[str, ...]:
+def units_of(channels: Sequence[Channel], names: Sequence[str] | None = None) -> tuple[str, ...]:
     """The unit of each recognition channel; empty where it has none.
 
     Parameters
@@ -43,7 +43,7 @@ def units_of(channels: Sequence[Channel], wanted: Sequence[str] | None = None) -
     InputError
         If a wanted channel is not there, or is wanted twice.
     """
-    found = channel_map(channels, wanted)
+    found = channel_map(channels, names)
     return tuple(channels[found.recorded[columns[0]]].unit for columns in found.columns)
 
 
@@ -63,8 +63,8 @@ def mixed_unit_remarks(
     InputError
         If a wanted channel is not there.
     """
-    wanted = settings.channels
-    for name in channel_map(demonstrations[0].channels, wanted).names if demonstrations else ():
+    names = settings.channels
+    for name in channel_map(demonstrations[0].channels, names).names if demonstrations else ():
         of = [(units_of(d.channels, [name])[0], d.name) for d in demonstrations]
         of.sort(key=lambda pair: pair[0])
         parts = [
@@ -113,9 +113,9 @@ def _unit_text(unit: str) -> str:
 
 def _name_list(names: Sequence[str]) -> str:
     """The first names, and how many more there are."""
-    told = ", ".join(f"'{name}'" for name in names[:NAMED])
+    text = ", ".join(f"'{name}'" for name in names[:NAMED])
     more = len(names) - NAMED
-    return f"{told} and {more} more" if more > 0 else told
+    return f"{text} and {more} more" if more > 0 else text
 
 
 @dataclass(frozen=True)
@@ -299,7 +299,7 @@ def prepare_examples(
 
 
 def gather_features(
-    examples: Sequence[Examples], *wanted: Sequence[NDArray[np.int64]]
+    examples: Sequence[Examples], *step_lists: Sequence[NDArray[np.int64]]
 ) -> Generator[Progress, None, list[NDArray[np.float64]]]:
     """Gather features of some time steps; of one demonstration at a time, where none are kept.
 
@@ -319,12 +319,12 @@ def gather_features(
         For each of `wanted` the features of its time steps, one demonstration below the other.
     """
     found: list[NDArray[np.float64]] = []
-    done = [0] * len(wanted)
+    done = [0] * len(step_lists)
     for i, example in enumerate(examples):
         features = example.all_features()
         if not found:
-            found = [np.empty((sum(map(len, steps)), features.shape[1])) for steps in wanted]
-        for number, (rows, steps) in enumerate(zip(found, wanted, strict=True)):
+            found = [np.empty((sum(map(len, steps)), features.shape[1])) for steps in step_lists]
+        for number, (rows, steps) in enumerate(zip(found, step_lists, strict=True)):
             first, done[number] = done[number], done[number] + len(steps[i])
             rows[first : done[number]] = features[steps[i]]
         if isinstance(example, LazyExamples):  # those that are there take no time
@@ -338,12 +338,12 @@ def _features(
     """The features of some time steps, shape (m, f), of channels (q, n)."""
     if settings.features == "windows":
         places = np.arange(signals.shape[1])[steps]
-        seen = window_features(signals, rate, settings.windows, places, settings.amplitude)
+        values = window_features(signals, rate, settings.windows, places, settings.amplitude)
         if not settings.peaks:
-            return seen
+            return values
         own = settings.amplitude != "absolute"
         peaks = peak_features(signals, rate, settings.windows[0], places, own)
-        return np.concatenate([seen, peaks], axis=1)
+        return np.concatenate([values, peaks], axis=1)
     found = wavelet_features(
         signals, settings.scales, settings.mother, settings.phase, circular=settings.circular
     )

@@ -182,11 +182,11 @@ def _not_stored_remarks(choice: DataSelection, latency: float | None) -> tuple[s
         "names to test on": choice.test_names is not None,
         "adaptation": choice.adapt,
     }
-    asked = [name for name, there in options.items() if there]
-    if not asked:
+    used = [name for name, is_used in options.items() if is_used]
+    if not used:
         return ()
     return (
-        f"With {' and '.join(asked)} the result is kept as no run: a review trains again what it "
+        f"With {' and '.join(used)} the result is kept as no run: a review trains again what it "
         f"explains, and would do so without.",
     )
 

@@ -113,16 +113,16 @@ class Forest:
 
     def _leaf_rows(self, rows: NDArray[np.floating[Any]]) -> Integers:
         """Which row of values each tree says of each row of features, shape (m, t)."""
-        roots, threshold, right, said = self._paths
+        roots, threshold, right, row = self._paths
         nodes = np.broadcast_to(roots, (len(rows), len(roots)))
         begin = np.arange(0, rows.size, rows.shape[1])[:, None]  # of each row
         while True:
-            asked = self.feature.take(nodes)
-            if asked.max() < 0:
-                return said.take(nodes)
+            feature = self.feature.take(nodes)
+            if feature.max() < 0:
+                return row.take(nodes)
             # A leaf asks for what stands before the row, but nothing is at most its threshold,
             # which is no number: it goes to the right, where it is itself.
-            low = rows.take(begin + asked) <= threshold.take(nodes)
+            low = rows.take(begin + feature) <= threshold.take(nodes)
             nodes = np.where(low, nodes + 1, right.take(nodes))
 
     @cached_property
@@ -131,9 +131,9 @@ class Forest:
         leaf = self.feature < 0
         threshold = np.full(len(leaf), np.nan, dtype=self.threshold.dtype)
         threshold[~leaf] = self.threshold
-        said = np.zeros(len(leaf), dtype=np.int32)
-        said[leaf] = self.leaf
-        return roots(leaf), threshold, right_children(leaf).astype(np.int64), said
+        row = np.zeros(len(leaf), dtype=np.int32)
+        row[leaf] = self.leaf
+        return roots(leaf), threshold, right_children(leaf).astype(np.int64), row
 
     @classmethod
     def averaging(cls, trees: Any, classes: int) -> Forest:
@@ -183,7 +183,7 @@ class Forest:
 
     def plain(self) -> dict[str, Any]:
         """Its arrays by name."""
-        return {"kind": "trees"} | {one.name: getattr(self, one.name) for one in fields(self)}
+        return {"kind": "trees"} | {part.name: getattr(self, part.name) for part in fields(self)}
 
     @classmethod
     def from_plain(cls, plain: Mapping[str, Any], width: int, classes: int) -> Forest:
@@ -195,23 +195,24 @@ class Forest:
             If nodes are no complete trees, or ask for a feature or say a value that there is not:
             following them would not end, or would read elsewhere.
         """
-        made = cls(**{one.name: plain[one.name] for one in fields(cls)})
-        leaf = made.feature == -1
+        forest = cls(**{part.name: plain[part.name] for part in fields(cls)})
+        leaf = forest.feature == -1
         require(
-            made.feature.dtype.kind == "i" and made.feature.ndim == 1, "whole numbers for nodes"
+            forest.feature.dtype.kind == "i" and forest.feature.ndim == 1, "whole numbers for nodes"
         )
         require(
-            ((made.feature >= -1) & (made.feature < width)).all(), "nodes that ask for features"
+            ((forest.feature >= -1) & (forest.feature < width)).all(), "nodes that ask for features"
         )
         require(are_complete_trees(leaf), "complete trees")
         inner = (int((~leaf).sum()),)
-        require_numbers(made.threshold, inner, (np.float32, np.float64))
+        require_numbers(forest.threshold, inner, (np.float32, np.float64))
         require(
-            made.leaf.dtype.kind == "u" and made.leaf.shape == (int(leaf.sum()),), "a row a leaf"
+            forest.leaf.dtype.kind == "u" and forest.leaf.shape == (int(leaf.sum()),),
+            "a row a leaf",
         )
-        require((made.leaf < len(made.value)).all(), "leaves that say values")
-        made._check_values(classes)
-        return made
+        require((forest.leaf < len(forest.value)).all(), "leaves that say values")
+        forest._check_values(classes)
+        return forest
 
     @classmethod
     def from_older(cls, plain: Mapping[str, Any], width: int, classes: int) -> Forest:
@@ -224,8 +225,8 @@ class Forest:
         """
         n = len(plain["feature"])
         for name in ("feature", "left", "right"):
-            whole = plain[name].dtype == np.int64 and plain[name].shape == (n,)
-            require(whole, "whole numbers for each node")
+            is_integer = plain[name].dtype == np.int64 and plain[name].shape == (n,)
+            require(is_integer, "whole numbers for each node")
         require_numbers(plain["threshold"], (n,))
         require_numbers(plain["value"], (n, classes))
         leaf = plain["feature"] == -1
@@ -239,9 +240,9 @@ class Forest:
         require(np.array_equal(plain["roots"], roots(leaf)), "trees that begin at a node")
         feature, threshold, value = plain["feature"], plain["threshold"], plain["value"]
         require(((feature >= -1) & (feature < width)).all(), "nodes that ask for features")
-        made = cls._small(feature, threshold[~leaf], value[leaf], plain["base"], plain["boosted"])
-        made._check_values(classes)
-        return made
+        forest = cls._small(feature, threshold[~leaf], value[leaf], plain["base"], plain["boosted"])
+        forest._check_values(classes)
+        return forest
 
     def _check_values(self, classes: int) -> None:
         """Raise unless leaves say something of each action."""
@@ -297,10 +298,10 @@ class Linear:
         ValueError
             If they do not fit.
         """
-        made = cls(plain["weights"], plain["bias"])
-        require_numbers(made.weights, (width, classes))
-        require_numbers(made.bias, (classes,))
-        return made
+        linear = cls(plain["weights"], plain["bias"])
+        require_numbers(linear.weights, (width, classes))
+        require_numbers(linear.bias, (classes,))
+        return linear
 
 
 def _rounded_down(threshold: Real) -> NDArray[np.float32]:

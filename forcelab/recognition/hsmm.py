@@ -95,7 +95,7 @@ class Semiring(Protocol):
         """
         ...
 
-    def join(self, one: Real, other: Real, out: Real) -> Real:
+    def join(self, first: Real, second: Real, out: Real) -> Real:
         """Join two of the same shape."""
         ...
 
@@ -129,9 +129,9 @@ class MaxPlus:
         np.add(strided, table, out=out)
         return np.asarray(np.maximum.reduce(out, axis=2))
 
-    def join(self, one: Real, other: Real, out: Real) -> Real:
+    def join(self, first: Real, second: Real, out: Real) -> Real:
         """The larger."""
-        return np.maximum(one, other, out=out)
+        return np.maximum(first, second, out=out)
 
     def running(self, scores: Real) -> Real:
         """The running maximum."""
@@ -186,9 +186,9 @@ class LogSumExp:
         with np.errstate(divide="ignore"):
             return np.asarray(np.log(out.sum(axis=2)) + unit[:, :, 0])
 
-    def join(self, one: Real, other: Real, out: Real) -> Real:
+    def join(self, first: Real, second: Real, out: Real) -> Real:
         """The logarithm of the sum."""
-        return np.logaddexp(one, other, out=out)
+        return np.logaddexp(first, second, out=out)
 
     def running(self, scores: Real) -> Real:
         """Running sums."""
@@ -679,8 +679,8 @@ class ForwardPass:
         """Join the levels of each block of starts whose last lies before `place`."""
         found, reach = self.level(slice(None), self._blocked - LENGTHS + 1, place), 1
         while reach < LENGTHS:
-            one, other = found[:, reach:], found[:, :-reach]
-            found, reach = self._algebra.join(one, other, np.empty_like(one)), 2 * reach
+            first, second = found[:, reach:], found[:, :-reach]
+            found, reach = self._algebra.join(first, second, np.empty_like(first)), 2 * reach
         self.blocks[:, self.margin + self._blocked : self.margin + place] = found
         self._blocked = place
 
@@ -718,9 +718,9 @@ class ForwardPass:
         """How many more steps it can hold."""
         return self.ends.shape[1] - 1 - (self.now - self.base)
 
-    def forget(self, kept: int) -> None:
+    def forget(self, count: int) -> None:
         """Make room: keep the last so many places only, which must hold every window."""
-        places = self.now - self.base - kept
+        places = self.now - self.base - count
         if places <= 0:
             return
         self._run_on(self.now - self.base)

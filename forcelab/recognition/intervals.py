@@ -141,7 +141,7 @@ def _percentiles(parts: Sequence[Real], weights: Weights, percents: tuple[int, .
         chunk = slice(first, first + step)
         upto = np.cumsum(weights[chunk][:, owners], axis=1)
         count = upto[:, -1]
-        there = count > 0
+        defined = count > 0
         for percent, values in zip(percents, result, strict=True):
             rank = np.maximum(count - 1, 0) * (percent / 100)
             low = np.floor(rank)
@@ -150,7 +150,7 @@ def _percentiles(parts: Sequence[Real], weights: Weights, percents: tuple[int, .
                 for at in (low, np.minimum(low + 1, np.maximum(count - 1, 0)))
             ]
             between = ends[0] + (rank - low) * (ends[1] - ends[0])
-            values[chunk] = np.where(there, between, np.nan)
+            values[chunk] = np.where(defined, between, np.nan)
     return result
 
 
@@ -247,7 +247,7 @@ def score_intervals(parts: Sequence[Counts], seed: int = 0) -> Intervals:
 
 
 def difference_intervals(
-    one: Sequence[Counts], other: Sequence[Counts], seed: int = 0
+    first: Sequence[Counts], second: Sequence[Counts], seed: int = 0
 ) -> Intervals:
     """Intervals of `other` minus `one`, both of which tested the same demonstrations.
 
@@ -265,12 +265,12 @@ def difference_intervals(
     ValueError
         If the lengths differ.
     """
-    if len(one) != len(other):
-        raise ValueError(f"{len(one)} demonstrations cannot be paired with {len(other)}")
-    if reason := _too_few_reason(len(one)):
+    if len(first) != len(second):
+        raise ValueError(f"{len(first)} demonstrations cannot be paired with {len(second)}")
+    if reason := _too_few_reason(len(first)):
         return Intervals(reason=reason, seed=seed)
-    weights = draw_resamples(len(one), RESAMPLES, seed)
-    before, after = score_resamples(one, weights), score_resamples(other, weights)
+    weights = draw_resamples(len(first), RESAMPLES, seed)
+    before, after = score_resamples(first, weights), score_resamples(second, weights)
     return Intervals({n: _percentile_interval(after[n] - before[n]) for n in METRICS}, seed=seed)
 
 

@@ -80,7 +80,7 @@ class SegmentSequence:
 
     def __init__(self, codes: Sequence[Sequence[int]]) -> None:
         # -2 stands between demonstrations.
-        self._line = np.array([-2, *(c for one in codes for c in (*one, -2))])
+        self._line = np.array([-2, *(c for own in codes for c in (*own, -2))])
         places = np.flatnonzero(self._line != -2)
         self.known = np.flatnonzero(self._line[places] >= 0)
         self._places = places[self.known]
@@ -102,7 +102,7 @@ class SegmentSequence:
 
 
 def score_suspicions(
-    said: Real, line: SegmentSequence, possible: NDArray[np.bool_] | None = None
+    probabilities: Real, sequence: SegmentSequence, possible: NDArray[np.bool_] | None = None
 ) -> list[tuple[int, int, float]]:
     """How suspect each known segment is, and of being which other action.
 
@@ -124,23 +124,25 @@ def score_suspicions(
     """
     result: dict[int, tuple[int, float]] = {}
     for _ in range(ROUNDS):
-        evidence = _evidence(said, line)
+        evidence = _evidence(probabilities, sequence)
         if possible is not None:
             evidence[~possible] = -np.inf
         others, strength = evidence.argmax(axis=1), evidence.max(axis=1)
         suspicion = np.exp(-np.logaddexp(0.0, -strength))
         suspicion[list(result)] = 0.0
         worst = [
-            i for i in _largest_per_demonstration(suspicion, line.homes) if suspicion[i] >= SUSPECT
+            i
+            for i in _largest_per_demonstration(suspicion, sequence.homes)
+            if suspicion[i] >= SUSPECT
         ]
         if not worst:
             break
         for i in worst:
             result[i] = (int(others[i]), float(suspicion[i]))
-            line.correct(i, int(others[i]))
-    for i in range(len(said)):
+            sequence.correct(i, int(others[i]))
+    for i in range(len(probabilities)):
         result.setdefault(i, (int(others[i]), float(suspicion[i])))
-    return [(int(line.known[i]), *found) for i, found in result.items()]
+    return [(int(sequence.known[i]), *found) for i, found in result.items()]
 
 
 def _largest_per_demonstration(values: Real, homes: NDArray[np.int64]) -> list[int]:
@@ -149,28 +151,28 @@ def _largest_per_demonstration(values: Real, homes: NDArray[np.int64]) -> list[i
     return [int(i) for i in order[np.flatnonzero(np.diff(homes[order], prepend=-1))]]
 
 
-def _evidence(said: Real, line: SegmentSequence) -> Real:
+def _evidence(probabilities: Real, sequence: SegmentSequence) -> Real:
     """Log ratio for each segment and other action, shape (m, K); minus infinity without any."""
-    evidence = _model_evidence(said, line.codes)
-    for neighbours in line.neighbours:
-        evidence += _neighbour_evidence(neighbours, line.codes, said.shape[1])
-    own = np.arange(len(said)), line.codes
+    evidence = _model_evidence(probabilities, sequence.codes)
+    for neighbours in sequence.neighbours:
+        evidence += _neighbour_evidence(neighbours, sequence.codes, probabilities.shape[1])
+    own = np.arange(len(probabilities)), sequence.codes
     # Whom the model supports is not suspected, however unusual the order is.
-    evidence[said[own] >= SUPPORTED] = -np.inf
+    evidence[probabilities[own] >= SUPPORTED] = -np.inf
     evidence[own] = -np.inf
     return evidence
 
 
-def _model_evidence(said: Real, codes: NDArray[np.int64]) -> Real:
+def _model_evidence(probabilities: Real, codes: NDArray[np.int64]) -> Real:
     """Log ratio for each segment and other action of what the model says, shape (m, K)."""
-    K = said.shape[1]
+    K = probabilities.shape[1]
     totals = np.zeros((K, K))
-    np.add.at(totals, codes, said)
+    np.add.at(totals, codes, probabilities)
     counts = np.bincount(codes, minlength=K).astype(np.float64)
     usual = np.log((totals + 1.0 / K) / (counts + 1.0)[:, None])
-    own = np.maximum(totals[codes] - said, 0.0)  # without the segment itself
+    own = np.maximum(totals[codes] - probabilities, 0.0)  # without the segment itself
     without = np.log((own + 1.0 / K) / counts[codes][:, None])
-    return np.asarray(said @ usual.T - (said * without).sum(axis=1)[:, None])
+    return np.asarray(probabilities @ usual.T - (probabilities * without).sum(axis=1)[:, None])
 
 
 def _neighbour_evidence(neighbours: NDArray[np.int64], codes: NDArray[np.int64], K: int) -> Real:
@@ -255,15 +257,15 @@ def drop_contradicted(
     actions = actions_of(examples)
     if not settings.trimmed or len(examples) < FEWEST or len(actions) < 2:
         return list(examples), ()
-    said = yield from _held_out_means(examples, actions, settings)
-    gone = _choose_dropped(examples, actions, said)
-    kept = [
-        replace(e, segments=tuple(s for k, s in enumerate(e.segments) if (i, k) not in gone))
+    probabilities = yield from _held_out_means(examples, actions, settings)
+    dropped = _choose_dropped(examples, actions, probabilities)
+    cleaned = [
+        replace(e, segments=tuple(s for k, s in enumerate(e.segments) if (i, k) not in dropped))
         for i, e in enumerate(examples)
     ]
-    return kept, tuple(
-        DroppedSegment(examples[i].name, examples[i].segments[k], actions[gone[i, k]])
-        for i, k in sorted(gone)
+    return cleaned, tuple(
+        DroppedSegment(examples[i].name, examples[i].segments[k], actions[dropped[i, k]])
+        for i, k in sorted(dropped)
     )
 
 
@@ -295,7 +297,7 @@ def _held_out_means(
     every = _training_stride(codes, examples[0].rate, settings)
     y, groups, steps = training_steps(codes, every, every=True)
     (X,) = yield from gather_features(examples, steps)
-    said = [np.zeros((len(e.segments), len(actions))) for e in examples]
+    means = [np.zeros((len(e.segments), len(actions))) for e in examples]
     count = min(FOLDS, len(examples))
     done = 0
     for first in range(count):
@@ -309,10 +311,10 @@ def _held_out_means(
         for i in range(first, len(examples), count):
             if trees is not None:
                 with threadpool_limits(1):
-                    said[i][:, trees.classes_] = _means(examples[i], trees)
+                    means[i][:, trees.classes_] = _means(examples[i], trees)
             done += 1
             yield Progress(done, len(examples), "contradictions")
-    return said
+    return means
 
 
 def _training_stride(codes: Sequence[NDArray[np.int64]], rate: float, settings: Settings) -> int:
@@ -327,38 +329,38 @@ def _means(examples: Examples, trees: Any) -> Real:
     found = trees.predict_proba(examples.all_features())
     found[~examples.valid] = 0.0
     sums = np.concatenate([np.zeros((1, found.shape[1])), np.cumsum(found, axis=0)])
-    seen = np.concatenate([[0], np.cumsum(examples.valid)])
+    valid_counts = np.concatenate([[0], np.cumsum(examples.valid)])
     margins = np.array([MARGIN * s.duration for s in examples.segments])
     starts = np.array([s.start for s in examples.segments]) + margins
     ends = np.array([s.end for s in examples.segments]) - margins
     first, last = (np.searchsorted(examples.times, at) for at in (starts, ends))
-    steps = seen[last] - seen[first]
+    steps = valid_counts[last] - valid_counts[first]
     return (sums[last] - sums[first]) / np.maximum(steps, 1)[:, None]
 
 
 def _choose_dropped(
-    examples: Sequence[Examples], actions: tuple[str, ...], said: Sequence[Real]
+    examples: Sequence[Examples], actions: tuple[str, ...], probabilities: Sequence[Real]
 ) -> dict[tuple[int, int], int]:
     """Which segments are left out, by demonstration and number, and the code they rather have."""
     number = {action: code for code, action in enumerate(actions)}
     codes = [
         [number[s.action] if row.any() else UNLABELLED for s, row in zip(e.segments, own)]  # noqa: B905
-        for e, own in zip(examples, said, strict=True)
+        for e, own in zip(examples, probabilities, strict=True)
     ]
     every = [(i, k) for i, e in enumerate(examples) for k in range(len(e.segments))]
-    line = SegmentSequence(codes)
-    if len(line.known) == 0:
+    sequence = SegmentSequence(codes)
+    if len(sequence.known) == 0:
         return {}
     total = Counter(code for own in codes for code in own)
-    gone: dict[tuple[int, int], int] = {}
+    dropped: dict[tuple[int, int], int] = {}
     less: Counter[int] = Counter()
-    found = score_suspicions(np.concatenate(said)[line.known], line)
-    for place, other, suspicion in sorted(found, key=lambda one: (-one[2], one[0])):
+    found = score_suspicions(np.concatenate(probabilities)[sequence.known], sequence)
+    for place, other, suspicion in sorted(found, key=lambda segment: (-segment[2], segment[0])):
         if suspicion < SURE:
             break
         i, k = every[place]
         own = codes[i][k]
         if less[own] < total[own] // ONE_IN:
             less[own] += 1
-            gone[i, k] = other
-    return gone
+            dropped[i, k] = other
+    return dropped

@@ -144,9 +144,9 @@ def fit_live_models(
         Whether forces count in units of each demonstration's own size.
     """
     stepping = settings.replace(step=settings.step or STEP)
-    seen = [prepare_examples(item, stepping, rate, kept=False) for item in labelled]
+    prepared = [prepare_examples(item, stepping, rate, kept=False) for item in labelled]
     usual = usual_size((_gridded_channels(item, settings, rate) for item in labelled), rate)
-    y, groups, steps = training_steps([one.codes(actions) for one in seen])
+    y, groups, steps = training_steps([examples.codes(actions) for examples in prepared])
     if len(np.unique(y)) < 2:  # all but one fell between two steps: no stream can be followed
         return ()
     parts: dict[float, LiveModel] = {}
@@ -154,20 +154,20 @@ def fit_live_models(
     for i, look in enumerate(sorted(LOOKS, key=lambda look: look != CALIBRATING)):
         windows = CausalWindows(settings.windows, look, usual, own)
         calibrated = settings.calibrated and look == CALIBRATING
-        care = FitOptions(groups, balanced=settings.balanced, calibrated=calibrated)
+        options = FitOptions(groups, balanced=settings.balanced, calibrated=calibrated)
         # Of one demonstration after the other only what is learnt from: that is a part of it.
         X, done = np.empty((len(y), windows.width)), 0
-        for item, one, own_steps in zip(labelled, seen, steps, strict=True):
+        for item, examples, own_steps in zip(labelled, prepared, steps, strict=True):
             # Rates that differ a little are kept, and may make hops of a sample more or less.
             found = windows.of(
-                _gridded_channels(item, settings, rate), rate, live_hop(settings, one.rate)
+                _gridded_channels(item, settings, rate), rate, live_hop(settings, examples.rate)
             )
             X[done : done + len(own_steps)] = found[own_steps]
             done += len(own_steps)
-        made = finish(fit_ensemble(CLASSIFIER, X, y, settings.seed, care))
+        ensemble = finish(fit_ensemble(CLASSIFIER, X, y, settings.seed, options))
         del X  # before the next one is gathered
-        exponent = made.exponent if calibrated else exponent
-        parts[look] = LiveModel(windows, replace(made, exponent=exponent))
+        exponent = ensemble.exponent if calibrated else exponent
+        parts[look] = LiveModel(windows, replace(ensemble, exponent=exponent))
         yield Progress(i + 1, len(LOOKS), "fit")
     return tuple(parts[look] for look in LOOKS)
 

@@ -432,8 +432,8 @@ def without_unlabelled(over: Overlay) -> Overlay:
         changes = np.flatnonzero(np.diff(codes)) + 1
         first = np.concatenate([[0], changes]) if len(codes) else changes
         last = np.concatenate([changes, [len(codes)]]) if len(codes) else changes
-        kept = codes[first] >= 0
-        first, last = first[kept], last[kept]
+        labelled = codes[first] >= 0
+        first, last = first[labelled], last[labelled]
         return Runs(codes[first], places[first], places[last], times[first], times[last])
 
     return Overlay.gathered(over.human_codes, over.predicted_codes, over.actions, gathered)

@@ -218,22 +218,32 @@ class Recogniser:
         if self.choreography is not None and self.changes is not None:
             changes = self.changes.ratios(examples.features)
         classified = perf_counter()
-        use, knowing = self.settings.choreography, None
+        use, apply_grammar = self.settings.choreography, None
         if self.choreography is not None and probabilities is not None:
-            knowing = partial(self._by_choreography, probabilities, changes, examples)
-            filtered = knowing(decode, use)
+            apply_grammar = partial(self._by_choreography, probabilities, changes, examples)
+            filtered = apply_grammar(decode, use)
             stages: dict[str, NDArray[np.int64]] = {}
         else:
             filtered, stages = self._filter(raw, probabilities, examples)
         seconds = {"predict": classified - started, "filter": perf_counter() - classified}
-        alone = knowing(decode, "none") if unaided and knowing is not None else None
-        sure = None
+        without_grammar = (
+            apply_grammar(decode, "none") if unaided and apply_grammar is not None else None
+        )
+        trace = None
         if probability_trace and probabilities is not None and examples.valid.any():
-            seen = examples.valid
-            known = probabilities if knowing is None else knowing(marginals, use)
-            sure = ProbabilityTrace.of(examples.times[seen], known[seen], self.actions)
+            valid = examples.valid
+            known = probabilities if apply_grammar is None else apply_grammar(marginals, use)
+            trace = ProbabilityTrace.of(examples.times[valid], known[valid], self.actions)
         return Prediction(
-            examples.times, self.actions, raw, filtered, probabilities, seconds, stages, sure, alone
+            examples.times,
+            self.actions,
+            raw,
+            filtered,
+            probabilities,
+            seconds,
+            stages,
+            trace,
+            without_grammar,
         )
 
     def _classify(
@@ -244,8 +254,10 @@ class Recogniser:
         raw = np.empty(n, dtype=np.int64)
         needed = self.settings.needs_probabilities
         # An SVM that was fitted without probabilities has none to ask for.
-        asked = needed or (probability_trace and hasattr(self.classifier, "predict_proba"))
-        probabilities = np.zeros((n, len(self.actions))) if asked else None
+        with_probabilities = needed or (
+            probability_trace and hasattr(self.classifier, "predict_proba")
+        )
+        probabilities = np.zeros((n, len(self.actions))) if with_probabilities else None
         with one_blas_thread():
             for first in range(0, n, BLOCK):
                 block = slice(first, first + BLOCK)

@@ -228,10 +228,10 @@ def empty_prediction_remarks(
     """
 
     def left(stage: str) -> int:
-        codes = (one.stages.get(stage, one.filtered) for one in predicted)
+        codes = (prediction.stages.get(stage, prediction.filtered) for prediction in predicted)
         return sum(int(np.count_nonzero(each >= 0)) for each in codes)
 
-    before = sum(int(np.count_nonzero(one.raw >= 0)) for one in predicted)
+    before = sum(int(np.count_nonzero(item.raw >= 0)) for item in predicted)
     if not before or left("all") >= LEAST * before:
         return ()
     filters = {
@@ -247,7 +247,7 @@ def empty_prediction_remarks(
     cause = ""
     if settings.features == "wavelets":
         # To three digits, but as 1,020 and not as 1.02e+03.
-        low, high = (float(f"{1000 * one / rate:.3g}") for one in settings.scales[[0, -1]])
+        low, high = (float(f"{1000 * item / rate:.3g}") for item in settings.scales[[0, -1]])
         such = "" if rate == USUAL else f", such as {USUAL} Hz"
         cause = (
             f"; at {rate:.6g} Hz the scales are {low:,g} to {high:,g} ms, so try others or another "
@@ -275,8 +275,8 @@ def run_record(evaluation: Evaluation, *, probability_trace: bool = False) -> di
     probability_trace : bool
         Whether it also keeps how certain each prediction is, and what each filter led to.
     """
-    whole = evaluation.to_json()
-    result = {"digest": run_summary(evaluation.title, whole)} | whole
+    record = evaluation.to_json()
+    result = {"digest": run_summary(evaluation.title, record)} | record
     result["tracks"] = evaluation.tracks_to_json(stages=probability_trace)
     if probability_trace:
         result["certainty"] = {
@@ -287,12 +287,12 @@ def run_record(evaluation: Evaluation, *, probability_trace: bool = False) -> di
     return result
 
 
-def run_summary(title: str, whole: Mapping[str, Any]) -> dict[str, Any]:
+def run_summary(title: str, record: Mapping[str, Any]) -> dict[str, Any]:
     """What a list of runs says of one; rates from 0 to 1, None where there is none."""
-    pooled = whole.get("filtered", {}).get("pooled", {})
+    pooled = record.get("filtered", {}).get("pooled", {})
     return {
         "title": title,
-        "tested": len(whole.get("tested", ())),
+        "tested": len(record.get("tested", ())),
         "accuracy": pooled.get("accuracy"),
         "edit": pooled.get("edit"),
         "f1": pooled.get("f1", {}).get("50"),

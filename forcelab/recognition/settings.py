@@ -327,7 +327,7 @@ _SWITCHES = ("phase", "circular", "peaks", "balanced", "calibrated", "trimmed", 
 def _value_text(value: object) -> str:
     """A value in a sentence."""
     if isinstance(value, tuple):
-        return ", ".join(str(one) for one in value) or "none"
+        return ", ".join(str(item) for item in value) or "none"
     return str(value)
 
 
@@ -374,9 +374,9 @@ def why_not_applied(name: str, values: Mapping[str, Any]) -> str:
     need = _unmet_need(name, values)
     if need is None:
         return ""
-    other, wanted = need
+    other, accepted = need
     return (
-        f"with {other} {_word(values[other])}; it needs {other} {' or '.join(map(_word, wanted))}"
+        f"with {other} {_word(values[other])}; it needs {other} {' or '.join(map(_word, accepted))}"
     )
 
 

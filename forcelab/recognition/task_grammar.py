@@ -199,21 +199,23 @@ def _without_slips(tracks: Sequence[Segments]) -> list[Segments]:
 def _durations(logs: Sequence[Sequence[float]]) -> tuple[Real, Real]:
     """Mean and sd of each action's log durations, drawn towards what all have in common."""
     counts = np.array([len(own) for own in logs], dtype=np.float64)
-    seen = counts > 0
-    if not seen.any():
+    is_observed = counts > 0
+    if not is_observed.any():
         return np.full(len(logs), math.log(USUAL)), np.full(len(logs), 2 * SPREAD)
     means = np.array([np.mean(own) if own else 0.0 for own in logs])
     pairs = zip(logs, means, strict=True)
     squares = np.array([np.sum((np.array(own) - m) ** 2) for own, m in pairs])
     free = np.maximum(counts - 1, 0)
-    common = means[seen].mean()
+    common = means[is_observed].mean()
     within = (squares.sum() + SPREAD_COUNT * SPREAD**2) / (free.sum() + SPREAD_COUNT)
-    between = means[seen].var()
+    between = means[is_observed].var()
     mean = (counts * means + MEAN_COUNT * common) / (counts + MEAN_COUNT)
     variance = (squares + SPREAD_COUNT * within) / (free + SPREAD_COUNT)
     # The mean itself is known but roughly: the next duration spreads by so much more.
-    variance = np.where(seen, variance * (1 + 1 / np.maximum(counts, 1)), 2 * within + between)
-    return np.where(seen, mean, common), np.maximum(np.sqrt(variance), LEAST_SPREAD)
+    variance = np.where(
+        is_observed, variance * (1 + 1 / np.maximum(counts, 1)), 2 * within + between
+    )
+    return np.where(is_observed, mean, common), np.maximum(np.sqrt(variance), LEAST_SPREAD)
 
 
 def _smoothed(follow: Real) -> Real:
@@ -294,8 +296,8 @@ def boundary_steps(examples: Sequence[Examples], settings: Settings) -> tuple[Co
     steps : list of ndarray of int64
         Their places in each demonstration.
     """
-    asked = settings.changes and settings.decodes
-    if not asked or sum(len(_boundary_times(example.segments)) for example in examples) < FEWEST:
+    is_used = settings.changes and settings.decodes
+    if not is_used or sum(len(_boundary_times(example.segments)) for example in examples) < FEWEST:
         none = np.empty(0, dtype=np.int64)
         return none, [none] * len(examples)
     y, _, steps = training_steps([_near_boundary(example) for example in examples], settings.stride)
@@ -323,8 +325,8 @@ def fit_boundary_model(
         return None
     yield Progress(0, 1, "changes")
     trees = TREES if settings.stride == 1 else TREES // 2
-    made = finish(fit_ensemble("extra-trees", X, y, settings.seed, FitOptions(trees=trees)))
-    return BoundaryModel(made, float(y.mean()))
+    ensemble = finish(fit_ensemble("extra-trees", X, y, settings.seed, FitOptions(trees=trees)))
+    return BoundaryModel(ensemble, float(y.mean()))
 
 
 def _near_boundary(example: Examples) -> Codes:

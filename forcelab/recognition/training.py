@@ -107,8 +107,8 @@ def fit_examples(
     InputError
         As :func:`fit_cleaned`.
     """
-    kept, left_out = yield from drop_contradicted(examples, settings)
-    return (yield from fit_cleaned(kept, left_out, settings, text=text))
+    cleaned, dropped = yield from drop_contradicted(examples, settings)
+    return (yield from fit_cleaned(cleaned, dropped, settings, text=text))
 
 
 def fit_cleaned(
@@ -208,13 +208,13 @@ def training_job(
         raise InputError("Nothing is labelled yet; label at least two actions first.")
     examples = yield from prepare_all(used, settings, ROOM)
     ids = [item.demonstration.id for item in used]
-    kept, left_out = yield from drop_contradicted(examples, settings)
+    cleaned, dropped = yield from drop_contradicted(examples, settings)
     taught = [
         # The segments of examples are merged already.
         LabelledDemonstration(item.demonstration, example.segments, apart=True)
-        for item, example in zip(used, kept, strict=True)
+        for item, example in zip(used, cleaned, strict=True)
     ]
-    recogniser = yield from fit_cleaned(kept, left_out, settings, ids)
+    recogniser = yield from fit_cleaned(cleaned, dropped, settings, ids)
     if not (needs_live_model(settings) and settings.decodes):
         return recogniser
     # Where offline both units stand side by side, a stream has its own alone, by a running size: on

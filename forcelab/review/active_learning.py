@@ -89,18 +89,18 @@ def typicality(demonstrations: Sequence[Steps]) -> NDArray[np.float64]:
         Above 0, at most 1: of 1 where all are alike, as one by itself is. 0 for one without rows.
     """
     found = np.zeros(len(demonstrations))
-    seen = [i for i, steps in enumerate(demonstrations) if len(steps)]
-    if not seen:
+    nonempty = [i for i, steps in enumerate(demonstrations) if len(steps)]
+    if not nonempty:
         return found
-    every = np.concatenate([demonstrations[i] for i in seen])
+    every = np.concatenate([demonstrations[i] for i in nonempty])
     mean, scale = every.mean(axis=0, dtype=np.float64), every.std(axis=0, dtype=np.float64)
     scale[scale == 0] = 1.0
-    looks = np.stack([_mean_and_spread((demonstrations[i] - mean) / scale) for i in seen])
+    summaries = np.stack([_mean_and_spread((demonstrations[i] - mean) / scale) for i in nonempty])
     # One after the other: of all pairs at once the differences of 1,000 take gigabytes.
-    apart = np.stack([np.linalg.norm(looks - look, axis=1) for look in looks])
+    apart = np.stack([np.linalg.norm(summaries - summary, axis=1) for summary in summaries])
     differing = apart[apart > 0]
     usual = float(np.median(differing)) if len(differing) else 1.0
-    found[seen] = np.exp(-np.square(apart / usual)).mean(axis=1)
+    found[nonempty] = np.exp(-np.square(apart / usual)).mean(axis=1)
     return found
 
 
@@ -203,20 +203,22 @@ def rank_proposals(outcome: RunResult) -> tuple[Proposal, ...]:
 
     By uncertainty times typicality; by uncertainty alone where :func:`weighs_typicality` says so.
     """
-    known = calibrate_confidence(outcome)
-    made = (_proposal(reviewed, known) for reviewed in outcome.proposals)
-    found = [one for one in made if one is not None]
+    calibration = calibrate_confidence(outcome)
+    candidates = (_proposal(reviewed, calibration) for reviewed in outcome.proposals)
+    found = [proposal for proposal in candidates if proposal is not None]
     typical = weighs_typicality(found)
 
-    def urgency(one: Proposal) -> float:
-        return one.uncertainty * (one.typicality or 0.0) if typical else one.uncertainty
+    def urgency(proposal: Proposal) -> float:
+        return (
+            proposal.uncertainty * (proposal.typicality or 0.0) if typical else proposal.uncertainty
+        )
 
     return tuple(sorted(found, key=urgency, reverse=True))
 
 
-def weighs_typicality(found: Sequence[Proposal]) -> bool:
+def weighs_typicality(proposals: Sequence[Proposal]) -> bool:
     """Whether proposals are ordered by their typicality, too; older runs did not keep it."""
-    return all(one.typicality is not None for one in found)
+    return all(proposal.typicality is not None for proposal in proposals)
 
 
 def acceptable_segments(
@@ -270,7 +272,7 @@ def _pool_adjacent_violators(values: Real, weights: Real) -> Real:
     return np.repeat([mean for mean, _, _ in pools], [count for _, _, count in pools])
 
 
-def _proposal(reviewed: DemonstrationResult, known: ConfidenceCalibration) -> Proposal | None:
+def _proposal(reviewed: DemonstrationResult, calibration: ConfidenceCalibration) -> Proposal | None:
     """What labelling one demonstration brings; None where no probability is known."""
     trace = reviewed.probability_trace
     if trace is None or not (met := trace.known).any():
@@ -282,7 +284,7 @@ def _proposal(reviewed: DemonstrationResult, known: ConfidenceCalibration) -> Pr
         task=reviewed.task,
         seconds=reviewed.end - reviewed.start,
         uncertainty=uncertainty(trace),
-        wrong=float(known.wrong(confidence[met]).sum() / trace.rate),
+        wrong=float(calibration.wrong(confidence[met]).sum() / trace.rate),
         place=_least_certain_interval(reviewed, trace),
         typicality=reviewed.typicality,
     )

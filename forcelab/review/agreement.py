@@ -169,8 +169,8 @@ def coded_demonstrations(
     """
     known = project.coders()
     if unknown := [name for name in authors if name not in known]:
-        there = ", ".join(f"'{name}'" for name in known) or "none at all"
-        raise InputError(f"There is no coder '{unknown[0]}'; there are {there}.")
+        names = ", ".join(f"'{name}'" for name in known) or "none at all"
+        raise InputError(f"There is no coder '{unknown[0]}'; there are {names}.")
     if task is not None:
         project.check_task(task)
     found, hidden = [], 0
@@ -260,9 +260,9 @@ def specific_agreement(seconds: NDArray[np.float64]) -> NDArray[np.float64]:
     ``2 n_kk / (n_k. + n_.k)``: if one of the two, drawn by lot, says the action, how probably the
     other says it too. `seconds` as of :func:`cohen_kappa`.
     """
-    said = seconds.sum(axis=0) + seconds.sum(axis=1)
+    labelled = seconds.sum(axis=0) + seconds.sum(axis=1)
     shares = np.full(len(seconds), np.nan)
-    np.divide(2 * np.diag(seconds), said, out=shares, where=said > 0)
+    np.divide(2 * np.diag(seconds), labelled, out=shares, where=labelled > 0)
     return shares
 
 
@@ -401,8 +401,8 @@ def segment_counts(pieces: TrackPieces, a: Segments, b: Segments) -> NDArray[np.
 
     Each track in turn stands for the truth, by the rule of
     :func:`forcelab.recognition.metrics.match_segments`. Only time that both labelled counts: a
-    segment is weighed without the rest of it, and one that the other coder left unlabelled altogether is no
-    segment. Durations are rounded to microseconds.
+    segment is weighed without the rest of it, and one that the other coder left unlabelled
+    altogether is no segment. Durations are rounded to microseconds.
 
     Parameters
     ----------
@@ -539,13 +539,13 @@ def coder_differences(a: Segments, b: Segments) -> tuple[CoderDifference, ...]:
     pieces = laid.joined(np.ones(len(laid.starts), dtype=np.bool_))
     names = (*actions, None)
     found = []
-    for i, (one, other) in enumerate(pieces.codes.T.tolist()):
-        if one == other:
+    for i, (first, second) in enumerate(pieces.codes.T.tolist()):
+        if first == second:
             continue
         before, after = _common_neighbour(pieces, i, -1), _common_neighbour(pieces, i, 1)
-        edge = before is not None and after is not None and {before, after} == {one, other}
+        edge = before is not None and after is not None and {before, after} == {first, second}
         start, end = float(pieces.starts[i]), float(pieces.ends[i])
-        found.append(CoderDifference(start, end, names[one], names[other], edge))
+        found.append(CoderDifference(start, end, names[first], names[second], edge))
     return tuple(found)
 
 
@@ -557,8 +557,8 @@ def _common_neighbour(pieces: TrackPieces, index: int, step: int) -> int | None:
     )
     if not touches:
         return -1  # both unlabelled
-    one, two = pieces.codes[:, other].tolist()
-    return int(one) if one == two else None
+    first, second = pieces.codes[:, other].tolist()
+    return int(first) if first == second else None
 
 
 #: Milliseconds within which boundaries are counted.
@@ -701,32 +701,32 @@ def compare_pair(
     Progress
         After each demonstration.
     """
-    shared = [one for one in coded if a in one.tracks and b in one.tracks]
+    shared = [item for item in coded if a in item.tracks and b in item.tracks]
     if not shared:
         return None
-    actions = actions_of(one.tracks[name] for one in shared for name in (a, b))
+    actions = actions_of(item.tracks[name] for item in shared for name in (a, b))
     seconds, offsets = [], []
     boundaries, segments = np.zeros(2, dtype=np.int64), []
     apart: list[Interval] = []
     alone: list[Interval] = []
     shifted: list[Interval] = []
-    for done, one in enumerate(shared):
+    for done, item in enumerate(shared):
         yield Progress(done, len(shared), f"{a} / {b}")
-        first, second = one.tracks[a], one.tracks[b]
+        first, second = item.tracks[a], item.tracks[b]
         pieces, edges = overlay_tracks((first, second), actions), match_boundaries(first, second)
         both, differ = pieces.labelled_by_all, pieces.codes[0] != pieces.codes[1]
         seconds.append(_time_matrix(pieces, len(actions)))
         offsets.append(edges.offsets)
         boundaries += edges.counts
         segments.append(segment_counts(pieces, first, second))
-        apart += _piece_intervals(one.id, pieces.joined(both & differ), actions)
-        alone += _piece_intervals(one.id, pieces.joined(~both), actions)
-        shifted += _shifted_intervals(one.id, edges)
+        apart += _piece_intervals(item.id, pieces.joined(both & differ), actions)
+        alone += _piece_intervals(item.id, pieces.joined(~both), actions)
+        shifted += _shifted_intervals(item.id, edges)
     return PairAgreement(
         a=a,
         b=b,
         actions=actions,
-        demonstrations=tuple(one.id for one in shared),
+        demonstrations=tuple(item.id for item in shared),
         seconds=np.stack(seconds),
         offsets=np.concatenate(offsets),
         boundaries=(int(boundaries[0]), int(boundaries[1])),
@@ -761,8 +761,8 @@ def _shifted_intervals(id_: str, found: MatchedBoundaries) -> list[Interval]:
         # Who of the two says the action between its own boundary and the other's.
         first_says = (s < t) == starting
         if abs(s - t) > 1e-6:
-            seen = (action, None) if first_says else (None, action)
-            places.append(Interval(id_, min(s, t), max(s, t), *seen))
+            actions = (action, None) if first_says else (None, action)
+            places.append(Interval(id_, min(s, t), max(s, t), *actions))
     return places
 
 
@@ -828,26 +828,26 @@ class Consistency:
             "rare_transitions": len(self.rare),
             "durations": [
                 {
-                    "task": one.task,
-                    "action": one.action,
-                    "segments": one.count,
-                    "mean_s": one.mean,
-                    "variation": one.variation,
+                    "task": row.task,
+                    "action": row.action,
+                    "segments": row.count,
+                    "mean_s": row.mean,
+                    "variation": row.variation,
                 }
-                for one in self.actions
+                for row in self.actions
             ],
         }
 
 
 def consistency(coded: Sequence[CoderTracks], author: str) -> Consistency:
     """How much a coder's labels vary over the demonstrations of each task."""
-    tasks = dict.fromkeys(one.task for one in coded if author in one.tracks)
+    tasks = dict.fromkeys(item.task for item in coded if author in item.tracks)
     durations: list[Durations] = []
     odd: list[tuple[float, Interval]] = []
     rare: list[Interval] = []
     for task in tasks:
-        theirs = (one for one in coded if one.task == task and author in one.tracks)
-        tracks = {one.id: one.tracks[author] for one in theirs}
+        theirs = (item for item in coded if item.task == task and author in item.tracks)
+        tracks = {item.id: item.tracks[author] for item in theirs}
         by_action: dict[str, list[tuple[str, Segment]]] = {}
         for id_, segments in tracks.items():
             for segment in segments:
@@ -927,18 +927,18 @@ class Agreement:
     own: tuple[Consistency, ...] = ()
     hidden: int = 0
 
-    def pair(self, one: str, other: str) -> PairAgreement | None:
+    def pair(self, first: str, second: str) -> PairAgreement | None:
         """Of two coders, in whichever order; None where they share no demonstration."""
-        return next((p for p in self.pairs if {p.a, p.b} == {one, other}), None)
+        return next((p for p in self.pairs if {p.a, p.b} == {first, second}), None)
 
     @property
     def counts(self) -> dict[str, dict[str, int]]:
         """How many demonstrations each coder labelled, by coder and task."""
         found: dict[str, dict[str, int]] = {}
-        for one in self.coded:
-            for author in one.tracks:
+        for item in self.coded:
+            for author in item.tracks:
                 of_tasks = found.setdefault(author, {})
-                of_tasks[one.task] = of_tasks.get(one.task, 0) + 1
+                of_tasks[item.task] = of_tasks.get(item.task, 0) + 1
         return found
 
     def to_json(self) -> dict[str, Any]:
@@ -949,7 +949,7 @@ class Agreement:
             "fleiss_kappa": self.fleiss,
             "pairs": [pair.to_json() for pair in self.pairs],
             "repeated": [pair.to_json() for pair in self.repeated],
-            "own": [one.to_json() for one in self.own],
+            "own": [row.to_json() for row in self.own],
         }
 
 
@@ -978,7 +978,7 @@ def agreement(
     Agreement
         Of every two who share a demonstration, and of all.
     """
-    names = sorted({author for one in coded for author in one.tracks})
+    names = sorted({author for item in coded for author in item.tracks})
     compared = tuple(name for name in names if same is None or name != same[1])
     pairs = []
     for a, b in combinations(compared, 2):
@@ -991,10 +991,10 @@ def agreement(
         pairs=tuple(pairs),
         fleiss=_fleiss_of_all(coded, compared),
         fleiss_coders=max(
-            (sum(name in compared for name in one.tracks) for one in coded), default=0
+            (sum(name in compared for name in item.tracks) for item in coded), default=0
         ),
         repeated=() if again is None else (again,),
-        own=tuple(one for name in names if (one := consistency(coded, name)).actions),
+        own=tuple(item for name in names if (item := consistency(coded, name)).actions),
         hidden=hidden,
     )
 
@@ -1002,7 +1002,7 @@ def agreement(
 def _fleiss_of_all(coded: Sequence[CoderTracks], authors: Sequence[str]) -> float | None:
     """Fleiss' kappa of these coders over all demonstrations."""
     chosen: list[list[Segments]] = [
-        [one.tracks[author] for author in authors if author in one.tracks] for one in coded
+        [item.tracks[author] for author in authors if author in item.tracks] for item in coded
     ]
     chosen = [tracks for tracks in chosen if len(tracks) >= 2]
     actions = actions_of(track for tracks in chosen for track in tracks)

@@ -98,21 +98,21 @@ class ConfusionCounts:
         """
         parts = self._parts(unit)
         column = len(self.actions) if predicted is None else self.actions.index(predicted)
-        here = np.flatnonzero(
+        chosen = np.flatnonzero(
             (parts.human == self.actions.index(human)) & (parts.predicted == column)
         )
-        longest = here[np.argsort(-parts.ticks[here], kind="stable")][:most]
+        longest = chosen[np.argsort(-parts.ticks[chosen], kind="stable")][:most]
         found = [self._place(parts, number, human, predicted) for number in longest.tolist()]
         return tuple(sorted(found, key=_weight, reverse=True))
 
     def _place(self, parts: _Parts, number: int, human: str, predicted: str | None) -> Interval:
         """One stretch with the model's confidence in what it predicts."""
-        one = self.demonstrations[parts.owners[number]]
+        item = self.demonstrations[parts.owners[number]]
         start, end = float(parts.starts[number]), float(parts.ends[number])
         confidence = None
-        if one.probability_trace is not None and predicted is not None:
-            confidence = one.probability_trace.of_action(predicted, start, end)
-        return Interval(one.id, start, end, human, predicted, confidence)
+        if item.probability_trace is not None and predicted is not None:
+            confidence = item.probability_trace.of_action(predicted, start, end)
+        return Interval(item.id, start, end, human, predicted, confidence)
 
     def _parts(self, unit: Unit) -> _Parts:
         """What is counted."""
@@ -143,15 +143,15 @@ def count_confusion(
     Progress
         After each demonstration.
     """
-    kept = tuple(one for one in outcome.tested if stage in one.stages)
+    demonstrations = tuple(item for item in outcome.tested if stage in item.stages)
     pieces, segments = [], []
-    for number, one in enumerate(kept):
-        piece, segment = _count_demonstration(number, one, stage, outcome.actions)
+    for number, item in enumerate(demonstrations):
+        piece, segment = _count_demonstration(number, item, stage, outcome.actions)
         pieces.append(piece)
         segments.append(segment)
-        yield Progress(number + 1, len(kept), one.name)
+        yield Progress(number + 1, len(demonstrations), item.name)
     return ConfusionCounts(
-        outcome.actions, kept, stage, _Parts.joined(pieces), _Parts.joined(segments)
+        outcome.actions, demonstrations, stage, _Parts.joined(pieces), _Parts.joined(segments)
     )
 
 
@@ -161,19 +161,19 @@ def normalise(matrix: NDArray[np.float64], of: Share) -> NDArray[np.float64]:
     Zero where there is nothing to have a share of.
     """
     if of == "row":
-        whole = matrix.sum(axis=1, keepdims=True)
+        total = matrix.sum(axis=1, keepdims=True)
     elif of == "column":
-        whole = matrix.sum(axis=0, keepdims=True)
+        total = matrix.sum(axis=0, keepdims=True)
     else:
-        whole = matrix.max(keepdims=True, initial=0.0)
-    return np.divide(matrix, whole, out=np.zeros(matrix.shape), where=whole > 0)
+        total = matrix.max(keepdims=True, initial=0.0)
+    return np.divide(matrix, total, out=np.zeros(matrix.shape), where=total > 0)
 
 
 def _count_demonstration(
-    number: int, one: DemonstrationResult, stage: str, actions: Sequence[str]
+    number: int, item: DemonstrationResult, stage: str, actions: Sequence[str]
 ) -> tuple[_Parts, _Parts]:
     """The pieces and the human segments of one demonstration."""
-    over = overlay_segments(one.human, one.stages[stage], actions)
+    over = overlay_segments(item.human, item.stages[stage], actions)
     pieces, human, k = over.pieces, over.human, len(actions)
     predicted = np.where(over.predicted_codes < 0, k, over.predicted_codes)
     covered = np.zeros((len(human), k + 1), dtype=np.int64)

@@ -34,17 +34,17 @@ _Parts = list[tuple[float, float, str | None]]
 
 def effective_edits(edits: Iterable[Edit]) -> tuple[Edit, ...]:
     """The edits of a track that were not undone, or were redone, in the order of their making."""
-    there: dict[int, Edit] = {}
+    effective: dict[int, Edit] = {}
     undone: dict[int, Edit] = {}  # by the undo that took the edit back
     for edit in edits:
         if edit.kind == "undo":
-            undone[edit.id] = there.pop(edit.reverts or 0)
+            undone[edit.id] = effective.pop(edit.reverts or 0)
         elif edit.kind == "redo":
             back = undone[edit.reverts or 0]
-            there[back.id] = back
+            effective[back.id] = back
         else:
-            there[edit.id] = edit
-    return tuple(there.values())
+            effective[edit.id] = edit
+    return tuple(effective.values())
 
 
 def _can_redo(edits: Iterable[Edit]) -> bool:
@@ -124,7 +124,7 @@ class Consensus:
     @property
     def undecided(self) -> tuple[CoderDifference, ...]:
         """The differences that wait for a decision, in order of time."""
-        return tuple(one for one in self.differences if not self.decided(one))
+        return tuple(difference for difference in self.differences if not self.decided(difference))
 
     def decided(self, difference: CoderDifference) -> bool:
         """Whether the consensus says anything there, or was left unlabelled there on purpose."""
@@ -157,7 +157,7 @@ class Consensus:
     def leave(self, difference: CoderDifference) -> Edit | None:
         """Decide that it is unlabelled."""
         parts: _Parts = [(difference.start, difference.end, None)]
-        return self._decide([(difference, parts)], _left_text(difference), even_so=True)
+        return self._decide([(difference, parts)], _left_text(difference), force=True)
 
     def mean(self, difference: CoderDifference) -> Edit | None:
         """Set the boundary to the middle between the two coders' edges.
@@ -179,7 +179,7 @@ class Consensus:
             return None
         edges = counted(len(near), "edge")
         what = f"{edges} up to {1000 * tolerance:g} ms apart set to the mean"
-        return self._decide([(one, self._halves(one)) for one in near], what)
+        return self._decide([(difference, self._halves(difference)) for difference in near], what)
 
     def undo(self) -> Edit | None:
         """Take back the latest decision; reaches back past restarts."""
@@ -204,25 +204,25 @@ class Consensus:
         return [(difference.start, middle, before), (middle, difference.end, after)]
 
     def _decide(
-        self, made: Sequence[tuple[CoderDifference, _Parts]], what: str, even_so: bool = False
+        self, decisions: Sequence[tuple[CoderDifference, _Parts]], what: str, force: bool = False
     ) -> Edit | None:
         """Write parts in the place of differences, as one edit.
 
-        With `even_so` the edit is made even if the track stays as it is: that it was decided is
+        With `force` the edit is made even if the track stays as it is: that it was decided is
         what is to be remembered.
         """
         after = self.segments
-        for difference, parts in made:
+        for difference, parts in decisions:
             after = erase(after, difference.start, difference.end)
             for start, end, action in parts:
                 if action is not None:
                     after = paint(after, start, end, action)
-        decided = all(self.decided(difference) for difference, _ in made)
-        return self._store(after, what, even_so=even_so and not decided)
+        decided = all(self.decided(difference) for difference, _ in decisions)
+        return self._store(after, what, force=force and not decided)
 
-    def _store(self, after: Segments, what: str, even_so: bool = False) -> Edit | None:
+    def _store(self, after: Segments, what: str, force: bool = False) -> Edit | None:
         """Write the consensus down."""
-        if after == self.segments and not even_so:
+        if after == self.segments and not force:
             return None
         edit = self.project.edit(self.demonstration, self.author, self.segments, after, what)
         self.refresh()

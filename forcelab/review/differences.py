@@ -148,13 +148,13 @@ def current_tracks(project: Project, outcome: RunResult) -> dict[str, Segments]:
 
     Demonstrations that have left the project since are left out.
     """
-    there = {info.id for info in project.demonstrations()}
+    existing = {info.id for info in project.demonstrations()}
     return {
         reviewed.id: as_trained(
             project.track(reviewed.id, outcome.author).segments, outcome, reviewed
         )
         for reviewed in outcome.tested
-        if reviewed.id in there
+        if reviewed.id in existing
     }
 
 
@@ -242,13 +242,16 @@ def _pieces(human: Sequence[Segment], predicted: Sequence[Segment]) -> Iterator[
         _actions_between(predicted, times),
         strict=True,
     )
-    for (start, end), one, other in stretches:
-        if pending is not None and (pending.human, pending.predicted) == (one, other):
+    for (start, end), human_action, predicted_action in stretches:
+        if pending is not None and (pending.human, pending.predicted) == (
+            human_action,
+            predicted_action,
+        ):
             pending = pending._replace(end=end)
             continue
         if pending is not None:
             yield pending
-        pending = _Piece(start, end, one, other)
+        pending = _Piece(start, end, human_action, predicted_action)
     if pending is not None:
         yield pending
 
@@ -301,7 +304,7 @@ def _same_transition(
     # None stands between two actions; where one side is nothing, it is that side.
     ranks: dict[str | None, int] = {None: 1, first: 0, last: 2}
     for track in ("human", "predicted"):
-        seen = [ranks.get(getattr(piece, track), -1) for piece in between]
-        if -1 in seen or any(b < a for a, b in pairwise(seen)):
+        order = [ranks.get(getattr(piece, track), -1) for piece in between]
+        if -1 in order or any(b < a for a, b in pairwise(order)):
             return False
     return True

@@ -167,7 +167,7 @@ def summarise_segments(
 
 
 def nearest_segments(
-    wanted: Real,
+    target: Real,
     training: SegmentFeatures,
     action: str,
     count: int = NEIGHBOURS,
@@ -201,7 +201,7 @@ def nearest_segments(
         return ()
     spread = training.values.std(axis=0)
     spread[spread == 0] = 1.0  # all training segments are alike in this
-    distances = np.linalg.norm((training.values[chosen] - wanted) / spread, axis=1)
+    distances = np.linalg.norm((training.values[chosen] - target) / spread, axis=1)
     order = np.argsort(distances, kind="stable")[:count]
     return tuple(Neighbour(training.places[chosen[i]], float(distances[i])) for i in order)
 
@@ -264,12 +264,12 @@ def preview_job(
     with Project.open(path) as project:
         for place in places:
             demonstration = project.load(place.demonstration)
-            made = force_preview(demonstration, place.start, place.end)
+            preview = force_preview(demonstration, place.start, place.end)
             if demonstration.video is not None:
                 middle = 0.5 * (place.start + place.end)
                 frame = yield from _read_frame(demonstration.video, middle)
-                made = ForcePreview(made.name, made.low, made.high, frame)
-            found.append(made)
+                preview = ForcePreview(preview.name, preview.low, preview.high, frame)
+            found.append(preview)
             yield Progress(len(found), len(places), "traces")
     return found
 
@@ -412,7 +412,7 @@ def train_held_out(
         final = None
         if own is None and outcome.recogniser:
             final = load_recogniser(project.recogniser_path(outcome.recogniser))
-    tested = {one.id for one in outcome.tested}
+    tested = {demonstration_item.id for demonstration_item in outcome.tested}
     how: TrainedHow = (
         "final" if own is None else "left out" if outcome.test_task is None else "other task"
     )
@@ -592,17 +592,17 @@ def _by_gradient(
     shares = total / len(rows)
     # Log magnitudes come first, then the phases in the same order.
     bands = shares.reshape(-1, *shape).sum(axis=0)
-    here = float(log_odds(network, rows, favoured, against).mean())
-    there = float(log_odds(network, mean[np.newaxis], favoured, against)[0])
+    log_odds_here = float(log_odds(network, rows, favoured, against).mean())
+    log_odds_reference = float(log_odds(network, mean[np.newaxis], favoured, against)[0])
     return Attribution(
         method="gradient",
         bands=bands,
         bands_error=np.zeros(shape),
         channels=bands.sum(axis=1),
         channels_error=np.zeros(shape[0]),
-        log_odds=here,
-        reference=there,
-        gap=abs(float(shares.sum()) - (here - there)),
+        log_odds=log_odds_here,
+        reference=log_odds_reference,
+        gap=abs(float(shares.sum()) - (log_odds_here - log_odds_reference)),
         steps=len(rows),
         repeats=0,
     )
@@ -620,19 +620,19 @@ def _by_permutation(
     """What the log-odds lose when a band, or a whole channel, is replaced."""
     random = np.random.default_rng(seed)
     chosen = np.unique(np.linspace(0, len(rows) - 1, STEPS).round().astype(np.int64))
-    looked = rows[chosen]
-    here = float(log_odds(judge, looked, favoured, against).mean())
+    chosen_rows = rows[chosen]
+    log_odds_here = float(log_odds(judge, chosen_rows, favoured, against).mean())
     q, k = shape
     places = np.arange(rows.shape[1]).reshape(-1, q, k)
     groups = [places[:, i, j] for i in range(q) for j in range(k)]
     groups += [places[:, i].ravel() for i in range(q)] + [places.ravel()]
     losses, errors = np.zeros(len(groups)), np.zeros(len(groups))
     for number, columns in enumerate(groups):
-        drawn = random.integers(len(sample), size=REPEATS * len(looked))
-        changed = np.tile(looked, (REPEATS, 1))
+        drawn = random.integers(len(sample), size=REPEATS * len(chosen_rows))
+        changed = np.tile(chosen_rows, (REPEATS, 1))
         changed[:, columns] = sample[np.ix_(drawn, columns)]
         left = log_odds(judge, changed, favoured, against).reshape(REPEATS, -1).mean(axis=1)
-        losses[number] = here - left.mean()
+        losses[number] = log_odds_here - left.mean()
         errors[number] = left.std(ddof=1) / np.sqrt(REPEATS)
         yield Progress(number + 1, len(groups), "explaining")
     return Attribution(
@@ -641,10 +641,10 @@ def _by_permutation(
         bands_error=errors[: q * k].reshape(shape),
         channels=losses[q * k : -1],
         channels_error=errors[q * k : -1],
-        log_odds=here,
-        reference=here - float(losses[-1]),
+        log_odds=log_odds_here,
+        reference=log_odds_here - float(losses[-1]),
         gap=0.0,
-        steps=len(looked),
+        steps=len(chosen_rows),
         repeats=REPEATS,
     )
 
@@ -803,16 +803,18 @@ def explain(
     found = yield from attribute_bands(
         judge, rows, favoured, against, shape, mean=withheld.mean, sample=withheld.sample
     )
-    wanted = summarise(
+    target = summarise(
         examples, withheld.demonstration, len(withheld.hertz), place.start, place.end
     )
-    assert wanted is not None  # there are samples
+    assert target is not None  # there are samples
     neighbours = {}
     for action in (favoured, against):
         near = nearest_segments(
-            wanted, withheld.training, action, without={place.demonstration, *hidden}
+            target, withheld.training, action, without={place.demonstration, *hidden}
         )
-        neighbours[action] = tuple(_neighbour_with_prediction(outcome, one) for one in near)
+        neighbours[action] = tuple(
+            _neighbour_with_prediction(outcome, neighbour) for neighbour in near
+        )
     return Explanation(
         place=place,
         favoured=favoured,

@@ -104,12 +104,12 @@ def gather_evidence(
         Between these segments and the prediction; without any, only whole segments are judged.
     """
     parts = tuple(d for d in differences if d.kind == "action")
-    said = _said(reviewed, [(s.start, s.end) for s in segments], actions)
+    probabilities = _said(reviewed, [(s.start, s.end) for s in segments], actions)
     of_parts = _said(reviewed, [(d.start, d.end) for d in parts], actions)
-    predicted = np.zeros_like(said)
+    predicted = np.zeros_like(probabilities)
     for row, s in enumerate(segments):
         predicted[row] = _shares(reviewed.predicted, *_middle(s.start, s.end), actions)
-    return ModelEvidence(reviewed.id, segments, said, predicted, parts, of_parts)
+    return ModelEvidence(reviewed.id, segments, probabilities, predicted, parts, of_parts)
 
 
 def _said(
@@ -196,8 +196,8 @@ def suspect_parts(
     parts = list(_numbered_parts(everything, codes))
     words, order = _ProbabilityEvidence(everything, codes, parts), _OrderEvidence(everything, codes)
     lengths: dict[str | None, list[float]] = defaultdict(list)
-    for one in everything:
-        for segment in one.segments:
+    for evidence_item in everything:
+        for segment in evidence_item.segments:
             lengths[segment.action].append(segment.duration)
     usual = {action: median(found) for action, found in lengths.items()}
     result = defaultdict(list)
@@ -205,8 +205,8 @@ def suspect_parts(
         difference = part.difference
         evidence = words.evidence(part) + order.evidence(part)
         share = min(1.0, difference.duration / usual.get(difference.predicted, math.inf))
-        sure = float(part.said[part.y])
-        suspicion = sure * share * float(np.exp(-np.logaddexp(0.0, -evidence)))
+        probability = float(part.said[part.y])
+        suspicion = probability * share * float(np.exp(-np.logaddexp(0.0, -evidence)))
         place = difference.demonstration, part.start
         result[place].append(replace(difference, suspicion=suspicion))
     return result
@@ -217,29 +217,33 @@ def _numbered_parts(
 ) -> Iterator[_SuspectPart]:
     """The parts whose actions are known."""
     before = 0
-    for one in everything:
-        line = _code_sequence(one, codes)
-        starts = [segment.start for segment in one.segments]
-        for difference, said in zip(one.parts, one.of_parts, strict=True):
+    for evidence in everything:
+        line = _code_sequence(evidence, codes)
+        starts = [segment.start for segment in evidence.segments]
+        for difference, probabilities in zip(evidence.parts, evidence.of_parts, strict=True):
             x, y = codes.get(difference.human or ""), codes.get(difference.predicted or "")
             k = bisect_right(starts, difference.start) - 1
-            most = (1.0 - 2.0 * MARGIN) * one.segments[k].duration  # which is the whole segment
+            most = (1.0 - 2.0 * MARGIN) * evidence.segments[
+                k
+            ].duration  # which is the whole segment
             if x is None or y is None or difference.duration >= most:
                 continue
             left, _, right = line[k : k + 3]
             ahead = [x] if difference.start > starts[k] else []
-            rest = [x] if difference.end < one.segments[k].end else []
+            rest = [x] if difference.end < evidence.segments[k].end else []
             # An action that goes on is one.
             instead = tuple(code for code, _ in groupby([left, *ahead, y, *rest, right]))
             coded = (left, x, right)
-            yield _SuspectPart(difference, before + k, starts[k], x, y, said, coded, instead)
+            yield _SuspectPart(
+                difference, before + k, starts[k], x, y, probabilities, coded, instead
+            )
         before += len(starts)
 
 
-def _code_sequence(heard: ModelEvidence, codes: Mapping[str, int]) -> list[int]:
+def _code_sequence(evidence: ModelEvidence, codes: Mapping[str, int]) -> list[int]:
     """The codes of a demonstration's segments; K stands for either end and for the unknown."""
     K = len(codes)
-    return [K, *(codes.get(segment.action, K) for segment in heard.segments), K]
+    return [K, *(codes.get(segment.action, K) for segment in evidence.segments), K]
 
 
 class _ProbabilityEvidence:
@@ -252,8 +256,8 @@ class _ProbabilityEvidence:
         parts: Sequence[_SuspectPart],
     ) -> None:
         K = len(codes)
-        own = [code for one in everything for code in _code_sequence(one, codes)[1:-1]]
-        self._said = np.concatenate([one.said for one in everything])
+        own = [code for evidence in everything for code in _code_sequence(evidence, codes)[1:-1]]
+        self._said = np.concatenate([evidence.said for evidence in everything])
         self._totals = np.zeros((K + 1, K))
         np.add.at(self._totals, own, self._said)
         self._counts = np.bincount(own, minlength=K + 1)
@@ -281,8 +285,8 @@ class _OrderEvidence:
 
     def __init__(self, everything: Sequence[ModelEvidence], codes: Mapping[str, int]) -> None:
         self._met = np.zeros((len(codes) + 1, len(codes) + 1))
-        for one in everything:
-            for pair in pairwise(_code_sequence(one, codes)):
+        for evidence in everything:
+            for pair in pairwise(_code_sequence(evidence, codes)):
                 self._met[pair] += 1.0
         self._mutual_information = neighbour_information(self._met)
 
@@ -305,7 +309,7 @@ FAR, LEAST_USUAL = 4.0, 0.025
 
 
 def suspect_segments(
-    all_heard: Iterable[ModelEvidence], actions: Sequence[str]
+    everything_in: Iterable[ModelEvidence], actions: Sequence[str]
 ) -> tuple[Difference, ...]:
     """Every human segment, or part of one, that the model would rather call something else.
 
@@ -323,22 +327,22 @@ def suspect_segments(
         the other action. A segment is listed as a whole where that is suspected, and otherwise
         as what is more suspect: the whole, or its parts.
     """
-    everything = [h for h in all_heard if h.segments]
+    everything = [evidence for evidence in everything_in if evidence.segments]
     if not everything:
         return ()
     # Of an action that it never learnt, as of another task, the model cannot be a witness.
-    learnt = np.flatnonzero(np.concatenate([h.said for h in everything]).any(axis=0))
+    learnt = np.flatnonzero(np.concatenate([evidence.said for evidence in everything]).any(axis=0))
     if len(learnt) < 2:
         return ()
     known = [actions[code] for code in learnt.tolist()]
     everything = [
         replace(
-            h,
-            said=h.said[:, learnt],
-            predicted=h.predicted[:, learnt],
-            of_parts=h.of_parts[:, learnt],
+            evidence,
+            said=evidence.said[:, learnt],
+            predicted=evidence.predicted[:, learnt],
+            of_parts=evidence.of_parts[:, learnt],
         )
-        for h in everything
+        for evidence in everything
     ]
     wholes = {(d.demonstration, d.start): d for d in _segments(everything, known)}
     parts = suspect_parts(everything, known)
@@ -355,12 +359,12 @@ def suspect_segments(
 
 def _segments(everything: Sequence[ModelEvidence], actions: Sequence[str]) -> list[Difference]:
     """The whole segments of which anything is suspected."""
-    said = np.concatenate([h.said for h in everything])
+    probabilities = np.concatenate([h.said for h in everything])
     number = {action: code for code, action in enumerate(actions)}
     line = SegmentSequence([[number.get(s.action, -1) for s in h.segments] for h in everything])
     segments = [(h.demonstration, segment) for h in everything for segment in h.segments]
     predicted = np.concatenate([h.predicted for h in everything])[line.known]
-    known, own = said[line.known], (np.arange(len(line.known)), line.codes)
+    known, own = probabilities[line.known], (np.arange(len(line.known)), line.codes)
     # A label may be unusual: the model contradicts it only by seeing more of something else.
     contradicts = (known > known[own][:, None]) & (predicted > predicted[own][:, None])
     return [
@@ -370,7 +374,7 @@ def _segments(everything: Sequence[ModelEvidence], actions: Sequence[str]) -> li
             segments[i][1].end,
             segments[i][1].action,
             actions[other],
-            float(said[i, other]),
+            float(probabilities[i, other]),
             suspicion=suspicion,
         )
         for i, other, suspicion in score_suspicions(known, line, contradicts)
@@ -417,5 +421,5 @@ def _edge(difference: Difference, usual: float, trace: ProbabilityTrace | None) 
         return 0.0
     start, end, length = difference.start, difference.end, difference.duration
     beside = (trace.mean(start - length, start), trace.mean(end, end + length))
-    sure = min(difference.confidence, *(float(side.max()) for side in beside))
-    return sure * far**2
+    probability = min(difference.confidence, *(float(side.max()) for side in beside))
+    return probability * far**2

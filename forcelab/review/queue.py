@@ -166,9 +166,9 @@ def _arrange(
     invented: bool,
 ) -> Queue:
     """Put differences into sections."""
-    said: dict[str, list[StoredVerdict]] = {}
+    by_demonstration: dict[str, list[StoredVerdict]] = {}
     for verdict in verdicts:
-        said.setdefault(verdict.demonstration, []).append(verdict)
+        by_demonstration.setdefault(verdict.demonstration, []).append(verdict)
     suspected = [d for d in segments if d.suspicion >= SUSPECT]
     over: dict[str, list[Difference]] = {}
     for suspect in suspected:
@@ -182,7 +182,11 @@ def _arrange(
     still_there: set[int] = set()  # verdicts whose edit was undone
 
     def settled(difference: Difference) -> bool:
-        speaking = [v for v in said.get(difference.demonstration, ()) if applies_to(v, difference)]
+        speaking = [
+            v
+            for v in by_demonstration.get(difference.demonstration, ())
+            if applies_to(v, difference)
+        ]
         still_there.update(v.id for v in speaking if changed_labels(v))
         return any(not changed_labels(v) for v in speaking)
 

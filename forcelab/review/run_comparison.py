@@ -52,7 +52,7 @@ class Comparison:
     relabelled: tuple[str, ...]
 
 
-def compare_runs(one: RunResult, other: RunResult) -> Comparison:
+def compare_runs(first: RunResult, second: RunResult) -> Comparison:
     """Compare two runs over what both tested.
 
     Parameters
@@ -65,10 +65,10 @@ def compare_runs(one: RunResult, other: RunResult) -> Comparison:
     Comparison
         Differences are what `other` has more.
     """
-    return finish(comparison_job(one, other))
+    return finish(comparison_job(first, second))
 
 
-def comparison_job(one: RunResult, other: RunResult) -> Generator[Progress, None, Comparison]:
+def comparison_job(first: RunResult, second: RunResult) -> Generator[Progress, None, Comparison]:
     """Compare two runs over what both tested.
 
     Scores are those that the runs hold; where one of them tested more than the other, pooled
@@ -82,39 +82,39 @@ def comparison_job(one: RunResult, other: RunResult) -> Generator[Progress, None
     ------
     Progress
     """
-    theirs = {each.id: each for each in other.tested}
-    pairs = [(mine, theirs[mine.id]) for mine in one.tested if mine.id in theirs]
+    theirs = {each.id: each for each in second.tested}
+    pairs = [(mine, theirs[mine.id]) for mine in first.tested if mine.id in theirs]
     shared = tuple(mine.id for mine, _ in pairs)
     pooled, each, found = {}, {}, {}
     for step, stage in enumerate(STAGES):
         counts: tuple[list[Counts], list[Counts]] = ([], [])
         for number, pair in enumerate(pairs):
             if all(stage in side.stages for side in pair):
-                for outcome, side, into in zip((one, other), pair, counts, strict=True):
-                    into.append(count_segments(side.human, side.stages[stage], outcome.actions))
+                for run, side, into in zip((first, second), pair, counts, strict=True):
+                    into.append(count_segments(side.human, side.stages[stage], run.actions))
             yield Progress(step * len(pairs) + number + 1, 2 * len(pairs), pair[0].name)
-        sides = list(zip((one, other), counts, strict=True))
-        first, second = (_pooled(outcome, stage, shared, parts) for outcome, parts in sides)
-        pooled[stage] = (first, second)
-        mine, yours = (_by_id(outcome, stage) for outcome in (one, other))
-        each[stage] = {id_: (mine.get(id_, {}), yours.get(id_, {})) for id_ in shared}
-        found[stage] = difference_intervals(*counts, seed=one.settings.seed)
+        sides = list(zip((first, second), counts, strict=True))
+        mine, yours = (_pooled(run, stage, shared, parts) for run, parts in sides)
+        pooled[stage] = (mine, yours)
+        mine_by_id, yours_by_id = (_by_id(run, stage) for run in (first, second))
+        each[stage] = {id_: (mine_by_id.get(id_, {}), yours_by_id.get(id_, {})) for id_ in shared}
+        found[stage] = difference_intervals(*counts, seed=first.settings.seed)
     return Comparison(
-        one,
-        other,
+        first,
+        second,
         shared,
         {mine.id: mine.name for mine, _ in pairs},
         pooled,
         each,
         found,
-        settings_that_differ(one, other),
+        settings_that_differ(first, second),
         tuple(mine.id for mine, yours in pairs if mine.human != yours.human),
     )
 
 
-def settings_that_differ(one: RunResult, other: RunResult) -> tuple[tuple[str, str, str], ...]:
+def settings_that_differ(first: RunResult, second: RunResult) -> tuple[tuple[str, str, str], ...]:
     """Name and both values, as text, of everything that the runs were asked for differently."""
-    mine, yours = _requested(one), _requested(other)
+    mine, yours = _requested(first), _requested(second)
     return tuple(
         (name, as_text(mine.get(name)), as_text(yours.get(name)))
         for name in dict.fromkeys((*mine, *yours))
@@ -140,9 +140,9 @@ def as_text(value: object) -> str:
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, Mapping):
-        return ", ".join(f"{key} → {as_text(given)}" for key, given in value.items()) or "–"
+        return ", ".join(f"{key} → {as_text(item)}" for key, item in value.items()) or "–"
     if isinstance(value, (list, tuple)):
-        return " + ".join(as_text(one) for one in value) or "–"
+        return " + ".join(as_text(item) for item in value) or "–"
     return value if isinstance(value, str) else json.dumps(value, ensure_ascii=False)
 
 
@@ -160,4 +160,4 @@ def _by_id(outcome: RunResult, stage: str) -> dict[str, Mapping[str, Any]]:
     """The scores of each tested demonstration; the run lists them in the same order."""
     listed = outcome.scores.get(stage, {}).get("demonstrations", ())
     tested: tuple[DemonstrationResult, ...] = outcome.tested
-    return {one.id: scores for one, scores in zip(tested, listed, strict=False)}
+    return {item.id: scores for item, scores in zip(tested, listed, strict=False)}

@@ -175,13 +175,13 @@ def latest_run(project: Project, tasks: Sequence[str] | None = None) -> RunResul
     """
     runs = project.run_summaries(KIND)[::-1]
     if tasks is not None:
-        told = [(run, *tasks_of(run.settings)) for run in runs]
-        wanted = set(tasks)
-        trained = [(run, test) for run, of, test in told if set(of) == wanted]
+        candidates = [(run, *tasks_of(run.settings)) for run in runs]
+        requested = set(tasks)
+        trained = [(run, test) for run, of, test in candidates if set(of) == requested]
         runs = (
             # Whoever asks for a task wants its own demonstrations, and not those of another one.
             *(run for run, test in trained if test is None),
-            *(run for run, _, test in told if {test} == wanted),
+            *(run for run, _, test in candidates if {test} == requested),
             *(run for run, _ in trained),
         )
     return load_run(project, runs[0].id) if runs else None
@@ -213,19 +213,19 @@ def _run_result(project: Project, run: StoredRun) -> RunResult:
     """A run as an outcome; whatever is raised over what it holds, it is damaged."""
     result = run.result
     infos = {info.id: info for info in project.demonstrations()}
-    sure = result.get("certainty", {})
+    traces = result.get("certainty", {})
 
     def reviewed(plain: Mapping[str, Any]) -> DemonstrationResult:
         id_ = plain["demonstration"]
         return _demonstration_result(
-            project, infos[id_], plain, plain.get("certainty", sure.get(id_))
+            project, infos[id_], plain, plain.get("certainty", traces.get(id_))
         )
 
-    def there(key: str) -> list[Mapping[str, Any]]:
-        told = result.get(key, ())
-        return [one for one in told if one["demonstration"] in infos or not _is_id(one)]
+    def existing(key: str) -> list[Mapping[str, Any]]:
+        rows = result.get(key, ())
+        return [row for row in rows if row["demonstration"] in infos or not _is_id(row)]
 
-    tracks = there("tracks")
+    tracks = existing("tracks")
     remarks = list(result["remarks"])
     if gone := len(result["tracks"]) - len(tracks):
         if not tracks:
@@ -251,7 +251,7 @@ def _run_result(project: Project, run: StoredRun) -> RunResult:
         actions=tuple(result["labels"]),
         labels=run.labels,
         tested=tuple(reviewed(plain) for plain in tracks),
-        proposals=tuple(reviewed(plain) for plain in there("proposals")),
+        proposals=tuple(reviewed(plain) for plain in existing("proposals")),
         recogniser=str(result.get("recogniser", "")),
         scores={
             which: _scores(result[which], result["tracks"], tracks)
@@ -267,16 +267,18 @@ def _run_result(project: Project, run: StoredRun) -> RunResult:
 
 
 def _scores(
-    stage: Mapping[str, Any], told: Sequence[Mapping[str, Any]], kept: Sequence[Mapping[str, Any]]
+    stage: Mapping[str, Any],
+    tested: Sequence[Mapping[str, Any]],
+    existing: Sequence[Mapping[str, Any]],
 ) -> Mapping[str, Any]:
     """Scores of a stage; those of each demonstration stand in the order of those that are kept."""
-    if len(kept) == len(told) or "demonstrations" not in stage:
+    if len(existing) == len(tested) or "demonstrations" not in stage:
         return stage
-    ids = {plain["demonstration"] for plain in kept}
-    each = zip(told, stage["demonstrations"], strict=False)
+    ids = {plain["demonstration"] for plain in existing}
+    each = zip(tested, stage["demonstrations"], strict=False)
     return {
         **stage,
-        "demonstrations": [one for plain, one in each if plain["demonstration"] in ids],
+        "demonstrations": [scores for plain, scores in each if plain["demonstration"] in ids],
     }
 
 

@@ -98,9 +98,9 @@ class TrainingProgress:
         self, job: Generator[Progress, None, ResultT]
     ) -> Generator[TrainingStep, None, ResultT]:
         """An evaluation as steps."""
-        made = yield from self._of(job, "fold")
+        result = yield from self._of(job, "fold")
         self._fold = self.folds
-        return made
+        return result
 
     def fit(
         self, job: Generator[Progress, None, ResultT]
@@ -283,12 +283,12 @@ def review_job(
             remarks += refused
         result["remarks"] = [*result["remarks"], *remarks]
         result["trained_on"] = list(trained_on)
-        asked = provenance(settings, choice, snapshot.tasks)
+        requested = provenance(settings, choice, snapshot.tasks)
         while True:
             yield steps.storing()
             try:
                 with interruptible():
-                    return _store(project, snapshot, asked, result, name, recogniser)
+                    return _store(project, snapshot, requested, result, name, recogniser)
             except StoreBusyError:  # what took minutes is not lost for that; one can cancel
                 continue
 
@@ -317,9 +317,9 @@ def _check(found: Dataset, settings: Settings, tasks: Sequence[str]) -> None:
     merged = [item.merged(settings.merge) for item in found.labelled]
     actions = list(dict.fromkeys(s.action for item in merged for s in item.segments))
     if len(actions) < 2:
-        there = f"only '{actions[0]}' is" if actions else "none is"
+        labelled = f"only '{actions[0]}' is" if actions else "none is"
         raise InputError(
-            f"Training needs two actions and {there} labelled in {' + '.join(tasks)}; label a "
+            f"Training needs two actions and {labelled} labelled in {' + '.join(tasks)}; label a "
             f"stretch of a second one. Until then you can go on labelling and compare coders."
         )
 
@@ -386,7 +386,7 @@ def _proposals(
     Also of those that are blind for the coder: it is the window that hides them. Each is stored
     with how typical it is of all of them.
     """
-    made, remarks, looks = [], [], []
+    proposals, remarks, samples = [], [], []
     for i, info in enumerate(snapshot.new):
         yield steps.proposing(i, len(snapshot.new), info.name)
         try:
@@ -399,13 +399,13 @@ def _proposals(
             remarks.append(f"No proposal for '{info.name}': {error}")
             continue
         remarks += [
-            f"'{info.name}': {one}" for one in recogniser.remarks_on(demonstration.channels)
+            f"'{info.name}': {remark}" for remark in recogniser.remarks_on(demonstration.channels)
         ]
-        made.append(_proposal(demonstration, prediction))
-        looks.append(sample_steps(examples))
-    for proposal, share in zip(made, typicality(looks).tolist(), strict=True):
+        proposals.append(_proposal(demonstration, prediction))
+        samples.append(sample_steps(examples))
+    for proposal, share in zip(proposals, typicality(samples).tolist(), strict=True):
         proposal["typicality"] = share
-    return made, tuple(remarks)
+    return proposals, tuple(remarks)
 
 
 def _proposal(demonstration: Demonstration, prediction: Prediction) -> dict[str, Any]:
@@ -423,15 +423,15 @@ def _proposal(demonstration: Demonstration, prediction: Prediction) -> dict[str,
         ]
         for which, codes in stages.items()
     }
-    sure = prediction.probability_trace
-    trace = {} if sure is None else {"certainty": sure.to_json()}
-    return {**where, **tracks, **trace}
+    trace = prediction.probability_trace
+    kept_trace = {} if trace is None else {"certainty": trace.to_json()}
+    return {**where, **tracks, **kept_trace}
 
 
 def _store(
     project: Project,
     snapshot: _Snapshot,
-    asked: dict[str, Any],
+    requested: dict[str, Any],
     result: dict[str, Any],
     name: str,
     recogniser: Recogniser | None,
@@ -441,7 +441,7 @@ def _store(
     if recogniser is None:
         return project.add_run(
             KIND,
-            settings=asked,
+            settings=requested,
             seed=seed,
             labels=labels,
             versions=versions(),
@@ -451,7 +451,7 @@ def _store(
         KIND,
         name,
         dump(recogniser),
-        settings=asked,
+        settings=requested,
         seed=seed,
         labels=labels,
         trained_on=project.still_there(

@@ -112,7 +112,7 @@ def count_verdicts(verdicts: Iterable[Verdict]) -> tuple[VerdictCount, ...]:
         pair = (verdict.human, verdict.predicted)
         counts.setdefault(pair, Counter())[verdict.verdict] += 1
     found = [
-        VerdictCount(human, predicted, said["human"], said["model"], said["ambiguous"])
-        for (human, predicted), said in counts.items()
+        VerdictCount(human, predicted, counted["human"], counted["model"], counted["ambiguous"])
+        for (human, predicted), counted in counts.items()
     ]
     return tuple(sorted(found, key=lambda j: (-j.total, j.human or "", j.predicted or "")))
