@@ -124,15 +124,15 @@ def dropped(codes, times, limits, period, ahead):
 def by_part(recogniser, steps, channels, budget, period):
     """The labels of a part for streams: of features as it has learnt from, decoded at once."""
     hop, n = live_hop(recogniser.settings, 1.0 / period), len(steps)
-    looks = [round(part.windows.look / period) for part in recogniser.live]
-    part = recogniser.live[looks.index(budget.features)]
+    looks = [round(part.windows.look / period) for part in recogniser.live_models]
+    part = recogniser.live_models[looks.index(budget.features)]
     features = part.windows.of(channels, 1.0 / period, hop)
     valid = steps.valid[np.minimum(np.arange(len(features)) * hop + hop // 2, n - 1)]
     known = np.zeros((len(features), len(recogniser.actions)))
     found = part.classifier.predict_proba(features[valid])
     known[np.ix_(valid, part.classifier.classes_)] = found
     use = recogniser.settings.choreography
-    decoder = FixedLag(hop * period, budget.decoder // hop, recogniser.choreography, use)
+    decoder = FixedLag(hop * period, budget.decoder // hop, recogniser.grammar, use)
     with np.errstate(divide="ignore"):
         codes = np.concatenate([decoder.push(np.log(known), valid), decoder.finish()])
     around = np.minimum(np.arange(n) // hop, len(features) - 1)

@@ -87,16 +87,16 @@ class SegmentBuilder:
             return None
         return ClosedSegment(self._start, self.until, self.action, self._sum / self._count)
 
-    def take(self, decided: LiveLabels) -> list[ClosedSegment]:
+    def take(self, labels: LiveLabels) -> list[ClosedSegment]:
         """Take in labels; gives the segments that they end."""
-        if not len(decided):
+        if not len(labels):
             return []
-        times, codes = decided.times, decided.codes
+        times, codes = labels.times, labels.codes
         probabilities = np.full(len(codes), np.nan)
-        if decided.probabilities is not None:
+        if labels.probabilities is not None:
             rows = np.arange(len(codes))
             probabilities = np.where(
-                codes >= 0, decided.probabilities[rows, np.maximum(codes, 0)], np.nan
+                codes >= 0, labels.probabilities[rows, np.maximum(codes, 0)], np.nan
             )
         before = np.concatenate([[self._last], times[:-1]])
         parted = times - before > GAP_PERIODS * self._period
@@ -185,19 +185,19 @@ class SnapshotBuffer:
         self._segments: deque[Segment] = deque()
         self._latest: tuple[float, ...] = ()
 
-    def take(self, decided: LiveLabels, ended: list[ClosedSegment]) -> None:
+    def take(self, labels: LiveLabels, ended: list[ClosedSegment]) -> None:
         """Take in labels and the segments that they ended."""
         self._segments.extend(segment.segment for segment in ended)
-        if not len(decided):
+        if not len(labels):
             return
-        while self._segments and self._segments[0].end < decided.times[-1] - SECONDS:
+        while self._segments and self._segments[0].end < labels.times[-1] - SECONDS:
             self._segments.popleft()
-        if decided.probabilities is None:
+        if labels.probabilities is None:
             return
-        times = decided.times
+        times = labels.times
         recent = times > times[-1] - SECONDS + 1.0
-        self._latest = tuple(decided.probabilities[-1].tolist())
-        self._add(np.floor(times[recent] * RATE).astype(np.int64), decided.probabilities[recent])
+        self._latest = tuple(labels.probabilities[-1].tolist())
+        self._add(np.floor(times[recent] * RATE).astype(np.int64), labels.probabilities[recent])
 
     def end(self, growing: SegmentBuilder) -> None:
         """The segment that grows ends here: another recogniser goes on."""
@@ -206,7 +206,7 @@ class SnapshotBuffer:
             self._segments.append(present.segment)
         self._latest = ()
 
-    def glimpse(self, growing: SegmentBuilder, cost: float) -> LiveSnapshot:
+    def snapshot(self, growing: SegmentBuilder, cost: float) -> LiveSnapshot:
         """What is to be seen now."""
         present = growing.present
         segments = (*self._segments, *(() if present is None else (present.segment,)))
@@ -352,10 +352,10 @@ class LiveRecognition:
             if rate is None
             else rate_remarks_at(recogniser, rate, "The samples come", "they have")
         )
-        self.remarks = (*recogniser.remarks_on(self._following.channels), *slow)
+        self.remarks = (*recogniser.unit_remarks(self._following.channels), *slow)
         self._segments = SegmentBuilder(self._online)
         self._recent = SnapshotBuffer(self._online.actions)
-        self.glimpse = LiveSnapshot()
+        self.snapshot = LiveSnapshot()
         self._found: list[ClosedSegment] = []
         self._ages: deque[float] = deque(maxlen=AGES)
         self._keeping = True
@@ -391,7 +391,7 @@ class LiveRecognition:
         if after is not None:
             self._recent = after._recent
             self._recent.end(after._segments)
-            self.glimpse = self._recent.glimpse(self._segments, 0.0)
+            self.snapshot = self._recent.snapshot(self._segments, 0.0)
         self._keeping = keeping
         if firsts is None:
             self._following.skip(self._recorder.latest(0.0))
@@ -427,14 +427,14 @@ class LiveRecognition:
             return []
         worked = time.thread_time()
         times, values = self._following.read()
-        decided = self._online.push(times, values)
-        found = self._segments.take(decided)
-        self._recent.take(decided, found)
+        labels = self._online.push(times, values)
+        found = self._segments.take(labels)
+        self._recent.take(labels, found)
         if self._keeping:
             self._found += found
-        if len(decided):
-            self._ages.append(time.monotonic() - float(decided.times[0]))
-            self.glimpse = self._recent.glimpse(self._segments, self._cost())
+        if len(labels):
+            self._ages.append(time.monotonic() - float(labels.times[0]))
+            self.snapshot = self._recent.snapshot(self._segments, self._cost())
         self._cpu += time.thread_time() - worked
         return found
 

@@ -123,7 +123,7 @@ class ColumnRing:
         self._open[source][target] = places  # the last of each row stays
         self._values[target, columns] = largest
 
-    def strip(self, hertz: Real, complete: Real) -> RollingImage:
+    def image(self, hertz: Real, complete: Real) -> RollingImage:
         """The picture as it is now; parameters as of :class:`RollingImage`."""
         order = np.arange(self._newest - self._columns + 1, self._newest + 1)
         sizes = self._values[:, order % self._columns]
@@ -207,7 +207,7 @@ class LiveScalogram:
         rows: int,
         rates: Sequence[float] = (),
     ) -> None:
-        self.strip: RollingImage | None = None
+        self.image: RollingImage | None = None
         self._recorder = recorder
         chosen, recorded, self._apply = _channel_source(devices, channel)
         self._chosen = chosen
@@ -261,7 +261,7 @@ class LiveScalogram:
             yield
         if len(steps):
             complete = float(steps.times[-1]) - self._complete
-            self.strip = self._ring.strip(self.hertz, complete)
+            self.image = self._ring.image(self.hertz, complete)
 
     def _transform(self, steps: Steps) -> None:
         """Write the coefficients that steps of the grid bring."""

@@ -163,7 +163,7 @@ def _folds(
                 own = replace(
                     recogniser,
                     settings=variant.settings,
-                    choreography=recogniser.choreography if variant.settings.decodes else None,
+                    grammar=recogniser.grammar if variant.settings.decodes else None,
                 )
                 found = spent[id(variant)]
                 found.fit += fitted

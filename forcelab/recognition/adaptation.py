@@ -75,13 +75,13 @@ class Adaptation:
     """
 
     sources: Mapping[str, str]
-    own: Mapping[str, float]
-    wanted: Mapping[str, float]
+    test_rest: Mapping[str, float]
+    train_rest: Mapping[str, float]
     gain: Mapping[str, float]
     swapped: tuple[tuple[str, str], ...] = ()
-    likelier: float = -np.inf
+    log_ratio: float = -np.inf
 
-    def adapted(self, item: LabelledDemonstration) -> LabelledDemonstration:
+    def apply(self, item: LabelledDemonstration) -> LabelledDemonstration:
         """A demonstration of the test set as the training set's sensors would have seen it."""
         demonstration = item.demonstration
         names = [channel.name for channel in demonstration.channels]
@@ -90,8 +90,8 @@ class Adaptation:
         for i, name in enumerate(names):
             source = self.sources.get(name)
             if source is not None:
-                moved = columns[source] - self.own[source]
-                signals[:, i] = self.wanted[name] + self.gain[name] * moved
+                moved = columns[source] - self.test_rest[source]
+                signals[:, i] = self.train_rest[name] + self.gain[name] * moved
         adapted = Demonstration(
             demonstration.name,
             demonstration.task,
@@ -103,14 +103,14 @@ class Adaptation:
         return replace(item, demonstration=adapted)
 
     @property
-    def sentence(self) -> str:
+    def summary(self) -> str:
         """What was done, in one sentence."""
         sensors = "no sensor is swapped"
         if self.swapped:
             pairs = " and ".join(
                 f"{replacement} for {sensor}" for sensor, replacement in self.swapped
             )
-            sensors = f"sensors are swapped ({pairs}; log likelihood ratio {self.likelier:.1f})"
+            sensors = f"sensors are swapped ({pairs}; log likelihood ratio {self.log_ratio:.1f})"
         gains = sorted(self.gain.values())
         return (
             f"Adapted to the training demonstrations without labels: {sensors}, forces are scaled by "

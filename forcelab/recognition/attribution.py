@@ -53,10 +53,10 @@ class Scorer(Protocol):
         """
 
 
-def log_odds(judge: Scorer, features: Real, favoured: str, against: str) -> Real:
+def log_odds(scorer: Scorer, features: Real, favoured: str, against: str) -> Real:
     """Log-odds of two actions at each time step, positive where `favoured` leads; shape (n,)."""
-    scores = judge.scores(features)
-    first, second = judge.actions.index(favoured), judge.actions.index(against)
+    scores = scorer.scores(features)
+    first, second = scorer.actions.index(favoured), scorer.actions.index(against)
     return np.asarray(scores[:, first] - scores[:, second])
 
 
@@ -89,7 +89,9 @@ class MlpScorer:
         """Of each action at each time step, shape (n, K)."""
         return softmax(self.scores(features))
 
-    def shares(self, features: Real, reference: Real, favoured: str, against: str) -> Real:
+    def integrated_gradients(
+        self, features: Real, reference: Real, favoured: str, against: str
+    ) -> Real:
         """What each feature adds to the log-odds, compared with a reference.
 
         Parameters

@@ -275,9 +275,9 @@ def _fit_ensemble_steps(name: str) -> Fit:
     """Fit what :mod:`forcelab.recognition.ensemble` fits; inner fits are steps on the way."""
 
     def fit(
-        X: NDArray[np.float64], y: NDArray[np.int64], seed: int, _: bool, care: FitOptions
+        X: NDArray[np.float64], y: NDArray[np.int64], seed: int, _: bool, options: FitOptions
     ) -> Iterator[FitStep]:
-        job = fit_ensemble(name, X, y, seed, care)
+        job = fit_ensemble(name, X, y, seed, options)
         while (fitted := next(job)).done < fitted.total:
             yield FitStep(fitted.done, fitted.total, None, None)
         yield FitStep(fitted.total, fitted.total, None, finish(job))

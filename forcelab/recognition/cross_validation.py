@@ -69,7 +69,7 @@ class FoldResult:
     prediction: Prediction
     fit_seconds: float
     reliability: Reliability | None = None
-    left_out: tuple[DroppedSegment, ...] = ()
+    dropped: tuple[DroppedSegment, ...] = ()
 
 
 def make_folds(examples: Sequence[Examples], parts: Sequence[Sequence[int]]) -> list[Fold]:
@@ -123,7 +123,7 @@ def _run_fold(
     for examples in fold.held_out:
         prediction, reliability = predict_held_out(recogniser, examples, probability_trace)
         spent = 0.0 if results else seconds
-        results.append(FoldResult(prediction, spent, reliability, recogniser.left_out))
+        results.append(FoldResult(prediction, spent, reliability, recogniser.dropped))
     return results
 
 
@@ -313,7 +313,7 @@ def leave_one_out(
         remarks=(
             *remarks,
             *unlearnable_remarks(examples, parts),
-            *dropped_remarks([segment for result in results for segment in result.left_out]),
+            *dropped_remarks([segment for result in results for segment in result.dropped]),
             *settings_remarks(used, examples, settings),
             *empty_prediction_remarks(tested, settings, examples[0].rate),
         ),
@@ -480,7 +480,7 @@ def train_and_test(
             before = held_out_prediction(
                 item, example, recogniser.predict_examples(example), actions
             )
-            example = prepare_examples(matched.adapted(item), grid_settings)  # noqa: PLW2901 - as it is seen from here
+            example = prepare_examples(matched.apply(item), grid_settings)  # noqa: PLW2901 - as it is seen from here
         prediction, reliability = predict_held_out(recogniser, example, probability_trace)
         reliable.append(reliability)
         for stage, spent in prediction.seconds.items():
@@ -490,7 +490,7 @@ def train_and_test(
         yield Progress(i + 1, len(tested_items), "recognising")
     remarks = train_remarks + tuple(r for r in test_remarks if r not in train_remarks)
     if matched is not None:
-        remarks += (matched.sentence,)
+        remarks += (matched.summary,)
     untrained = [action for action in actions_of(test_examples) if action not in recogniser.actions]
     if untrained:
         remarks += (f"Tested but never trained: {', '.join(untrained)}.",)
@@ -506,7 +506,7 @@ def train_and_test(
         reliability=pool_reliability(reliable),
         remarks=remarks
         + _trained_on_remarks(train_items, tested_items)
-        + dropped_remarks(recogniser.left_out)
+        + dropped_remarks(recogniser.dropped)
         + settings_remarks([*train_items, *tested_items], examples, settings)
         + empty_prediction_remarks(tested, settings, recogniser.rate),
     )
@@ -577,7 +577,7 @@ def leave_one_out_live(
         recogniser = yield from training_job(
             [o for i, o in enumerate(used) if i not in part], fixed
         )
-        left_out.extend(recogniser.left_out)
+        left_out.extend(recogniser.dropped)
         seconds["fit"] += perf_counter() - started
         for i in part:
             started = perf_counter()

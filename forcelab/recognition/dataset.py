@@ -57,9 +57,9 @@ class Dataset:
 
     labelled: list[LabelledDemonstration]
     labels: tuple[LabelsUsed, ...]
-    spelt: frozenset[str]
+    spellings: frozenset[str]
 
-    def parted(self, pattern: str) -> tuple[Dataset, Dataset]:
+    def split(self, pattern: str) -> tuple[Dataset, Dataset]:
         """The demonstrations whose names do not match a shell's pattern, and those that do.
 
         Raises
@@ -79,7 +79,9 @@ class Dataset:
         def select(matching: bool) -> Dataset:
             mask = [match is matching for match in matches]
             return Dataset(
-                list(compress(self.labelled, mask)), tuple(compress(self.labels, mask)), self.spelt
+                list(compress(self.labelled, mask)),
+                tuple(compress(self.labels, mask)),
+                self.spellings,
             )
 
         return select(False), select(True)
@@ -210,19 +212,21 @@ class DataSelection:
         """Whether demonstrations are left out in turn, not chosen to be tested on."""
         return self.test_task is None and self.test_names is None
 
-    def settled(self, found: Dataset) -> DataSelection:
+    def with_default_folds(self, found: Dataset) -> DataSelection:
         """The same with a number of groups, by how many demonstrations there are to leave out."""
         if not self.leaves_out or self.folds is not None:
             return self
         labelled = sum(bool(item.segments) for item in found.labelled)
         return replace(self, folds=default_fold_count(labelled))
 
-    def corpus(self, project: Project, tasks: Sequence[str], settings: Settings) -> Dataset:
+    def load(self, project: Project, tasks: Sequence[str], settings: Settings) -> Dataset:
         """The demonstrations of some tasks, chosen this way."""
         merge = settings.merge if self.apart else None  # otherwise merged when prepared
         return load_dataset(project, tasks, self.author, merge=merge, apart=self.apart)
 
-    def parts(self, project: Project, tasks: Sequence[str], settings: Settings) -> list[Dataset]:
+    def load_parts(
+        self, project: Project, tasks: Sequence[str], settings: Settings
+    ) -> list[Dataset]:
         """What is trained on, and what is tested on where that is another part.
 
         Raises
@@ -230,9 +234,9 @@ class DataSelection:
         InputError
             If there is nothing of these tasks, or no name matches.
         """
-        found = self.corpus(project, tasks, settings)
+        found = self.load(project, tasks, settings)
         if self.test_task is not None:
-            return [found, self.corpus(project, [self.test_task], settings)]
+            return [found, self.load(project, [self.test_task], settings)]
         if self.test_names is None:
             return [found]
-        return list(found.parted(self.test_names))
+        return list(found.split(self.test_names))

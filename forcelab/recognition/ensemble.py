@@ -24,7 +24,7 @@ Member = Forest | Linear
 #: How a member is read, by what it is called in a file; "forest" is that of format 1.
 _KINDS: dict[str, Callable[[Mapping[str, Any], int, int], Member]] = {
     "trees": Forest.from_plain,
-    "forest": Forest.from_older,
+    "forest": Forest.from_format_1,
     "linear": Linear.from_plain,
 }
 
@@ -314,7 +314,7 @@ def _fit_member(kind: str, X: Real, y: Codes, seed: int, options: FitOptions) ->
             class_weight=weight,
             random_state=seed,
         )
-        return Forest.averaging(trees.fit(X, y), classes)
+        return Forest.from_extra_trees(trees.fit(X, y), classes)
     if kind == "boosting":
         from sklearn.ensemble import HistGradientBoostingClassifier
 
@@ -325,7 +325,7 @@ def _fit_member(kind: str, X: Real, y: Codes, seed: int, options: FitOptions) ->
             class_weight=weight,
             random_state=seed,
         )
-        return Forest.boosting(boosted.fit(X, y), classes)
+        return Forest.from_boosting(boosted.fit(X, y), classes)
     from sklearn.linear_model import LogisticRegression
 
     regression = LogisticRegression(C=STRENGTH, max_iter=500, class_weight=weight)

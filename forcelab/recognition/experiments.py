@@ -66,7 +66,7 @@ class TrainedRecogniser:
 def evaluate_tasks(
     project: Project,
     settings: Settings,
-    choice: DataSelection,
+    selection: DataSelection,
     jobs: int = 1,
     *,
     probability_trace: bool = False,
@@ -106,18 +106,18 @@ def evaluate_tasks(
     InputError
         If what was chosen cannot be evaluated, or no task can.
     """
-    choice.check()
-    if latency is not None and not choice.leaves_out:
+    selection.check()
+    if latency is not None and not selection.leaves_out:
         raise InputError(
             "With a latency demonstrations are left out in turn; choose nothing to test on."
         )
-    passing = _not_stored_remarks(choice, latency)
-    chosen = tuple(dict.fromkeys(choice.tasks))
-    every = [(task,) for task in project.tasks() if task != choice.test_task]
+    passing = _not_stored_remarks(selection, latency)
+    chosen = tuple(dict.fromkeys(selection.tasks))
+    every = [(task,) for task in project.tasks() if task != selection.test_task]
     groups = [chosen] if chosen else every
     if not groups and project.tasks():
         raise InputError(
-            f"'{project.path}' has no task but '{choice.test_task}', so there is none to train on; "
+            f"'{project.path}' has no task but '{selection.test_task}', so there is none to train on; "
             "name no task to test on, and its demonstrations are left out in turn."
         )
     if not groups:
@@ -129,16 +129,16 @@ def evaluate_tasks(
     spelt: set[str] = set()
     for tasks in groups:
         try:
-            corpora = choice.parts(project, tasks, settings)
-            settled = choice.settled(corpora[0])
+            datasets = selection.load_parts(project, tasks, settings)
+            settled = selection.with_default_folds(datasets[0])
             if latency is None:
                 job = evaluate_joined(
-                    corpora, settings, tasks, settled, jobs, probability_trace=probability_trace
+                    datasets, settings, tasks, settled, jobs, probability_trace=probability_trace
                 )
             else:
                 title = run_title(tasks, None)
                 job = leave_one_out_live(
-                    corpora[0].labelled, settings, latency, title, settled.folds
+                    datasets[0].labelled, settings, latency, title, settled.folds
                 )
             evaluation = yield from job
         except InputError as error:
@@ -149,15 +149,15 @@ def evaluate_tasks(
             refusals.append(f"Task '{tasks[0]}' was left out: {error}")
             continue
         evaluations.append((tasks, evaluation))
-        spelt.update(*(part.spelt for part in corpora))
-        mixed += dataset_unit_remarks(corpora, settings)
+        spelt.update(*(part.spellings for part in datasets))
+        mixed += dataset_unit_remarks(datasets, settings)
         if project.read_only or passing:
             continue
         project.add_run(
             "evaluate",
             settings=provenance(settings, settled, tasks),
             seed=settings.seed,
-            labels=project.still_there(labels for part in corpora for labels in part.labels),
+            labels=project.still_there(labels for part in datasets for labels in part.labels),
             versions=versions(),
             result=run_record(evaluation, probability_trace=probability_trace),
         )
@@ -175,12 +175,12 @@ def evaluate_tasks(
     return TaskEvaluations(evaluations, bool(chosen) or len(groups) == 1, remarks)
 
 
-def _not_stored_remarks(choice: DataSelection, latency: float | None) -> tuple[str, ...]:
+def _not_stored_remarks(selection: DataSelection, latency: float | None) -> tuple[str, ...]:
     """Why a result is kept as no run, in a sentence; nothing where it is kept."""
     options = {
         "a latency": latency is not None,
-        "names to test on": choice.test_names is not None,
-        "adaptation": choice.adapt,
+        "names to test on": selection.test_names is not None,
+        "adaptation": selection.adapt,
     }
     used = [name for name, is_used in options.items() if is_used]
     if not used:
@@ -192,10 +192,10 @@ def _not_stored_remarks(choice: DataSelection, latency: float | None) -> tuple[s
 
 
 def evaluate_joined(
-    corpora: Sequence[Dataset],
+    datasets: Sequence[Dataset],
     settings: Settings,
     tasks: tuple[str, ...],
-    choice: DataSelection,
+    selection: DataSelection,
     jobs: int = 1,
     *,
     probability_trace: bool,
@@ -214,22 +214,26 @@ def evaluate_joined(
     probability_trace : bool
         As of :func:`evaluate_tasks`.
     """
-    if choice.leaves_out:
+    if selection.leaves_out:
         title = run_title(tasks, None)
-        labelled, folds = corpora[0].labelled, choice.folds
+        labelled, folds = datasets[0].labelled, selection.folds
         return leave_one_out(
             labelled, settings, title, jobs, probability_trace=probability_trace, folds=folds
         )
-    title = run_title(tasks, choice.test_task if choice.test_names is None else choice.test_names)
-    train, test = (part.labelled for part in corpora)
+    title = run_title(
+        tasks, selection.test_task if selection.test_names is None else selection.test_names
+    )
+    train, test = (part.labelled for part in datasets)
     return train_and_test(
-        train, test, settings, title, probability_trace=probability_trace, adapt=choice.adapt
+        train, test, settings, title, probability_trace=probability_trace, adapt=selection.adapt
     )
 
 
-def provenance(settings: Settings, choice: DataSelection, tasks: Sequence[str]) -> dict[str, Any]:
+def provenance(
+    settings: Settings, selection: DataSelection, tasks: Sequence[str]
+) -> dict[str, Any]:
     """Everything that was asked for, as plain values."""
-    return settings.to_json() | {"choice": asdict(choice) | {"tasks": list(tasks)}}
+    return settings.to_json() | {"choice": asdict(selection) | {"tasks": list(tasks)}}
 
 
 def unused_merge_remarks(settings: Settings, spelt: Collection[str]) -> tuple[str, ...]:
@@ -238,9 +242,9 @@ def unused_merge_remarks(settings: Settings, spelt: Collection[str]) -> tuple[st
     return (f"The merge map names what nobody labelled: {', '.join(unused)}.",) if unused else ()
 
 
-def dataset_unit_remarks(corpora: Sequence[Dataset], settings: Settings) -> tuple[str, ...]:
+def dataset_unit_remarks(datasets: Sequence[Dataset], settings: Settings) -> tuple[str, ...]:
     """A remark on labelled demonstrations whose channels have unlike units."""
-    labelled = [item for part in corpora for item in part.labelled if item.segments]
+    labelled = [item for part in datasets for item in part.labelled if item.segments]
     return mixed_unit_remarks([item.demonstration for item in labelled], settings)
 
 
@@ -254,7 +258,7 @@ def _read_only_remarks(project: Project) -> tuple[str, ...]:
 
 
 def train_tasks(
-    project: Project, settings: Settings, choice: DataSelection, name: str
+    project: Project, settings: Settings, selection: DataSelection, name: str
 ) -> Generator[Progress, None, TrainedRecogniser]:
     """Train a recogniser on a project, which keeps a copy of it.
 
@@ -280,20 +284,20 @@ def train_tasks(
     InputError
         If too little is labelled.
     """
-    tasks = tuple(dict.fromkeys(choice.tasks)) or project.tasks()
-    if len(tasks) > 1 and not choice.tasks:
+    tasks = tuple(dict.fromkeys(selection.tasks)) or project.tasks()
+    if len(tasks) > 1 and not selection.tasks:
         raise InputError(
             f"'{project.path}' has the tasks {', '.join(tasks)}; choose the task to train on, or "
             f"several to join."
         )
-    found = choice.corpus(project, tasks, settings)
+    found = selection.load(project, tasks, settings)
     recogniser = yield from training_job(found.labelled, settings)
     content = dump(recogniser)
     if not project.read_only:
         project.add_recogniser(
             name,
             content,
-            settings=provenance(settings, choice, tasks),
+            settings=provenance(settings, selection, tasks),
             seed=settings.seed,
             labels=project.still_there(
                 used for used in found.labels if used.demonstration in recogniser.trained_on
@@ -302,10 +306,10 @@ def train_tasks(
         )
     remarks = (
         dataset_unit_remarks([found], settings)
-        + unused_merge_remarks(settings, found.spelt)
+        + unused_merge_remarks(settings, found.spellings)
         + _read_only_remarks(project)
     )
-    remarks += unlearnt_remarks(found, recogniser) + dropped_remarks(recogniser.left_out)
+    remarks += unlearnt_remarks(found, recogniser) + dropped_remarks(recogniser.dropped)
     return TrainedRecogniser(recogniser, content, remarks)
 
 

@@ -136,7 +136,7 @@ class Forest:
         return roots(leaf), threshold, right_children(leaf).astype(np.int64), row
 
     @classmethod
-    def averaging(cls, trees: Any, classes: int) -> Forest:
+    def from_extra_trees(cls, trees: Any, classes: int) -> Forest:
         """From scikit-learn's extra trees or random forest."""
         parts = []
         for tree in (estimator.tree_ for estimator in trees.estimators_):
@@ -148,7 +148,7 @@ class Forest:
         return cls._joined(parts, np.zeros(classes), boosted=False)
 
     @classmethod
-    def boosting(cls, boosted: Any, classes: int) -> Forest:
+    def from_boosting(cls, boosted: Any, classes: int) -> Forest:
         """From scikit-learn's histogram gradient boosting of numbers."""
         parts = []
         for trees in boosted._predictors:
@@ -215,7 +215,7 @@ class Forest:
         return forest
 
     @classmethod
-    def from_older(cls, plain: Mapping[str, Any], width: int, classes: int) -> Forest:
+    def from_format_1(cls, plain: Mapping[str, Any], width: int, classes: int) -> Forest:
         """The same of a file of format 1, in which every node had its children and its values.
 
         Raises

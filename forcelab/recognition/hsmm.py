@@ -288,7 +288,7 @@ class HsmmParameters:
     longest: NDArray[np.int64]
 
     @classmethod
-    def of(cls, choreography: TaskGrammar, step: float, use: Use) -> HsmmParameters:
+    def of(cls, grammar: TaskGrammar, step: float, use: Use) -> HsmmParameters:
         """The numbers of a choreography.
 
         Parameters
@@ -308,14 +308,14 @@ class HsmmParameters:
             raise InputError(f"The decoder's step must be longer than 0 s, not {step} s.")
         if use not in ("none", "durations", "order"):
             raise InputError(f"The decoder uses none, durations or order, not '{use}'.")
-        K = len(choreography.actions)
+        K = len(grammar.actions)
         least = max(1, round(STEP / step))
         shortest = np.full(K, least)
         longest = shortest
         if use != "none":
-            usual = SHORTEST * np.exp(choreography.mean) / step
+            usual = SHORTEST * np.exp(grammar.mean) / step
             shortest = np.maximum(shortest, np.minimum(usual, 2**31).astype(np.int64))
-            limit = np.exp(choreography.mean + LOG_NORMAL * choreography.sd) / step
+            limit = np.exp(grammar.mean + LOG_NORMAL * grammar.sd) / step
             powers = np.ceil(np.log(np.clip(limit, 1.0, 2.0**31)) / math.log(ROUNDING))
             longest = np.maximum(shortest, np.ceil(ROUNDING**powers).astype(np.int64))
             # Whole blocks only: none is partly too short, and a table ends with one.
@@ -326,15 +326,15 @@ class HsmmParameters:
         follow = np.full((K, K), -SWITCH if use == "none" else -math.log(max(K - 1, 1)))
         if use == "order":
             with np.errstate(divide="ignore"):
-                start, follow = np.log(choreography.start), np.log(choreography.follow)
+                start, follow = np.log(grammar.start), np.log(grammar.follow)
         np.fill_diagonal(follow, -np.inf)
         return cls(
             step,
-            PRIOR * np.log(choreography.share),
+            PRIOR * np.log(grammar.share),
             start,
             follow,
-            choreography.mean,
-            choreography.sd,
+            grammar.mean,
+            grammar.sd,
             0.0 if use == "none" else DURATION,
             shortest,
             longest,
@@ -742,7 +742,7 @@ def decode(
     log_probabilities: NDArray[np.floating],
     valid: NDArray[np.bool_],
     step: float,
-    choreography: TaskGrammar,
+    grammar: TaskGrammar,
     use: Use = "order",
     changes: NDArray[np.floating] | None = None,
 ) -> Codes:
@@ -780,7 +780,7 @@ def decode(
     """
     codes = np.full(len(log_probabilities), UNLABELLED, dtype=np.int64)
     for part, scores, evidence, after in prepare_runs(
-        log_probabilities, valid, step, choreography, use, changes
+        log_probabilities, valid, step, grammar, use, changes
     ):
         sweep = ForwardPass(scores, MaxPlus(), len(evidence))
         sweep.push(evidence, after)
@@ -792,7 +792,7 @@ def prepare_runs(
     log_probabilities: NDArray[np.floating],
     valid: NDArray[np.bool_],
     step: float,
-    choreography: TaskGrammar,
+    grammar: TaskGrammar,
     use: Use,
     changes: NDArray[np.floating] | None,
 ) -> Iterator[tuple[slice, HsmmParameters, Real, Real | None]]:
@@ -800,10 +800,10 @@ def prepare_runs(
 
     Parameters and errors as of :func:`decode`.
     """
-    valid = decodable_steps(log_probabilities, valid, choreography)
+    valid = decodable_steps(log_probabilities, valid, grammar)
     if not valid.any():
         return
-    scores = HsmmParameters.of(choreography, step, use)
+    scores = HsmmParameters.of(grammar, step, use)
     for first, last in true_runs(valid):
         yield (
             slice(first, last),
@@ -814,7 +814,7 @@ def prepare_runs(
 
 
 def decodable_steps(
-    log_probabilities: NDArray[np.floating], valid: NDArray[np.bool_], choreography: TaskGrammar
+    log_probabilities: NDArray[np.floating], valid: NDArray[np.bool_], grammar: TaskGrammar
 ) -> NDArray[np.bool_]:
     """Where there is something to decode, shape (n,); steps that hold no number are gaps.
 
@@ -823,7 +823,7 @@ def decodable_steps(
     InputError
         If the numbers of steps or actions disagree.
     """
-    K = len(choreography.actions)
+    K = len(grammar.actions)
     shape = np.shape(log_probabilities)
     if len(shape) != 2 or shape[1] != K:
         raise InputError(
@@ -939,7 +939,7 @@ def marginals(
     log_probabilities: NDArray[np.floating],
     valid: NDArray[np.bool_],
     step: float,
-    choreography: TaskGrammar,
+    grammar: TaskGrammar,
     use: Use = "order",
     changes: NDArray[np.floating] | None = None,
 ) -> Real:
@@ -955,7 +955,7 @@ def marginals(
     """
     result = np.zeros(np.shape(log_probabilities))
     for part, scores, evidence, after in prepare_runs(
-        log_probabilities, valid, step, choreography, use, changes
+        log_probabilities, valid, step, grammar, use, changes
     ):
         result[part] = _marginals(evidence, scores.per_place(), after)
     return result

@@ -101,14 +101,14 @@ class FixedLag:
         self,
         step: float,
         lag: int,
-        choreography: TaskGrammar,
+        grammar: TaskGrammar,
         use: Use = "order",
     ) -> None:
         if lag < 0:
             raise InputError(f"The decoder can wait for 0 steps or more, not {lag}.")
         self.lag = lag
-        self._choreography = choreography
-        self._scores = HsmmParameters.of(choreography, step, use)
+        self._choreography = grammar
+        self._scores = HsmmParameters.of(grammar, step, use)
         self._sweep: ForwardPass | None = None
         self._begun = False
 
@@ -444,7 +444,7 @@ class Budget:
 def limits_of(recogniser: Recogniser) -> dict[int, float]:
     """The least seconds of each code that the drop heuristic keeps."""
     share = recogniser.settings.drop
-    return {} if share is None else recogniser.least(share)
+    return {} if share is None else recogniser.shortest_seconds(share)
 
 
 def longest_gap(recogniser: Recogniser) -> int:
@@ -489,7 +489,7 @@ def _of_part(recogniser: Recogniser, total: int, period: float, grid: int) -> Bu
     """
     hop = live_hop(recogniser.settings, 1.0 / period)
     rest = max(0, total - hop // 2)
-    part = choose_live_model(recogniser.live, rest * period)
+    part = choose_live_model(recogniser.live_models, rest * period)
     look = round(part.windows.look / period)
     return Budget(grid, look, 0, 0, max(0, rest - look) // hop * hop, hop // 2)
 
@@ -516,15 +516,17 @@ class ModelStages:
         settings = recogniser.settings
         self._hop = hop = live_hop(settings, 1.0 / period)
         part = next(
-            one for one in recogniser.live if round(one.windows.look / period) == budget.features
+            one
+            for one in recogniser.live_models
+            if round(one.windows.look / period) == budget.features
         )
         self._classifier, self._actions = part.classifier, len(recogniser.actions)
         self._windows = StreamingWindows(part.windows, 1.0 / period, hop)
-        assert recogniser.choreography is not None
+        assert recogniser.grammar is not None
         self._decoder = FixedLag(
             hop * period,
             budget.decoder // hop,
-            recogniser.choreography,
+            recogniser.grammar,
             settings.choreography,  # type: ignore[arg-type]  # checked when it was set
         )
         # Steps of the grid that wait for a label, and of which the first is number `_done`.
@@ -766,7 +768,7 @@ def recognise_with_latency(
 def _check_live(recogniser: Recogniser) -> None:
     """Refuse a recogniser that needs all of a demonstration and learnt nothing for streams."""
     settings = recogniser.settings
-    if not needs_live_model(settings) or recogniser.live:
+    if not needs_live_model(settings) or recogniser.live_models:
         return
     if settings.decodes:
         raise InputError(

@@ -89,7 +89,7 @@ class Overlay:
     actions: int
 
     @classmethod
-    def gathered(
+    def from_codes(
         cls,
         human: NDArray[np.int64],
         predicted: NDArray[np.int64],
@@ -153,7 +153,7 @@ def overlay(
     if highest >= k:
         raise ValueError(f"a code of {highest} for {k} actions")
     ends = sample_ends(times)
-    return Overlay.gathered(human, predicted, k, lambda codes: stretches(codes, times, ends))
+    return Overlay.from_codes(human, predicted, k, lambda codes: stretches(codes, times, ends))
 
 
 #: The overlaps (intersection over union, in percent) at which F1 is reported.
@@ -246,9 +246,9 @@ def match_segments(over: Overlay, overlap: int) -> Matches:
     # Two segments share at most one stretch, so these pairs are all the pairs that overlap.
     shared = over.pieces.samples[same]
     union = over.human.samples[human] + over.predicted.samples[predicted] - shared
-    choice = np.lexsort((human, -shared / union, predicted))
-    _, best = np.unique(predicted[choice], return_index=True)
-    best = choice[best]
+    selection = np.lexsort((human, -shared / union, predicted))
+    _, best = np.unique(predicted[selection], return_index=True)
+    best = selection[best]
     # Whole numbers on both sides: an overlap of exactly one half is one half.
     best = best[100 * shared[best] >= overlap * union[best]]
     matched, earliest = np.unique(human[best], return_index=True)
@@ -436,7 +436,7 @@ def without_unlabelled(over: Overlay) -> Overlay:
         first, last = first[labelled], last[labelled]
         return Runs(codes[first], places[first], places[last], times[first], times[last])
 
-    return Overlay.gathered(over.human_codes, over.predicted_codes, over.actions, gathered)
+    return Overlay.from_codes(over.human_codes, over.predicted_codes, over.actions, gathered)
 
 
 def boundaries_found(closed: Overlay) -> tuple[int, int]:
@@ -758,7 +758,7 @@ def overlay_segments(human: Segments, predicted: Segments, actions: Sequence[str
     edges = np.array([time for s in (*human, *predicted) for time in (s.start, s.end)])
     ticks, firsts = np.unique(np.rint(edges * TICKS).astype(np.int64), return_index=True)
     times = edges[firsts]
-    return Overlay.gathered(
+    return Overlay.from_codes(
         _codes(human, number, ticks),
         _codes(predicted, number, ticks),
         len(actions),

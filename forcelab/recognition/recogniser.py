@@ -110,16 +110,16 @@ class Recogniser:
         A fitted scikit-learn classifier of codes.
     trained_on : tuple of str
         Ids of the training demonstrations.
-    choreography : TaskGrammar, optional
+    grammar : TaskGrammar, optional
         Durations and order of the training tracks; None without a decoder.
-    changes : BoundaryModel, optional
+    boundary_model : BoundaryModel, optional
         What tells the decoder where actions change; None where that was not learnt.
-    live : tuple of LiveModel
+    live_models : tuple of LiveModel
         What it has learnt to follow a stream, by the time that each part looks ahead; empty where
         the classifier itself can do so.
     units : tuple of str
         Of the channels; empty where they are not known, as in files of older versions.
-    left_out : tuple of DroppedSegment
+    dropped : tuple of DroppedSegment
         Segments that it was not trained on, as the other demonstrations contradict them. What was
         read from a file does not tell.
     """
@@ -131,13 +131,13 @@ class Recogniser:
     shortest: dict[str, float]
     classifier: Any
     trained_on: tuple[str, ...] = ()
-    choreography: TaskGrammar | None = None
-    changes: BoundaryModel | None = None
-    live: tuple[LiveModel, ...] = ()
+    grammar: TaskGrammar | None = None
+    boundary_model: BoundaryModel | None = None
+    live_models: tuple[LiveModel, ...] = ()
     units: tuple[str, ...] = ()
-    left_out: tuple[DroppedSegment, ...] = ()
+    dropped: tuple[DroppedSegment, ...] = ()
 
-    def least(self, share: float) -> dict[int, float]:
+    def shortest_seconds(self, share: float) -> dict[int, float]:
         """A share of the shortest training segment of each code that has one, in seconds."""
         return {
             code: share * self.shortest[action]
@@ -145,7 +145,7 @@ class Recogniser:
             if action in self.shortest
         }
 
-    def remarks_on(self, channels: Sequence[Channel]) -> tuple[str, ...]:
+    def unit_remarks(self, channels: Sequence[Channel]) -> tuple[str, ...]:
         """What is to be said before it recognises some recorded channels: that units differ.
 
         Raises
@@ -155,7 +155,7 @@ class Recogniser:
         """
         return unit_remarks(self.units, self.channels, channels)
 
-    def prepared(self, demonstration: Demonstration) -> Examples:
+    def prepare(self, demonstration: Demonstration) -> Examples:
         """Compute the features of a demonstration that this recogniser looks at.
 
         Raises
@@ -188,7 +188,7 @@ class Recogniser:
         InputError
             If the demonstration lacks a channel that the recogniser looks at.
         """
-        examples = self.prepared(demonstration) if examples is None else examples
+        examples = self.prepare(demonstration) if examples is None else examples
         prediction = self.predict_examples(examples, probability_trace=probability_trace)
         if self.settings.step is None:
             return prediction
@@ -215,12 +215,12 @@ class Recogniser:
         started = perf_counter()
         raw, probabilities = self._classify(examples, probability_trace)
         changes = None
-        if self.choreography is not None and self.changes is not None:
-            changes = self.changes.ratios(examples.features)
+        if self.grammar is not None and self.boundary_model is not None:
+            changes = self.boundary_model.ratios(examples.features)
         classified = perf_counter()
         use, apply_grammar = self.settings.choreography, None
-        if self.choreography is not None and probabilities is not None:
-            apply_grammar = partial(self._by_choreography, probabilities, changes, examples)
+        if self.grammar is not None and probabilities is not None:
+            apply_grammar = partial(self._decode, probabilities, changes, examples)
             filtered = apply_grammar(decode, use)
             stages: dict[str, NDArray[np.int64]] = {}
         else:
@@ -274,7 +274,7 @@ class Recogniser:
         raw[~examples.valid] = UNLABELLED
         return raw, probabilities
 
-    def _by_choreography(
+    def _decode(
         self,
         probabilities: NDArray[np.float64],
         changes: NDArray[np.float64] | None,
@@ -286,7 +286,7 @@ class Recogniser:
         with np.errstate(divide="ignore"):  # of a probability of nothing, minus infinity
             logs = np.log(probabilities)
         step = self.settings.hop(examples.rate) / examples.rate
-        return method(logs, examples.valid, step, self.choreography, use, changes=changes)
+        return method(logs, examples.valid, step, self.grammar, use, changes=changes)
 
     def _filter(
         self,
@@ -307,5 +307,7 @@ class Recogniser:
             codes[~examples.valid] = UNLABELLED
             stages["median"] = codes
         if settings.drop is not None:
-            codes = filters.drop_short(codes, examples.times, self.least(1.0), settings.drop)
+            codes = filters.drop_short(
+                codes, examples.times, self.shortest_seconds(1.0), settings.drop
+            )
         return codes, stages

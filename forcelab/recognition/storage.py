@@ -82,7 +82,7 @@ def pack(recogniser: Recogniser) -> bytes:
     """A recogniser as the bytes of its file, whatever it holds."""
     from skops import io
 
-    choreography, changes = recogniser.choreography, recogniser.changes
+    grammar, boundary_model = recogniser.grammar, recogniser.boundary_model
     return bytes(
         io.dumps(
             {
@@ -94,11 +94,11 @@ def pack(recogniser: Recogniser) -> bytes:
                 "actions": list(recogniser.actions),
                 "shortest": recogniser.shortest,
                 "trained_on": list(recogniser.trained_on),
-                "choreography": None if choreography is None else choreography.to_json(),
-                "changes": None if changes is None else changes.plain(),
+                "choreography": None if grammar is None else grammar.to_json(),
+                "changes": None if boundary_model is None else boundary_model.plain(),
                 "versions": versions(),
                 "classifier": _prediction_state(recogniser.classifier, recogniser.settings.seed),
-                "live": [part.plain() for part in recogniser.live],
+                "live": [part.plain() for part in recogniser.live_models],
             }
         )
     )
@@ -198,25 +198,22 @@ def _recogniser(content: object, name: str) -> Recogniser:
         shortest={str(action): float(least) for action, least in content["shortest"].items()},
         classifier=classifier,
         trained_on=tuple(str(identity) for identity in content["trained_on"]),
-        choreography=_choreography(content.get("choreography"), settings),
-        live=_live(content),
+        grammar=_choreography(content.get("choreography"), settings),
+        live_models=_live(content),
         units=_units(content),
     )
     if not RATES[0] <= recogniser.rate <= RATES[1]:
         raise ValueError(f"a rate of {recogniser.rate} Hz")
-    widths = [settings.windows, *(part.windows.windows for part in recogniser.live)]
+    widths = [settings.windows, *(part.windows.windows for part in recogniser.live_models)]
     if max(map(max, widths)) * recogniser.rate > LONGEST_WINDOW:
         raise ValueError("windows of too many samples")
     if not all(0 <= least <= LONGEST_SEGMENT for least in recogniser.shortest.values()):
         raise ValueError("a shortest segment that lasts forever")
     width = settings.width(len(recogniser.channels))
     if (changes := content.get("changes")) is not None:  # older files have nothing of it
-        recogniser = replace(recogniser, changes=BoundaryModel.from_plain(changes, width))
+        recogniser = replace(recogniser, boundary_model=BoundaryModel.from_plain(changes, width))
     known = len(recogniser.actions)
-    if (
-        recogniser.choreography is not None
-        and recogniser.choreography.actions != recogniser.actions
-    ):
+    if recogniser.grammar is not None and recogniser.grammar.actions != recogniser.actions:
         raise ValueError("the choreography is of other actions")
     if settings.classifier in PLAIN_CLASSIFIERS:
         return replace(

@@ -161,11 +161,11 @@ def fit_cleaned(
         )
     near, near_steps = boundary_steps(examples, settings)
     X, of_changes = yield from gather_features(examples, steps, near_steps)
-    changes = yield from fit_boundary_model(of_changes, near, settings)
+    boundary_model = yield from fit_boundary_model(of_changes, near, settings)
     del of_changes  # before the classifier takes as much
     probabilities = settings.needs_probabilities
-    care = FitOptions(groups, balanced=settings.balanced, calibrated=settings.calibrated)
-    for step in fit_classifier(settings.classifier, X, y, settings.seed, probabilities, care):
+    options = FitOptions(groups, balanced=settings.balanced, calibrated=settings.calibrated)
+    for step in fit_classifier(settings.classifier, X, y, settings.seed, probabilities, options):
         yield FitProgress(step.number, step.total, text, step.loss)
     return Recogniser(
         settings=settings,
@@ -177,11 +177,11 @@ def fit_cleaned(
         shortest=_shortest(examples, actions),
         classifier=step.classifier,
         trained_on=tuple(trained_on),
-        choreography=TaskGrammar.learn([example.segments for example in examples], actions)
+        grammar=TaskGrammar.learn([example.segments for example in examples], actions)
         if settings.decodes
         else None,
-        changes=changes,
-        left_out=left_out,
+        boundary_model=boundary_model,
+        dropped=left_out,
     )
 
 
@@ -223,7 +223,7 @@ def training_job(
     own = settings.amplitude != "absolute"
     rate = common_rate([item.demonstration for item in used], settings)
     parts = yield from fit_live_models(taught, settings, rate, recogniser.actions, own)
-    return replace(recogniser, live=parts)
+    return replace(recogniser, live_models=parts)
 
 
 def train(labelled: Sequence[LabelledDemonstration], settings: Settings) -> Recogniser:

@@ -174,16 +174,16 @@ class Proposal:
     typicality: float | None = None
 
 
-def calibrate_confidence(outcome: RunResult) -> ConfidenceCalibration:
+def calibrate_confidence(run: RunResult) -> ConfidenceCalibration:
     """Compare what was predicted of the tested demonstrations with their humans."""
     right, total = np.zeros(BINS), np.zeros(BINS)
-    for reviewed in outcome.tested:
-        trace = reviewed.probability_trace
+    for result in run.tested:
+        trace = result.probability_trace
         if trace is None or not len(trace.values):
             continue
         # An action that the recogniser never met is predicted wrong wherever it is.
-        actions = dict.fromkeys((*trace.actions, *(s.action for s in reviewed.human)))
-        human = to_codes(reviewed.human, trace.times, tuple(actions))
+        actions = dict.fromkeys((*trace.actions, *(s.action for s in result.human)))
+        human = to_codes(result.human, trace.times, tuple(actions))
         known = (human != UNLABELLED) & trace.known
         confidence = _confidence(trace)[known]
         bins = np.minimum((confidence * BINS).astype(np.int64), BINS - 1)
@@ -198,13 +198,13 @@ def calibrate_confidence(outcome: RunResult) -> ConfidenceCalibration:
     return ConfidenceCalibration(accuracy, float(total.sum()))
 
 
-def rank_proposals(outcome: RunResult) -> tuple[Proposal, ...]:
+def rank_proposals(run: RunResult) -> tuple[Proposal, ...]:
     """The unlabelled demonstrations of an outcome, the one to label next first.
 
     By uncertainty times typicality; by uncertainty alone where :func:`weighs_typicality` says so.
     """
-    calibration = calibrate_confidence(outcome)
-    candidates = (_proposal(reviewed, calibration) for reviewed in outcome.proposals)
+    calibration = calibrate_confidence(run)
+    candidates = (_proposal(result, calibration) for result in run.proposals)
     found = [proposal for proposal in candidates if proposal is not None]
     typical = weighs_typicality(found)
 
@@ -222,7 +222,7 @@ def weighs_typicality(proposals: Sequence[Proposal]) -> bool:
 
 
 def acceptable_segments(
-    reviewed: DemonstrationResult, start: float, end: float, at_least: float = 0.0
+    result: DemonstrationResult, start: float, end: float, at_least: float = 0.0
 ) -> Segments:
     """The predicted segments that overlap a stretch and are as probable as is asked for.
 
@@ -234,10 +234,10 @@ def acceptable_segments(
     at_least : float
         Least mean probability; with 0 no probability is asked for.
     """
-    trace = reviewed.probability_trace
+    trace = result.probability_trace
     return tuple(
         s
-        for s in reviewed.predicted
+        for s in result.predicted
         if s.start < end
         and start < s.end
         and (
@@ -272,21 +272,21 @@ def _pool_adjacent_violators(values: Real, weights: Real) -> Real:
     return np.repeat([mean for mean, _, _ in pools], [count for _, _, count in pools])
 
 
-def _proposal(reviewed: DemonstrationResult, calibration: ConfidenceCalibration) -> Proposal | None:
+def _proposal(result: DemonstrationResult, calibration: ConfidenceCalibration) -> Proposal | None:
     """What labelling one demonstration brings; None where no probability is known."""
-    trace = reviewed.probability_trace
+    trace = result.probability_trace
     if trace is None or not (met := trace.known).any():
         return None
     confidence = _confidence(trace)
     return Proposal(
-        id=reviewed.id,
-        name=reviewed.name,
-        task=reviewed.task,
-        seconds=reviewed.end - reviewed.start,
+        id=result.id,
+        name=result.name,
+        task=result.task,
+        seconds=result.end - result.start,
         uncertainty=uncertainty(trace),
         wrong=float(calibration.wrong(confidence[met]).sum() / trace.rate),
-        place=_least_certain_interval(reviewed, trace),
-        typicality=reviewed.typicality,
+        place=_least_certain_interval(result, trace),
+        typicality=result.typicality,
     )
 
 
@@ -295,7 +295,7 @@ def _confidence(trace: ProbabilityTrace) -> Real:
     return np.asarray(trace.values.max(axis=1) / np.iinfo(trace.values.dtype).max)
 
 
-def _least_certain_interval(reviewed: DemonstrationResult, trace: ProbabilityTrace) -> Interval:
+def _least_certain_interval(result: DemonstrationResult, trace: ProbabilityTrace) -> Interval:
     """The stretch of :data:`STRETCH` seconds, or less, with the most uncertainty in it.
 
     Of one value where they are farther apart than that.
@@ -304,12 +304,12 @@ def _least_certain_interval(reviewed: DemonstrationResult, trace: ProbabilityTra
     width = min(max(round(STRETCH * trace.rate), 1), len(doubt))
     sums = np.cumsum(np.concatenate([[0.0], doubt]))
     first = int(np.argmax(sums[width:] - sums[:-width]))
-    start = max(trace.start + first / trace.rate, reviewed.start)
-    end = min(trace.start + (first + width) / trace.rate, reviewed.end)
+    start = max(trace.start + first / trace.rate, result.start)
+    end = min(trace.start + (first + width) / trace.rate, result.end)
     means = trace.mean(start, end)
     best = int(np.argmax(means))
     return Interval(
-        reviewed.id,
+        result.id,
         start,
         end,
         predicted=trace.actions[best],

@@ -127,7 +127,7 @@ class ConfusionCounts:
 
 
 def count_confusion(
-    outcome: RunResult, stage: str = "filtered"
+    run: RunResult, stage: str = "filtered"
 ) -> Generator[Progress, None, ConfusionCounts]:
     """Lay predictions over human tracks.
 
@@ -143,15 +143,15 @@ def count_confusion(
     Progress
         After each demonstration.
     """
-    demonstrations = tuple(item for item in outcome.tested if stage in item.stages)
+    demonstrations = tuple(item for item in run.tested if stage in item.stages)
     pieces, segments = [], []
     for number, item in enumerate(demonstrations):
-        piece, segment = _count_demonstration(number, item, stage, outcome.actions)
+        piece, segment = _count_demonstration(number, item, stage, run.actions)
         pieces.append(piece)
         segments.append(segment)
         yield Progress(number + 1, len(demonstrations), item.name)
     return ConfusionCounts(
-        outcome.actions, demonstrations, stage, _Parts.joined(pieces), _Parts.joined(segments)
+        run.actions, demonstrations, stage, _Parts.joined(pieces), _Parts.joined(segments)
     )
 
 

@@ -60,7 +60,7 @@ def action_over(segments: Segments, start: float, end: float) -> str | None:
 
 
 def interval_of(
-    reviewed: DemonstrationResult, start: float, end: float, human: str | None = None
+    result: DemonstrationResult, start: float, end: float, human: str | None = None
 ) -> Interval:
     """A stretch of a demonstration with what human and model mostly make of it.
 
@@ -72,22 +72,22 @@ def interval_of(
     human : str, optional
         What the human makes of it, where that is known better.
     """
-    predicted = action_over(reviewed.predicted, start, end)
+    predicted = action_over(result.predicted, start, end)
     confidence = None
-    if predicted is not None and reviewed.probability_trace is not None:
-        confidence = reviewed.probability_trace.of_action(predicted, start, end)
-    human = human or action_over(reviewed.human, start, end)
-    return Interval(reviewed.id, start, end, human, predicted, confidence)
+    if predicted is not None and result.probability_trace is not None:
+        confidence = result.probability_trace.of_action(predicted, start, end)
+    human = human or action_over(result.human, start, end)
+    return Interval(result.id, start, end, human, predicted, confidence)
 
 
-def interval_at(reviewed: DemonstrationResult, time: float) -> Interval | None:
+def interval_at(result: DemonstrationResult, time: float) -> Interval | None:
     """The stretch around a time (s) in which neither human nor model changes their mind.
 
     None where nothing is labelled and nothing is predicted there.
     """
-    start, end = reviewed.start, reviewed.end
+    start, end = result.start, result.end
     found = False
-    for segments in (reviewed.human, reviewed.predicted):
+    for segments in (result.human, result.predicted):
         for segment in segments:
             if segment.start <= time < segment.end:
                 found = True
@@ -96,7 +96,7 @@ def interval_at(reviewed: DemonstrationResult, time: float) -> Interval | None:
                 start = max(start, segment.end)
             else:
                 end = min(end, segment.start)
-    return interval_of(reviewed, start, end) if found else None
+    return interval_of(result, start, end) if found else None
 
 
 DifferenceKind = Literal["action", "missed", "invented", "boundary"]
@@ -143,43 +143,41 @@ class _Piece(NamedTuple):
         return self.human != self.predicted
 
 
-def current_tracks(project: Project, outcome: RunResult) -> dict[str, Segments]:
+def current_tracks(project: Project, run: RunResult) -> dict[str, Segments]:
     """The tracks of an outcome's coder as they are now, spelt as they were trained.
 
     Demonstrations that have left the project since are left out.
     """
     existing = {info.id for info in project.demonstrations()}
     return {
-        reviewed.id: as_trained(
-            project.track(reviewed.id, outcome.author).segments, outcome, reviewed
-        )
-        for reviewed in outcome.tested
-        if reviewed.id in existing
+        result.id: as_trained(project.track(result.id, run.author).segments, run, result)
+        for result in run.tested
+        if result.id in existing
     }
 
 
-def as_trained(segments: Segments, outcome: RunResult, reviewed: DemonstrationResult) -> Segments:
+def as_trained(segments: Segments, run: RunResult, result: DemonstrationResult) -> Segments:
     """Segments of a demonstration with the actions as the outcome trained them."""
-    merged = outcome.settings.merge.apply_segments(segments)
-    if not outcome.apart:
+    merged = run.settings.merge.apply_segments(segments)
+    if not run.apart:
         return merged
-    return tuple(replace(s, action=f"{s.action}_{reviewed.task}") for s in merged)
+    return tuple(replace(s, action=f"{s.action}_{result.task}") for s in merged)
 
 
-def action_as_coded(action: str, outcome: RunResult, reviewed: DemonstrationResult) -> str:
+def action_as_coded(action: str, run: RunResult, result: DemonstrationResult) -> str:
     """What a coder writes for an action that a recogniser has learnt, perhaps in another task."""
-    if not outcome.apart:
+    if not run.apart:
         return action
     # A task's name may end with another one's.
-    tasks = (reviewed.task, *sorted(outcome.tasks, key=len, reverse=True))
+    tasks = (result.task, *sorted(run.tasks, key=len, reverse=True))
     return action.removesuffix(next((f"_{t}" for t in tasks if action.endswith(f"_{t}")), ""))
 
 
-def as_coded(segments: Segments, outcome: RunResult, reviewed: DemonstrationResult) -> Segments:
+def as_coded(segments: Segments, run: RunResult, result: DemonstrationResult) -> Segments:
     """Predicted segments of a demonstration with the actions as a coder writes them."""
-    if not outcome.apart:
+    if not run.apart:
         return segments
-    return tuple(replace(s, action=action_as_coded(s.action, outcome, reviewed)) for s in segments)
+    return tuple(replace(s, action=action_as_coded(s.action, run, result)) for s in segments)
 
 
 def find_differences(

@@ -344,11 +344,11 @@ class HeldOutModel:
     how: TrainedHow
     demonstration: Demonstration
     examples: Examples
-    judge: MlpScorer | BlackBoxScorer
+    scorer: MlpScorer | BlackBoxScorer
     hertz: Real
     probability_trace: ProbabilityTrace | None
-    kept: bool
-    same: float
+    trace_from_run: bool
+    same_share: float
     mean: Real
     sample: Real
     training: SegmentFeatures
@@ -374,9 +374,7 @@ def track_after_edit(project: Project, used: LabelsUsed) -> Segments:
     return segments
 
 
-def train_held_out(
-    path: Path, outcome: RunResult, id_: str
-) -> Generator[Progress, None, HeldOutModel]:
+def train_held_out(path: Path, run: RunResult, id_: str) -> Generator[Progress, None, HeldOutModel]:
     """Train the recogniser of a run that has not seen a demonstration.
 
     Parameters
@@ -398,68 +396,68 @@ def train_held_out(
     InputError
         If the run has nothing to do with the demonstration, or it cannot be trained any more.
     """
-    reviewed = outcome.find(id_)
-    if reviewed is None:
+    result = run.find(id_)
+    if result is None:
         raise InputError(
-            f"Run {outcome.number} neither tested nor proposed labels for this demonstration; "
+            f"Run {run.number} neither tested nor proposed labels for this demonstration; "
             f"train again to have it explained."
         )
     started = perf_counter()
     with Project.open(path) as project:
-        labelled = _labelled(project, outcome)
+        labelled = _labelled(project, run)
         own = next((item for item in labelled if item.demonstration.id == id_), None)
         held_out = own or LabelledDemonstration(project.load(id_))
         final = None
-        if own is None and outcome.recogniser:
-            final = load_recogniser(project.recogniser_path(outcome.recogniser))
-    tested = {demonstration_item.id for demonstration_item in outcome.tested}
+        if own is None and run.recogniser:
+            final = load_recogniser(project.recogniser_path(run.recogniser))
+    tested = {demonstration_item.id for demonstration_item in run.tested}
     how: TrainedHow = (
-        "final" if own is None else "left out" if outcome.test_task is None else "other task"
+        "final" if own is None else "left out" if run.test_task is None else "other task"
     )
     together = labelled
-    if outcome.test_task is not None:
+    if run.test_task is not None:
         together = [item for item in labelled if item.demonstration.id not in tested]
     learnt = [item for item in together if item is not own]
     if how == "left out":
         at = next(i for i, item in enumerate(together) if item is own)
-        parts = fold_groups([item.demonstration for item in together], outcome.folds)
+        parts = fold_groups([item.demonstration for item in together], run.folds)
         of = next(group for group in parts if at in group)
         learnt = [item for i, item in enumerate(together) if i not in of]
     # The run had all demonstrations on one grid, the one that is left out among them.
-    rate = common_rate([item.demonstration for item in together], outcome.settings)
-    settings = outcome.settings.replace(rate=rate)
+    rate = common_rate([item.demonstration for item in together], run.settings)
+    settings = run.settings.replace(rate=rate)
     if final is not None:
         settings = settings.replace(rate=final.rate, channels=final.channels)
     *known, examples = yield from prepare_all([*learnt, held_out], settings)
     hertz = settings.bands(examples.rate)
     prepared = perf_counter()
     # What is shown as trained on must have been.
-    known, left_out = yield from drop_contradicted(known, outcome.settings)
+    known, left_out = yield from drop_contradicted(known, run.settings)
     training = SegmentFeatures.joined(
         [
             summarise_segments(example, item.demonstration, len(hertz))
             for example, item in zip(known, learnt, strict=True)
         ]
     )
-    recogniser = final or (yield from fit_cleaned(known, left_out, outcome.settings))
+    recogniser = final or (yield from fit_cleaned(known, left_out, run.settings))
     fitted = perf_counter()
-    judge = make_scorer(recogniser)
-    trace = reviewed.probability_trace
-    if trace is None and (proba := judge.probabilities(examples.features)) is not None:
+    scorer = make_scorer(recogniser)
+    trace = result.probability_trace
+    if trace is None and (proba := scorer.probabilities(examples.features)) is not None:
         trace = ProbabilityTrace.of(examples.times, proba, recogniser.actions)
     mean, sample = _rows(known, recogniser)
     # What was tested is scored on its own stamps; a proposal is as the recogniser made it.
     stamps = examples.times if own is None else held_out.demonstration.times
     return HeldOutModel(
-        run=outcome.number,
+        run=run.number,
         how=how,
         demonstration=held_out.demonstration,
         examples=examples,
-        judge=judge,
+        scorer=scorer,
         hertz=hertz,
         probability_trace=trace,
-        kept=reviewed.probability_trace is not None,
-        same=_same_share(recogniser, examples, stamps, reviewed.predicted),
+        trace_from_run=result.probability_trace is not None,
+        same_share=_same_share(recogniser, examples, stamps, result.predicted),
         mean=mean,
         sample=sample,
         training=training,
@@ -467,17 +465,17 @@ def train_held_out(
     )
 
 
-def _labelled(project: Project, outcome: RunResult) -> list[LabelledDemonstration]:
+def _labelled(project: Project, run: RunResult) -> list[LabelledDemonstration]:
     """What the run had labels of, as they were then and in the run's order."""
     items, tasks = [], []
-    for used in outcome.labels:
+    for used in run.labels:
         segments = track_after_edit(project, used)
         if segments:
             items.append(LabelledDemonstration(project.load(used.demonstration), segments))
             tasks.append(project.info(used.demonstration).task)
-    if not outcome.apart:
+    if not run.apart:
         return items
-    return suffix_actions([item.merged(outcome.settings.merge) for item in items], tasks)
+    return suffix_actions([item.merged(run.settings.merge) for item in items], tasks)
 
 
 def _rows(known: Sequence[Examples], recogniser: Recogniser) -> tuple[Real, Real]:
@@ -547,7 +545,7 @@ class Attribution:
 
 
 def attribute_bands(
-    judge: Scorer,
+    scorer: Scorer,
     rows: Real,
     favoured: str,
     against: str,
@@ -575,9 +573,9 @@ def attribute_bands(
     seed : int
         Of the permutation.
     """
-    if isinstance(judge, MlpScorer):
-        return (yield from _by_gradient(judge, rows, favoured, against, shape, mean))
-    return (yield from _by_permutation(judge, rows, favoured, against, shape, sample, seed))
+    if isinstance(scorer, MlpScorer):
+        return (yield from _by_gradient(scorer, rows, favoured, against, shape, mean))
+    return (yield from _by_permutation(scorer, rows, favoured, against, shape, sample, seed))
 
 
 def _by_gradient(
@@ -587,7 +585,7 @@ def _by_gradient(
     total = np.zeros(rows.shape[1])
     for first in range(0, len(rows), BLOCK):
         block = rows[first : first + BLOCK]
-        total += network.shares(block, mean, favoured, against).sum(axis=0)
+        total += network.integrated_gradients(block, mean, favoured, against).sum(axis=0)
         yield Progress(min(first + BLOCK, len(rows)), len(rows), "explaining")
     shares = total / len(rows)
     # Log magnitudes come first, then the phases in the same order.
@@ -609,7 +607,7 @@ def _by_gradient(
 
 
 def _by_permutation(
-    judge: Scorer,
+    scorer: Scorer,
     rows: Real,
     favoured: str,
     against: str,
@@ -621,7 +619,7 @@ def _by_permutation(
     random = np.random.default_rng(seed)
     chosen = np.unique(np.linspace(0, len(rows) - 1, STEPS).round().astype(np.int64))
     chosen_rows = rows[chosen]
-    log_odds_here = float(log_odds(judge, chosen_rows, favoured, against).mean())
+    log_odds_here = float(log_odds(scorer, chosen_rows, favoured, against).mean())
     q, k = shape
     places = np.arange(rows.shape[1]).reshape(-1, q, k)
     groups = [places[:, i, j] for i in range(q) for j in range(k)]
@@ -631,7 +629,7 @@ def _by_permutation(
         drawn = random.integers(len(sample), size=REPEATS * len(chosen_rows))
         changed = np.tile(chosen_rows, (REPEATS, 1))
         changed[:, columns] = sample[np.ix_(drawn, columns)]
-        left = log_odds(judge, changed, favoured, against).reshape(REPEATS, -1).mean(axis=1)
+        left = log_odds(scorer, changed, favoured, against).reshape(REPEATS, -1).mean(axis=1)
         losses[number] = log_odds_here - left.mean()
         errors[number] = left.std(ddof=1) / np.sqrt(REPEATS)
         yield Progress(number + 1, len(groups), "explaining")
@@ -703,18 +701,18 @@ class Explanation:
     against: str
     channels: tuple[str, ...]
     hertz: Real
-    influence: Attribution
+    attribution: Attribution
     probability_trace: ProbabilityTrace | None
-    kept: bool
+    trace_from_run: bool
     how: str
-    same: float
+    same_share: float
     neighbours: Mapping[str, tuple[Neighbour, ...]]
     seconds: Mapping[str, float]
     remarks: tuple[str, ...] = ()
 
     def strongest(self, count: int = 3) -> tuple[Band, ...]:
         """The bands that weigh most, for or against, the heaviest first."""
-        weights, errors = self.influence.bands, self.influence.bands_error
+        weights, errors = self.attribution.bands, self.attribution.bands_error
         order = np.argsort(-np.abs(weights), axis=None, kind="stable")[:count]
         return tuple(
             Band(
@@ -728,14 +726,14 @@ class Explanation:
 
     def to_json(self) -> dict[str, Any]:
         """Everything but the probabilities outside of the place, as plain values."""
-        found = self.influence
+        found = self.attribution
         return {
             "place": _interval_json(self.place),
             "favoured": self.favoured,
             "against": self.against,
             "probabilities": self._probabilities(),
-            "probabilities_of_run": self.kept,
-            "recogniser": {"how": self.how, "same": self.same, "seconds": dict(self.seconds)},
+            "probabilities_of_run": self.trace_from_run,
+            "recogniser": {"how": self.how, "same": self.same_share, "seconds": dict(self.seconds)},
             "method": found.method,
             "log_odds": found.log_odds,
             "reference": found.reference,
@@ -767,7 +765,7 @@ class Explanation:
 
 
 def explain(
-    withheld: HeldOutModel, outcome: RunResult, place: Interval, hidden: Collection[str] = ()
+    held_out: HeldOutModel, run: RunResult, place: Interval, hidden: Collection[str] = ()
 ) -> Generator[Progress, None, Explanation]:
     """Explain a place.
 
@@ -790,7 +788,7 @@ def explain(
     InputError
         If there is no sample at the place.
     """
-    examples, judge = withheld.examples, withheld.judge
+    examples, scorer = held_out.examples, held_out.scorer
     steps = slice(*np.searchsorted(examples.times, (place.start, place.end)))
     rows = examples.features[steps][examples.valid[steps]]
     if not len(rows):
@@ -798,42 +796,40 @@ def explain(
             f"There is no sample of '{examples.name}' from {place.start:.3f} to {place.end:.3f} s; "
             f"choose a longer stretch."
         )
-    favoured, against = _sides(judge, rows, place)
-    shape = len(examples.channels), len(withheld.hertz)
+    favoured, against = _sides(scorer, rows, place)
+    shape = len(examples.channels), len(held_out.hertz)
     found = yield from attribute_bands(
-        judge, rows, favoured, against, shape, mean=withheld.mean, sample=withheld.sample
+        scorer, rows, favoured, against, shape, mean=held_out.mean, sample=held_out.sample
     )
     target = summarise(
-        examples, withheld.demonstration, len(withheld.hertz), place.start, place.end
+        examples, held_out.demonstration, len(held_out.hertz), place.start, place.end
     )
     assert target is not None  # there are samples
     neighbours = {}
     for action in (favoured, against):
         near = nearest_segments(
-            target, withheld.training, action, without={place.demonstration, *hidden}
+            target, held_out.training, action, without={place.demonstration, *hidden}
         )
-        neighbours[action] = tuple(
-            _neighbour_with_prediction(outcome, neighbour) for neighbour in near
-        )
+        neighbours[action] = tuple(_neighbour_with_prediction(run, neighbour) for neighbour in near)
     return Explanation(
         place=place,
         favoured=favoured,
         against=against,
         channels=examples.channels,
-        hertz=withheld.hertz,
-        influence=found,
-        probability_trace=withheld.probability_trace,
-        kept=withheld.kept,
-        how=withheld.how,
-        same=withheld.same,
+        hertz=held_out.hertz,
+        attribution=found,
+        probability_trace=held_out.probability_trace,
+        trace_from_run=held_out.trace_from_run,
+        how=held_out.how,
+        same_share=held_out.same_share,
         neighbours=neighbours,
-        seconds=withheld.seconds,
-        remarks=_remarks(withheld, place),
+        seconds=held_out.seconds,
+        remarks=_remarks(held_out, place),
     )
 
 
 def explain_at(
-    path: str | PathLike[str], outcome: RunResult, id_: str, time: float
+    path: str | PathLike[str], run: RunResult, id_: str, time: float
 ) -> Generator[Progress, None, Explanation]:
     """Explain what a run predicted at a time of a demonstration.
 
@@ -859,25 +855,25 @@ def explain_at(
     InputError
         If the run did not test it, or neither the human nor the run says anything at that time.
     """
-    reviewed = outcome.find(id_)
-    if reviewed is None:
+    result = run.find(id_)
+    if result is None:
         raise InputError(
-            f"Run {outcome.number} neither tested nor proposed labels for this demonstration; "
+            f"Run {run.number} neither tested nor proposed labels for this demonstration; "
             f"choose another run, or evaluate again."
         )
-    place = interval_at(reviewed, time)
+    place = interval_at(result, time)
     if place is None:
         raise InputError(
-            f"Nothing is labelled or predicted in '{reviewed.name}' at {time:g} s; choose another "
+            f"Nothing is labelled or predicted in '{result.name}' at {time:g} s; choose another "
             f"time."
         )
-    withheld = yield from train_held_out(Path(path), outcome, id_)
-    return (yield from explain(withheld, outcome, place))
+    held_out = yield from train_held_out(Path(path), run, id_)
+    return (yield from explain(held_out, run, place))
 
 
-def _sides(judge: Scorer, rows: Real, place: Interval) -> tuple[str, str]:
+def _sides(scorer: Scorer, rows: Real, place: Interval) -> tuple[str, str]:
     """Which action is spoken for, and which one against."""
-    known, scores = judge.actions, judge.scores(rows).mean(axis=0)
+    known, scores = scorer.actions, scorer.scores(rows).mean(axis=0)
     order = [known[i] for i in np.argsort(-scores, kind="stable")]
     favoured = place.predicted if place.predicted in known else order[0]
     assert favoured is not None
@@ -886,25 +882,25 @@ def _sides(judge: Scorer, rows: Real, place: Interval) -> tuple[str, str]:
     return favoured, next(action for action in order if action != favoured)
 
 
-def _neighbour_with_prediction(outcome: RunResult, found: Neighbour) -> Neighbour:
+def _neighbour_with_prediction(run: RunResult, found: Neighbour) -> Neighbour:
     """A neighbour with what was predicted there."""
-    place, reviewed = found.place, outcome.find(found.place.demonstration)
-    if reviewed is None:
+    place, result = found.place, run.find(found.place.demonstration)
+    if result is None:
         return found
-    predicted = action_over(reviewed.predicted, place.start, place.end)
+    predicted = action_over(result.predicted, place.start, place.end)
     return replace(found, place=replace(place, predicted=predicted))
 
 
-def _remarks(withheld: HeldOutModel, place: Interval) -> tuple[str, ...]:
+def _remarks(held_out: HeldOutModel, place: Interval) -> tuple[str, ...]:
     """What is not as one might think."""
     remarks = []
-    if place.human is not None and place.human not in withheld.judge.actions:
+    if place.human is not None and place.human not in held_out.scorer.actions:
         remarks.append(
             f"'{place.human}' is in no other demonstration, so that it could not be recognised."
         )
-    if withheld.same < 1:
+    if held_out.same_share < 1:
         remarks.append(
-            f"The recogniser trained anew labels {100 * withheld.same:.1f} % of the samples as "
+            f"The recogniser trained anew labels {100 * held_out.same_share:.1f} % of the samples as "
             f"the run did; the rest was made by another version or other settings."
         )
     return tuple(remarks)

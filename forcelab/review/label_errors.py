@@ -77,14 +77,14 @@ class ModelEvidence:
 
     demonstration: str
     segments: Segments
-    said: Real
+    probabilities: Real
     predicted: Real
     parts: tuple[Difference, ...]
-    of_parts: Real
+    part_probabilities: Real
 
 
 def gather_evidence(
-    reviewed: DemonstrationResult,
+    result: DemonstrationResult,
     segments: Segments,
     actions: Sequence[str],
     differences: Iterable[Difference] = (),
@@ -104,26 +104,26 @@ def gather_evidence(
         Between these segments and the prediction; without any, only whole segments are judged.
     """
     parts = tuple(d for d in differences if d.kind == "action")
-    probabilities = _said(reviewed, [(s.start, s.end) for s in segments], actions)
-    of_parts = _said(reviewed, [(d.start, d.end) for d in parts], actions)
+    probabilities = _said(result, [(s.start, s.end) for s in segments], actions)
+    of_parts = _said(result, [(d.start, d.end) for d in parts], actions)
     predicted = np.zeros_like(probabilities)
     for row, s in enumerate(segments):
-        predicted[row] = _shares(reviewed.predicted, *_middle(s.start, s.end), actions)
-    return ModelEvidence(reviewed.id, segments, probabilities, predicted, parts, of_parts)
+        predicted[row] = _shares(result.predicted, *_middle(s.start, s.end), actions)
+    return ModelEvidence(result.id, segments, probabilities, predicted, parts, of_parts)
 
 
 def _said(
-    reviewed: DemonstrationResult, spans: Sequence[tuple[float, float]], actions: Sequence[str]
+    result: DemonstrationResult, spans: Sequence[tuple[float, float]], actions: Sequence[str]
 ) -> Real:
     """Mean probability of each action over the middle of each span, shape (spans, K)."""
     said = np.zeros((len(spans), len(actions)))
-    raw = reviewed.stages.get("raw", reviewed.predicted)
+    raw = result.stages.get("raw", result.predicted)
     for row, (start, end) in enumerate(spans):
         inside = _middle(start, end)
-        if reviewed.probability_trace is None:
+        if result.probability_trace is None:
             said[row] = _shares(raw, *inside, actions)
         else:
-            said[row] = _means(reviewed.probability_trace, *inside, actions)
+            said[row] = _means(result.probability_trace, *inside, actions)
     return said
 
 
@@ -176,7 +176,7 @@ class _SuspectPart:
     start: float
     x: int
     y: int
-    said: Real
+    probabilities: Real
     coded: tuple[int, ...]
     instead: tuple[int, ...]
 
@@ -205,7 +205,7 @@ def suspect_parts(
         difference = part.difference
         evidence = words.evidence(part) + order.evidence(part)
         share = min(1.0, difference.duration / usual.get(difference.predicted, math.inf))
-        probability = float(part.said[part.y])
+        probability = float(part.probabilities[part.y])
         suspicion = probability * share * float(np.exp(-np.logaddexp(0.0, -evidence)))
         place = difference.demonstration, part.start
         result[place].append(replace(difference, suspicion=suspicion))
@@ -218,9 +218,11 @@ def _numbered_parts(
     """The parts whose actions are known."""
     before = 0
     for evidence in everything:
-        line = _code_sequence(evidence, codes)
+        sequence = _code_sequence(evidence, codes)
         starts = [segment.start for segment in evidence.segments]
-        for difference, probabilities in zip(evidence.parts, evidence.of_parts, strict=True):
+        for difference, probabilities in zip(
+            evidence.parts, evidence.part_probabilities, strict=True
+        ):
             x, y = codes.get(difference.human or ""), codes.get(difference.predicted or "")
             k = bisect_right(starts, difference.start) - 1
             most = (1.0 - 2.0 * MARGIN) * evidence.segments[
@@ -228,7 +230,7 @@ def _numbered_parts(
             ].duration  # which is the whole segment
             if x is None or y is None or difference.duration >= most:
                 continue
-            left, _, right = line[k : k + 3]
+            left, _, right = sequence[k : k + 3]
             ahead = [x] if difference.start > starts[k] else []
             rest = [x] if difference.end < evidence.segments[k].end else []
             # An action that goes on is one.
@@ -257,7 +259,7 @@ class _ProbabilityEvidence:
     ) -> None:
         K = len(codes)
         own = [code for evidence in everything for code in _code_sequence(evidence, codes)[1:-1]]
-        self._said = np.concatenate([evidence.said for evidence in everything])
+        self._said = np.concatenate([evidence.probabilities for evidence in everything])
         self._totals = np.zeros((K + 1, K))
         np.add.at(self._totals, own, self._said)
         self._counts = np.bincount(own, minlength=K + 1)
@@ -269,7 +271,7 @@ class _ProbabilityEvidence:
 
     def evidence(self, part: _SuspectPart) -> float:
         """Log ratio of what it says over a part."""
-        x, y, spread = part.x, part.y, 1.0 / len(part.said)
+        x, y, spread = part.x, part.y, 1.0 / len(part.probabilities)
         called_y = (self._totals[y] + spread) / (self._counts[y] + 1)
         without = np.maximum(self._totals[x] - self._said[part.number], 0.0)
         least = ALIKE * part.difference.duration
@@ -277,7 +279,7 @@ class _ProbabilityEvidence:
         alike = sum(length >= least for number, length in longest if number != part.number)
         without[y] = max(without[y], alike)
         called_x = (without + spread) / self._counts[x]
-        return float(part.said @ np.log(called_y / called_x))
+        return float(part.probabilities @ np.log(called_y / called_x))
 
 
 class _OrderEvidence:
@@ -331,16 +333,18 @@ def suspect_segments(
     if not everything:
         return ()
     # Of an action that it never learnt, as of another task, the model cannot be a witness.
-    learnt = np.flatnonzero(np.concatenate([evidence.said for evidence in everything]).any(axis=0))
+    learnt = np.flatnonzero(
+        np.concatenate([evidence.probabilities for evidence in everything]).any(axis=0)
+    )
     if len(learnt) < 2:
         return ()
     known = [actions[code] for code in learnt.tolist()]
     everything = [
         replace(
             evidence,
-            said=evidence.said[:, learnt],
+            probabilities=evidence.probabilities[:, learnt],
             predicted=evidence.predicted[:, learnt],
-            of_parts=evidence.of_parts[:, learnt],
+            part_probabilities=evidence.part_probabilities[:, learnt],
         )
         for evidence in everything
     ]
@@ -359,12 +363,12 @@ def suspect_segments(
 
 def _segments(everything: Sequence[ModelEvidence], actions: Sequence[str]) -> list[Difference]:
     """The whole segments of which anything is suspected."""
-    probabilities = np.concatenate([h.said for h in everything])
+    probabilities = np.concatenate([h.probabilities for h in everything])
     number = {action: code for code, action in enumerate(actions)}
-    line = SegmentSequence([[number.get(s.action, -1) for s in h.segments] for h in everything])
+    sequence = SegmentSequence([[number.get(s.action, -1) for s in h.segments] for h in everything])
     segments = [(h.demonstration, segment) for h in everything for segment in h.segments]
-    predicted = np.concatenate([h.predicted for h in everything])[line.known]
-    known, own = probabilities[line.known], (np.arange(len(line.known)), line.codes)
+    predicted = np.concatenate([h.predicted for h in everything])[sequence.known]
+    known, own = probabilities[sequence.known], (np.arange(len(sequence.known)), sequence.codes)
     # A label may be unusual: the model contradicts it only by seeing more of something else.
     contradicts = (known > known[own][:, None]) & (predicted > predicted[own][:, None])
     return [
@@ -377,13 +381,13 @@ def _segments(everything: Sequence[ModelEvidence], actions: Sequence[str]) -> li
             float(probabilities[i, other]),
             suspicion=suspicion,
         )
-        for i, other, suspicion in score_suspicions(known, line, contradicts)
+        for i, other, suspicion in score_suspicions(known, sequence, contradicts)
         if suspicion > 0
     ]
 
 
 def suspect_edges(
-    differences: Sequence[Difference], certainties: Mapping[str, ProbabilityTrace | None]
+    differences: Sequence[Difference], traces: Mapping[str, ProbabilityTrace | None]
 ) -> tuple[Difference, ...]:
     """The same differences; those of kind "boundary" with their suspicion.
 
@@ -400,7 +404,7 @@ def suspect_edges(
             lengths.setdefault(_transition(difference), []).append(difference.duration)
     usual = {pair: max(median(found), LEAST_USUAL) for pair, found in lengths.items()}
     return tuple(
-        replace(d, suspicion=_edge(d, usual[_transition(d)], certainties.get(d.demonstration)))
+        replace(d, suspicion=_edge(d, usual[_transition(d)], traces.get(d.demonstration)))
         if d.kind == "boundary"
         else d
         for d in differences

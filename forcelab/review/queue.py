@@ -74,10 +74,10 @@ class ComparedDemonstration:
     reviewed: DemonstrationResult
     segments: Segments
     differences: tuple[Difference, ...]
-    heard: ModelEvidence
+    evidence: ModelEvidence
 
 
-def review_queue(project: Project, outcome: RunResult, invented: bool = False) -> Queue:
+def review_queue(project: Project, run: RunResult, invented: bool = False) -> Queue:
     """What is to be looked at in a project, with the tracks as they are now.
 
     Parameters
@@ -94,12 +94,12 @@ def review_queue(project: Project, outcome: RunResult, invented: bool = False) -
         Its ``open`` is all that nobody has judged, the most urgent first. The human or the model
         of a difference is None where that one left the time unlabelled.
     """
-    tracks = current_tracks(project, outcome)
-    return finish(arrange_queue(outcome, tracks, project.verdicts(), invented=invented))[0]
+    tracks = current_tracks(project, run)
+    return finish(arrange_queue(run, tracks, project.verdicts(), invented=invented))[0]
 
 
 def arrange_queue(
-    outcome: RunResult,
+    run: RunResult,
     tracks: Mapping[str, Segments],
     verdicts: Collection[StoredVerdict],
     known: Mapping[str, ComparedDemonstration] | None = None,
@@ -132,30 +132,30 @@ def arrange_queue(
         For the next call.
     """
     now: dict[str, ComparedDemonstration] = {}
-    shown = [d for d in outcome.tested if tracks.get(d.id)]
-    for reviewed in shown:
-        old = (known or {}).get(reviewed.id)
-        segments = tracks[reviewed.id]
-        if old is None or old.reviewed is not reviewed or old.segments != segments:
-            old = _compare(reviewed, segments, outcome.actions)
-        now[reviewed.id] = old
+    shown = [d for d in run.tested if tracks.get(d.id)]
+    for result in shown:
+        old = (known or {}).get(result.id)
+        segments = tracks[result.id]
+        if old is None or old.reviewed is not result or old.segments != segments:
+            old = _compare(result, segments, run.actions)
+        now[result.id] = old
         yield Progress(len(now), len(shown), "comparing")
     everything = [d for each in now.values() for d in each.differences]
-    certainties = {reviewed.id: reviewed.probability_trace for reviewed in shown}
-    differing = suspect_edges(everything, certainties)
-    segments_suspected = suspect_segments((c.heard for c in now.values()), outcome.actions)
-    mine = [v for v in verdicts if v.coder == outcome.author and v.demonstration in tracks]
+    traces = {result.id: result.probability_trace for result in shown}
+    differing = suspect_edges(everything, traces)
+    segments_suspected = suspect_segments((c.evidence for c in now.values()), run.actions)
+    mine = [v for v in verdicts if v.coder == run.author and v.demonstration in tracks]
     return _arrange(differing, segments_suspected, mine, invented), now
 
 
 def _compare(
-    reviewed: DemonstrationResult, segments: Segments, actions: tuple[str, ...]
+    result: DemonstrationResult, segments: Segments, actions: tuple[str, ...]
 ) -> ComparedDemonstration:
     """Compare one demonstration."""
-    found = find_differences(reviewed.id, segments, reviewed.predicted, reviewed.probability_trace)
+    found = find_differences(result.id, segments, result.predicted, result.probability_trace)
     listed = tuple(d for d in found if d.duration >= LEAST)
     return ComparedDemonstration(
-        reviewed, segments, listed, gather_evidence(reviewed, segments, actions, listed)
+        result, segments, listed, gather_evidence(result, segments, actions, listed)
     )
 
 

@@ -122,14 +122,14 @@ def settings_that_differ(first: RunResult, second: RunResult) -> tuple[tuple[str
     )
 
 
-def _requested(outcome: RunResult) -> dict[str, Any]:
+def _requested(run: RunResult) -> dict[str, Any]:
     """What an outcome was made with, by name."""
-    return outcome.settings.to_json() | {
-        "tasks": list(outcome.tasks),
-        "test task": outcome.test_task,
-        "coder": outcome.author,
-        "apart": outcome.apart,
-        "groups left out": outcome.folds or None,
+    return run.settings.to_json() | {
+        "tasks": list(run.tasks),
+        "test task": run.test_task,
+        "coder": run.author,
+        "apart": run.apart,
+        "groups left out": run.folds or None,
     }
 
 
@@ -147,17 +147,17 @@ def as_text(value: object) -> str:
 
 
 def _pooled(
-    outcome: RunResult, stage: str, shared: tuple[str, ...], counts: list[Counts]
+    run: RunResult, stage: str, shared: tuple[str, ...], counts: list[Counts]
 ) -> Mapping[str, Any]:
     """The pooled scores of the shared demonstrations: as stored if those are all ever tested."""
-    stored: Mapping[str, Any] | None = outcome.scores.get(stage, {}).get("pooled")
-    if stored is not None and len(shared) == len(outcome.tested) + outcome.removed:
+    stored: Mapping[str, Any] | None = run.scores.get(stage, {}).get("pooled")
+    if stored is not None and len(shared) == len(run.tested) + run.removed:
         return stored
     return pool("pooled", counts).to_json() if counts else {}
 
 
-def _by_id(outcome: RunResult, stage: str) -> dict[str, Mapping[str, Any]]:
+def _by_id(run: RunResult, stage: str) -> dict[str, Mapping[str, Any]]:
     """The scores of each tested demonstration; the run lists them in the same order."""
-    listed = outcome.scores.get(stage, {}).get("demonstrations", ())
-    tested: tuple[DemonstrationResult, ...] = outcome.tested
+    listed = run.scores.get(stage, {}).get("demonstrations", ())
+    tested: tuple[DemonstrationResult, ...] = run.tested
     return {item.id: scores for item, scores in zip(tested, listed, strict=False)}

@@ -187,14 +187,14 @@ def latest_run(project: Project, tasks: Sequence[str] | None = None) -> RunResul
     return load_run(project, runs[0].id) if runs else None
 
 
-def edits_since(project: Project, outcome: RunResult) -> int:
+def edits_since(project: Project, run: RunResult) -> int:
     """How many edits lie between the labels that were used and those of now.
 
     Edits that were taken back count for nothing. Demonstrations that have come into its tasks
     since count as one each.
     """
-    tested = () if outcome.test_task is None else (outcome.test_task,)
-    return project.edits_since(outcome.labels, (*outcome.tasks, *tested))
+    tested = () if run.test_task is None else (run.test_task,)
+    return project.edits_since(run.labels, (*run.tasks, *tested))
 
 
 def tasks_of(settings: Mapping[str, Any]) -> tuple[tuple[str, ...], str | None]:
@@ -205,8 +205,8 @@ def tasks_of(settings: Mapping[str, Any]) -> tuple[tuple[str, ...], str | None]:
     settings : mapping
         Of the run: everything it was told.
     """
-    choice = settings.get("choice", {})
-    return tuple(choice.get("tasks", ())), choice.get("test_task")
+    selection = settings.get("choice", {})
+    return tuple(selection.get("tasks", ())), selection.get("test_task")
 
 
 def _run_result(project: Project, run: StoredRun) -> RunResult:
@@ -238,15 +238,15 @@ def _run_result(project: Project, run: StoredRun) -> RunResult:
             f"from the project since; the scores are those of all."
         )
     tasks, test_task = tasks_of(run.settings)
-    choice = run.settings.get("choice", {})
+    selection = run.settings.get("choice", {})
     return RunResult(
         number=run.id,
         time=run.time,
         title=str(result["title"]),
         tasks=tasks,
         test_task=test_task,
-        author=run.labels[0].author if run.labels else str(choice.get("author") or ""),
-        apart=bool(choice.get("apart", False)),
+        author=run.labels[0].author if run.labels else str(selection.get("author") or ""),
+        apart=bool(selection.get("apart", False)),
         settings=Settings.from_json(result["settings"]),
         actions=tuple(result["labels"]),
         labels=run.labels,
@@ -261,7 +261,7 @@ def _run_result(project: Project, run: StoredRun) -> RunResult:
         seconds={name: float(spent) for name, spent in result["seconds"].items()},
         remarks=tuple(remarks),
         removed=gone,
-        folds=int(choice.get("folds") or 0),
+        folds=int(selection.get("folds") or 0),
         reliability=result.get("reliability", {}),
     )
 
@@ -323,7 +323,7 @@ def _segments(rows: Sequence[Sequence[Any]]) -> Segments:
     return tuple(Segment(float(start), float(end), action) for start, end, action in rows)
 
 
-def action_styles(project: Project, outcome: RunResult) -> Vocabulary:
+def action_styles(project: Project, run: RunResult) -> Vocabulary:
     """All actions of an outcome, each with the look that it has where it is labelled.
 
     The task that is tested comes first, so that its tracks look as when they are labelled. Two
@@ -335,7 +335,7 @@ def action_styles(project: Project, outcome: RunResult) -> Vocabulary:
     ForcelabError
         If the project cannot be read.
     """
-    tasks = dict.fromkeys(([outcome.test_task] if outcome.test_task else []) + [*outcome.tasks])
-    found = joined({task: project.vocabulary(task) for task in tasks}, apart=outcome.apart)
+    tasks = dict.fromkeys(([run.test_task] if run.test_task else []) + [*run.tasks])
+    found = joined({task: project.vocabulary(task) for task in tasks}, apart=run.apart)
     keyless = Vocabulary(tuple(replace(action, key="") for action in found))
-    return keyless.with_actions(*outcome.actions)
+    return keyless.with_actions(*run.actions)

@@ -220,7 +220,7 @@ class _Snapshot:
 
 
 def review_job(
-    path: Path, settings: Settings, choice: DataSelection, name: str, fit: bool = True
+    path: Path, settings: Settings, selection: DataSelection, name: str, fit: bool = True
 ) -> Generator[TrainingStep, None, int]:
     """Evaluate, train, and propose labels; kept in the project as one run.
 
@@ -254,15 +254,15 @@ def review_job(
         If there is nothing to learn from, or the project cannot keep the run. What only stands in
         the way of testing is a remark of the run.
     """
-    choice.check()
+    selection.check()
     with Project.open(path) as project:
         project.refuse_read_only()  # before the work and not after it
         yield TrainingStep(0, 1, "labels", phase="features")
-        snapshot = _snapshot(project, settings, choice)
-        choice = choice.settled(snapshot.found)
-        steps = TrainingProgress(_folds(snapshot, choice), fit)
-        title = run_title(snapshot.tasks, choice.test_task)
-        evaluation, remarks = yield from _evaluate(snapshot, settings, choice, steps, fit)
+        snapshot = _snapshot(project, settings, selection)
+        selection = selection.with_default_folds(snapshot.found)
+        steps = TrainingProgress(_folds(snapshot, selection), fit)
+        title = run_title(snapshot.tasks, selection.test_task)
+        evaluation, remarks = yield from _evaluate(snapshot, settings, selection, steps, fit)
         if evaluation is not None:
             result = run_record(evaluation, probability_trace=True)
             trained_on: Sequence[str] = evaluation.trained_on
@@ -270,7 +270,7 @@ def review_job(
             result = _empty_record(title, settings)
         remarks += dataset_unit_remarks(snapshot.corpora, settings)
         remarks += unused_merge_remarks(
-            settings, frozenset().union(*(part.spelt for part in snapshot.corpora))
+            settings, frozenset().union(*(part.spellings for part in snapshot.corpora))
         )
         recogniser = None
         if fit:
@@ -283,7 +283,7 @@ def review_job(
             remarks += refused
         result["remarks"] = [*result["remarks"], *remarks]
         result["trained_on"] = list(trained_on)
-        requested = provenance(settings, choice, snapshot.tasks)
+        requested = provenance(settings, selection, snapshot.tasks)
         while True:
             yield steps.storing()
             try:
@@ -293,23 +293,23 @@ def review_job(
                 continue
 
 
-def _snapshot(project: Project, settings: Settings, choice: DataSelection) -> _Snapshot:
+def _snapshot(project: Project, settings: Settings, selection: DataSelection) -> _Snapshot:
     """Read what is labelled and what is not."""
-    tasks = tuple(dict.fromkeys(choice.tasks)) or project.tasks()
-    if len(tasks) > 1 and not choice.tasks:
+    tasks = tuple(dict.fromkeys(selection.tasks)) or project.tasks()
+    if len(tasks) > 1 and not selection.tasks:
         raise InputError(
             f"'{project.path}' has the tasks {', '.join(tasks)}; choose the task to train on, or "
             f"several to join."
         )
-    corpora = [choice.corpus(project, tasks, settings)]
-    if choice.test_task is not None:
-        corpora.append(choice.corpus(project, [choice.test_task], settings))
-    _check(corpora[0], settings, tasks)
+    datasets = [selection.load(project, tasks, settings)]
+    if selection.test_task is not None:
+        datasets.append(selection.load(project, [selection.test_task], settings))
+    _check(datasets[0], settings, tasks)
     bare = {
-        item.demonstration.id for part in corpora for item in part.labelled if not item.segments
+        item.demonstration.id for part in datasets for item in part.labelled if not item.segments
     }
     infos = {info.id: info for info in project.demonstrations() if info.id in bare}
-    return _Snapshot(tasks, corpora, tuple(infos.values()))
+    return _Snapshot(tasks, datasets, tuple(infos.values()))
 
 
 def _check(found: Dataset, settings: Settings, tasks: Sequence[str]) -> None:
@@ -324,18 +324,18 @@ def _check(found: Dataset, settings: Settings, tasks: Sequence[str]) -> None:
         )
 
 
-def _folds(snapshot: _Snapshot, choice: DataSelection) -> int:
+def _folds(snapshot: _Snapshot, selection: DataSelection) -> int:
     """How many recognisers are trained for testing."""
-    if choice.test_task is not None:
+    if selection.test_task is not None:
         return 1
     labelled = [item.demonstration for item in snapshot.found.labelled if item.segments]
-    return len(fold_groups(labelled, choice.folds)) if len(labelled) > 1 else 0
+    return len(fold_groups(labelled, selection.folds)) if len(labelled) > 1 else 0
 
 
 def _evaluate(
     snapshot: _Snapshot,
     settings: Settings,
-    choice: DataSelection,
+    selection: DataSelection,
     steps: TrainingProgress,
     fit: bool,
 ) -> Generator[TrainingStep, None, tuple[Evaluation | None, tuple[str, ...]]]:
@@ -344,14 +344,14 @@ def _evaluate(
     What stands in the way of training, too, is then told by that.
     """
     if not steps.folds and fit:
-        whose = f" by {choice.author}" if choice.author else ""
+        whose = f" by {selection.author}" if selection.author else ""
         return None, (
             f"Only one demonstration is labelled{whose}, so nothing could be tested; label a "
             f"second one. The recogniser was trained all the same, and proposes labels for the "
             f"others.",
         )
     job = evaluate_joined(
-        snapshot.corpora, settings, snapshot.tasks, choice, probability_trace=True
+        snapshot.corpora, settings, snapshot.tasks, selection, probability_trace=True
     )
     try:
         return (yield from steps.test(job)), ()
@@ -391,7 +391,7 @@ def _proposals(
         yield steps.proposing(i, len(snapshot.new), info.name)
         try:
             demonstration = project.load(info.id)
-            examples = recogniser.prepared(demonstration)
+            examples = recogniser.prepare(demonstration)
             prediction = recogniser.predict(
                 demonstration, probability_trace=True, examples=examples
             )
@@ -399,7 +399,7 @@ def _proposals(
             remarks.append(f"No proposal for '{info.name}': {error}")
             continue
         remarks += [
-            f"'{info.name}': {remark}" for remark in recogniser.remarks_on(demonstration.channels)
+            f"'{info.name}': {remark}" for remark in recogniser.unit_remarks(demonstration.channels)
         ]
         proposals.append(_proposal(demonstration, prediction))
         samples.append(sample_steps(examples))

@@ -48,7 +48,7 @@ def covers(place: Verdict | Difference, difference: Difference) -> bool:
 
 def record_verdict(
     project: Project,
-    outcome: RunResult,
+    run: RunResult,
     difference: Difference,
     verdict: VerdictKind,
     author: str,
@@ -72,13 +72,13 @@ def record_verdict(
         Verdict(
             demonstration=difference.demonstration,
             author=author,
-            coder=outcome.author,
+            coder=run.author,
             start=difference.start,
             end=difference.end,
             human=difference.human,
             predicted=difference.predicted,
             verdict=verdict,
-            run=outcome.number or None,
+            run=run.number or None,
             time=edit.time if edit is not None else None,
         )
     )
@@ -91,12 +91,12 @@ def withdraw_verdict(project: Project, verdict: StoredVerdict, author: str) -> S
     return project.add_verdict(Verdict(**fields))
 
 
-def model_action(outcome: RunResult, difference: Difference) -> str | None:
+def model_action(run: RunResult, difference: Difference) -> str | None:
     """What the model sees over a difference, spelt as the coder spells it; None is nothing."""
-    action, reviewed = difference.predicted, outcome.find(difference.demonstration)
-    if action is None or reviewed is None:
+    action, result = difference.predicted, run.find(difference.demonstration)
+    if action is None or result is None:
         return action
-    return action_as_coded(action, outcome, reviewed)
+    return action_as_coded(action, run, result)
 
 
 def count_verdicts(verdicts: Iterable[Verdict]) -> tuple[VerdictCount, ...]:

@@ -459,7 +459,7 @@ def _fold(peer: Peer, seen: Seen, part: Sequence[int], spent: dict[str, Spent]) 
             actions=actions,
             shortest={},
             classifier=_Classifier(fitted, np.arange(len(actions))),
-            choreography=TaskGrammar.learn([e.segments for e in train], actions)
+            grammar=TaskGrammar.learn([e.segments for e in train], actions)
             if settings.decodes
             else None,
         )

@@ -40,7 +40,7 @@ def fed(live, streams, blocks):
         streams.rings[device].extend(times, values)
         for _ in live.take(*live.read()):
             pass
-    return live.strip
+    return live.image
 
 
 def signal(n, seed=0):
@@ -142,7 +142,7 @@ def test_a_column_is_joined_by_its_writer_and_replaced_by_another_one():
         ring.write(rows, np.array([[time]]), np.array([[size]], dtype=np.float32), source)
 
     def seen():
-        return 10.0 ** ring.strip(np.ones(1), np.zeros(1)).values[0]
+        return 10.0 ** ring.image(np.ones(1), np.zeros(1)).values[0]
 
     write(2.1, 5.0, 0)
     write(2.5, 3.0, 0)  # joins: the larger one stays
@@ -166,6 +166,6 @@ def test_the_colours_come_back_from_a_glitch_at_once_and_from_a_contact_calmly()
         for number in range(COLUMNS + 2):
             ring.reach(number + 0.5)
             ring.write(rows, (number + 0.5) * column, (size if number == 1 else 1.0) * column, 0)
-            highs.append(ring.strip(np.ones(ROWS), np.zeros(ROWS)).high)
+            highs.append(ring.image(np.ones(ROWS), np.zeros(ROWS)).high)
         assert highs[COLUMNS] == pytest.approx(np.log10(size))
         assert highs[-1] == pytest.approx(falls)

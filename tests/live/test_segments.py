@@ -64,7 +64,7 @@ def test_what_is_seen_has_the_mean_probability_of_each_stretch_and_forgets_the_o
         part = slice(first, first + 37)
         block = decided(times[part], codes[part], table[part])
         recent.take(block, one.take(block))
-    seen = recent.glimpse(one, 0.1)
+    seen = recent.snapshot(one, 0.1)
     assert seen.action == ACTIONS[codes[-1]]
     assert seen.probabilities == pytest.approx(tuple(table[-1]))
     assert seen.segments[-1].end == pytest.approx(seen.until)
@@ -78,7 +78,7 @@ def test_what_is_seen_has_the_mean_probability_of_each_stretch_and_forgets_the_o
 
 
 def test_nothing_is_known_before_the_first_label():
-    seen = SnapshotBuffer(ACTIONS).glimpse(growing(), 0.0)
+    seen = SnapshotBuffer(ACTIONS).snapshot(growing(), 0.0)
     assert math.isnan(seen.until)
     assert seen.probability_trace is None
     assert seen.segments == ()

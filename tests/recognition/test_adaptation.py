@@ -70,8 +70,8 @@ def test_with_matching_sensors_nothing_is_swapped(people):
     for train, test in (people, people[::-1]):
         found = estimate_adaptation(train, test)
         assert not found.swapped
-        assert found.likelier < 0
-        assert "no sensor is swapped" in found.sentence
+        assert found.log_ratio < 0
+        assert "no sensor is swapped" in found.summary
     scaled = [made(item, lambda signals: signals * GAIN + OFFSET) for item in people[1]]
     assert not estimate_adaptation(people[0], scaled).swapped
     even = [LabelledDemonstration(*item) for item in synthetic_set(6, RATE)]
@@ -82,7 +82,7 @@ def test_alike_demonstrations_stay_as_they_are(people):
     train, _ = people
     found = estimate_adaptation(train, train)
     for item in train:
-        again = found.adapted(item).demonstration
+        again = found.apply(item).demonstration
         assert np.allclose(again.signals, item.demonstration.signals, atol=1e-12)
     assert set(found.gain.values()) == {1.0}
 
@@ -91,9 +91,9 @@ def test_levels_and_scales_come_to_those_of_training(people):
     train, _ = people
     turned = [made(item, lambda signals: signals[:, SWAP] * GAIN + OFFSET) for item in train]
     found = estimate_adaptation(train, turned)
-    assert found.likelier > MARGIN
+    assert found.log_ratio > MARGIN
     for item, wanted in zip(turned, train, strict=True):
-        again = found.adapted(item).demonstration
+        again = found.apply(item).demonstration
         assert again.channels == item.demonstration.channels
         # Normal forces are set right to the sample; a hypotenuse of unequal gains nearly so.
         for column in (2, 5):
@@ -128,7 +128,7 @@ def test_missing_samples_stay_missing(people):
         signals[50:60, 1] = np.nan
         return signals
 
-    again = estimate_adaptation(train, test).adapted(made(test[0], holed)).demonstration
+    again = estimate_adaptation(train, test).apply(made(test[0], holed)).demonstration
     assert np.isnan(again.signals[50:60, 1]).all()
     assert np.isfinite(again.signals[:, 0]).all()
 

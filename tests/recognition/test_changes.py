@@ -85,7 +85,7 @@ def test_boundaries_are_found_in_what_coders_leave_unlabelled(clicks):
 def test_certainty_knows_of_changes_what_the_decoder_knows(clicks):
     item, changes = clicks[0]
     made = train([other for other, _ in clicks[1:]], QUICK)
-    without = replace(made, changes=None)
+    without = replace(made, boundary_model=None)
     # Just before the first change, already in what nobody would label.
     span = changes[0] - 0.08, changes[0] - 0.04
     sure, unsure = (
@@ -158,7 +158,7 @@ def test_where_no_action_gives_way_to_another_training_goes_on_without(clicks):
         far = (replace(loose, end=loose.end - 0.3), tight)
         apart.append(LabelledDemonstration(item.demonstration, far))
     made = train(apart, QUICK)
-    assert made.changes is None
+    assert made.boundary_model is None
     assert made.predict(clicks[5][0].demonstration).segments
 
 
@@ -180,15 +180,17 @@ def best():
 
 
 def test_best_is_the_same_to_the_bit_when_it_was_saved(best, tmp_path):
-    assert best.changes is not None
+    assert best.boundary_model is not None
     save_recogniser(best, tmp_path / "one")
     loaded = load_recogniser(tmp_path / "one")
     unseen = LabelledDemonstration(*synthetic_set(3, rate=100.0)[2]).demonstration
     before, after = (made.predict(unseen, probability_trace=True) for made in (best, loaded))
     np.testing.assert_array_equal(after.filtered, before.filtered)
     np.testing.assert_array_equal(after.probability_trace.values, before.probability_trace.values)
-    rows = best.prepared(unseen).features
-    np.testing.assert_array_equal(loaded.changes.ratios(rows), best.changes.ratios(rows))
+    rows = best.prepare(unseen).features
+    np.testing.assert_array_equal(
+        loaded.boundary_model.ratios(rows), best.boundary_model.ratios(rows)
+    )
 
 
 def test_a_file_from_before_predicts_without(best, tmp_path):
@@ -202,7 +204,7 @@ def test_one_of_other_features_is_refused(best, clicks, tmp_path):
     fewer = [replace(prepare_examples(item, QUICK), segments=item.segments) for item, _ in clicks]
     wide = [replace(e, features=np.repeat(e.features, 9, axis=1)) for e in fewer]
     other = taught(wide)
-    (tmp_path / "one").write_bytes(pack(replace(best, changes=other)))
+    (tmp_path / "one").write_bytes(pack(replace(best, boundary_model=other)))
     with pytest.raises(InputError, match="not a whole recogniser"):
         load_recogniser(tmp_path / "one")
 

@@ -83,12 +83,12 @@ def test_a_loaded_recogniser_decodes_to_the_bit_what_the_saved_one_did(four, tmp
     np.testing.assert_array_equal(after.filtered, before.filtered)
     np.testing.assert_array_equal(after.probabilities, before.probabilities)
     assert loaded.settings == made.settings
-    assert loaded.choreography.to_json() == made.choreography.to_json()
+    assert loaded.grammar.to_json() == made.grammar.to_json()
 
 
 def test_a_decoder_without_choreography_is_refused(trained, tmp_path):
     path = tmp_path / "foam.skops"
-    path.write_bytes(pack(dataclasses.replace(trained, choreography=None)))
+    path.write_bytes(pack(dataclasses.replace(trained, grammar=None)))
     with pytest.raises(InputError, match="not a whole recogniser"):
         load_recogniser(path)
 

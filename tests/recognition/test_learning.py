@@ -49,8 +49,8 @@ def test_arrays_answer_as_scikit_learn_does(counts):
     boosted = HistGradientBoostingClassifier(max_iter=6, early_stopping=False).fit(X, y)
     regression = LogisticRegression().fit(X, y)
     pairs = [
-        (Forest.averaging(trees, len(counts)), trees),
-        (Forest.boosting(boosted, len(counts)), boosted),
+        (Forest.from_extra_trees(trees, len(counts)), trees),
+        (Forest.from_boosting(boosted, len(counts)), boosted),
         (Linear.of(regression), regression),
     ]
     for ours, theirs in pairs:

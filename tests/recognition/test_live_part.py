@@ -182,7 +182,7 @@ def test_a_label_is_what_the_decoder_says_of_all_that_the_latency_lets_it_see(tr
         logs = np.log(steps)
     for step in range(0, len(steps) - lag, 7):
         seen = logs[: step + lag + 1]
-        wanted = decode(seen, np.ones(len(seen), dtype=bool), 0.02, trained.choreography)
+        wanted = decode(seen, np.ones(len(seen), dtype=bool), 0.02, trained.grammar)
         assert codes[step * hop + hop // 2] == wanted[step]
 
 
@@ -291,7 +291,7 @@ def test_what_no_sensor_reads_counts_as_missing(trained, three, value):
 
 def test_memory_stays_the_same(trained, three):
     demonstration = three[2].demonstration
-    windows = StreamingWindows(trained.live[0].windows, RATE, 5)
+    windows = StreamingWindows(trained.live_models[0].windows, RATE, 5)
     sizes = []
     rows = np.zeros((50, len(trained.channels)))
     for _ in range(60):
@@ -328,7 +328,7 @@ def test_what_does_not_fit_is_refused(trained):
         finish(leave_one_out_live([], trained.settings, -1.0))
     with pytest.raises(InputError, match="needs two labelled ones"):
         finish(leave_one_out_live([], trained.settings, 0.1))
-    part = trained.live[1]
+    part = trained.live_models[1]
     plain = part.plain() | {"usual": np.array([1.0, -1.0, 1.0, 1.0])}
     for wrong in (
         plain,
@@ -399,7 +399,7 @@ def test_an_evaluation_as_a_stream_says_how_far_to_rely_on_its_probabilities(thr
 
 
 def test_a_recogniser_from_before_says_what_to_do(trained, three):
-    old = dataclasses.replace(trained, live=())
+    old = dataclasses.replace(trained, live_models=())
     with pytest.raises(InputError, match="train it again"):
         OnlineRecogniser(old, 0.1, three[2].demonstration.channels)
     plain = dataclasses.replace(old, settings=trained.settings.replace(decoder="filters"))

@@ -240,7 +240,7 @@ def test_a_recogniser_of_format_1_predicts_to_the_bit_what_it_did(three, path):
         assert path.stat().st_size < size / 3
         found = load_recogniser(path).predict(unseen)
         np.testing.assert_array_equal(found.probabilities, made.predict(unseen).probabilities)
-    for one, other in zip(older.live, made.live, strict=True):
+    for one, other in zip(older.live_models, made.live_models, strict=True):
         rows = np.random.default_rng(0).normal(size=(50, one.windows.width)).astype(np.float32)
         np.testing.assert_array_equal(
             one.classifier.predict_proba(rows), other.classifier.predict_proba(rows)

@@ -164,7 +164,7 @@ def test_training_learns_what_a_fit_to_kept_features_learns(three, monkeypatch, 
     one, other = (which.predict_examples(examples[0]) for which in (kept, made))
     np.testing.assert_array_equal(one.probabilities, other.probabilities)
     np.testing.assert_array_equal(one.filtered, other.filtered)
-    assert len(made.live) == 3
+    assert len(made.live_models) == 3
 
 
 def test_what_follows_streams_is_learnt_of_no_more_samples_than_may_be(three, monkeypatch):

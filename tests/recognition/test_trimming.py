@@ -117,10 +117,10 @@ def test_no_more_than_a_third_of_an_action_goes(right):
 def test_of_a_rare_action_two_stay_whatever_speaks_against_them(right):
     items = [renamed(item, HOLD, "squeeze") if i < 2 else item for i, item in enumerate(right)]
     made = finish(fit_examples(seen(items), FAST))
-    assert "squeeze" not in [c.segment.action for c in made.left_out]
+    assert "squeeze" not in [c.segment.action for c in made.dropped]
     assert "squeeze" in made.actions
     # Of four holds one may go, as one of three is not yet more than a third.
-    assert sum(c.segment.action == "hold" for c in made.left_out) == 1
+    assert sum(c.segment.action == "hold" for c in made.dropped) == 1
 
 
 @pytest.mark.usefixtures("everything_suspect")
@@ -161,7 +161,7 @@ def test_classifier_decoder_and_live_parts_do_not_learn_what_is_left_out(
     wrong, mistaken, taught_live
 ):
     made = train(wrong, FAST)
-    assert made.left_out == (mistaken,)
+    assert made.dropped == (mistaken,)
     assert [item.demonstration.id for item in taught_live] == [i.demonstration.id for i in wrong]
     assert mistaken.segment not in taught_live[WRONG].segments
     assert len(taught_live[WRONG].segments) == len(wrong[WRONG].segments) - 1
@@ -172,7 +172,7 @@ def test_classifier_decoder_and_live_parts_do_not_learn_what_is_left_out(
         for i in wrong
     ]
     same = train(clean, FAST.replace(trimmed=False))
-    assert made.choreography.to_json() == same.choreography.to_json()
+    assert made.grammar.to_json() == same.grammar.to_json()
     unseen = synthetic_set(7, rate=100.0)[6][0]
     np.testing.assert_array_equal(
         made.predict(unseen).probabilities, same.predict(unseen).probabilities
@@ -205,8 +205,8 @@ def test_labels_that_are_left_out_have_no_say_in_what_is_trimmed(wrong, count):
         at = parts.index(group)
         clean, other = (make_folds(given, parts)[at] for given in (examples, poisoned))
         first, second = (finish(fit_examples(fold.train, FAST)) for fold in (clean, other))
-        assert second.left_out == first.left_out
-        assert bool(first.left_out) == (WRONG not in group)
+        assert second.dropped == first.dropped
+        assert bool(first.dropped) == (WRONG not in group)
         np.testing.assert_array_equal(
             second.predict_examples(clean.held_out[0]).probabilities,
             first.predict_examples(clean.held_out[0]).probabilities,

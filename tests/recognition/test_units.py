@@ -73,8 +73,8 @@ def test_only_channels_that_are_looked_at_count(four):
 def test_a_recogniser_tells_what_it_learnt_in_other_units(recogniser, four):
     demonstration = four[3][0]
     assert recogniser.units == ("N",) * 4
-    assert recogniser.remarks_on(demonstration.channels) == ()
-    [said] = recogniser.remarks_on(in_counts(demonstration).channels)
+    assert recogniser.unit_remarks(demonstration.channels) == ()
+    [said] = recogniser.unit_remarks(in_counts(demonstration).channels)
     assert "without a unit" in said
     assert "learnt it in N" in said
 
@@ -88,7 +88,7 @@ def test_units_are_kept_in_its_file_and_older_files_still_load(recogniser, four,
     file.write_bytes(skops_io.dumps(content))
     old = load_recogniser(file)
     assert old.units == ()
-    assert old.remarks_on(in_counts(four[3][0]).channels) == ()
+    assert old.unit_remarks(in_counts(four[3][0]).channels) == ()
     assert np.array_equal(old.predict(four[3][0]).filtered, recogniser.predict(four[3][0]).filtered)
 
 

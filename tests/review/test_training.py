@@ -299,7 +299,7 @@ def test_another_task_is_tested_on_and_both_tasks_get_proposals(tmp_path):
     with Project.open(path) as project:
         recogniser = load_recogniser(project.recogniser_path(outcome.recogniser))
         new = [project.load(item.id) for item in outcome.proposals]
-    expected = typicality([sample_steps(recogniser.prepared(one)) for one in new])
+    expected = typicality([sample_steps(recogniser.prepare(one)) for one in new])
     assert shares == pytest.approx(expected.tolist())
     assert len(shares) > 1
     assert (outcome.tasks, outcome.test_task) == (("foam",), "soft")

@@ -62,7 +62,7 @@ def test_the_shares_are_the_integral_of_the_gradient_along_the_way(seed):
         for step in 1e-6 * np.eye(6)
     ]
     integral = (row - mean) * np.mean(gradient, axis=1) / 2e-6
-    shares = judge.shares(row[None], mean, "still", "hold")[0]
+    shares = judge.integrated_gradients(row[None], mean, "still", "hold")[0]
     assert shares == pytest.approx(integral, abs=0.02)
 
 
@@ -72,13 +72,15 @@ def test_the_shares_add_up_to_the_difference_of_the_log_odds(seed):
     rows, mean = random.normal(size=(5, 6)), random.normal(size=6)
     there = log_odds(judge, mean[None], "grab", "still")
     gained = log_odds(judge, rows, "grab", "still") - there
-    assert judge.shares(rows, mean, "grab", "still").sum(axis=1) == pytest.approx(gained)
+    assert judge.integrated_gradients(rows, mean, "grab", "still").sum(axis=1) == pytest.approx(
+        gained
+    )
 
 
 def test_at_the_reference_itself_nothing_speaks():
     judge, random = network(4)
     mean = random.normal(size=6)
-    assert not judge.shares(mean[None], mean, "grab", "still").any()
+    assert not judge.integrated_gradients(mean[None], mean, "grab", "still").any()
 
 
 # --- classifiers --------------------------------------------------------------------------------
@@ -207,7 +209,7 @@ def test_it_predicts_what_the_run_predicted_out_of_fold(bayes):
     for one in outcome.tested:
         withheld = finish(train_held_out(path, outcome, one.id))
         assert withheld.how == "left out"
-        assert withheld.same == 1.0
+        assert withheld.same_share == 1.0
         assert one.id not in {place.demonstration for place in withheld.training.places}
 
 
@@ -217,7 +219,7 @@ def test_so_does_the_one_that_has_seen_none_of_its_group(tmp_path):
     ids = [one.id for one in outcome.tested]
     for i, one in enumerate(outcome.tested):
         withheld = finish(train_held_out(path, outcome, one.id))
-        assert withheld.same == 1.0
+        assert withheld.same_share == 1.0
         seen = {place.demonstration for place in withheld.training.places}
         assert seen == {id_ for j, id_ in enumerate(ids) if j % 2 != i % 2}
 
@@ -247,7 +249,7 @@ def test_segments_that_were_not_trained_on_are_not_shown_as_if(bayes, monkeypatc
 
 
 def test_so_does_the_mlp_whose_fit_hangs_on_the_seed(withheld):
-    assert withheld.same == 1.0
+    assert withheld.same_share == 1.0
     assert withheld.how == "left out"
 
 
@@ -258,7 +260,7 @@ def test_a_recogniser_that_saw_it_would_be_another_one(bayes):
     swapped = replace(one, stages={"filtered": other.predicted})
     wrong = replace(outcome, tested=(swapped, *outcome.tested[1:]))
     withheld = finish(train_held_out(path, wrong, one.id))
-    assert withheld.same < 1.0
+    assert withheld.same_share < 1.0
     why = finish(explain(withheld, wrong, interval_at(one, 2.0)))
     assert any("as the run did" in remark for remark in why.remarks)
 
@@ -270,7 +272,7 @@ def test_labels_that_were_edited_since_are_taken_as_they_were(tmp_path):
     with Project.open(path) as project:
         before = project.track(second.id, "Ann").segments
         project.edit(second.id, "Ann", before, before[:1], "all but one erased")
-    assert finish(train_held_out(path, outcome, first.id)).same == 1.0
+    assert finish(train_held_out(path, outcome, first.id)).same_share == 1.0
 
 
 def test_a_track_can_be_read_as_it_was_after_each_edit(tmp_path):
@@ -296,7 +298,7 @@ def test_the_probabilities_are_the_runs_where_it_kept_any(bayes):
     path, outcome = bayes
     one = outcome.tested[0]
     anew = finish(train_held_out(path, outcome, one.id))
-    assert not anew.kept
+    assert not anew.trace_from_run
     rows = anew.probability_trace.values.sum(axis=1)
     assert np.abs(rows[rows > 0].astype(int) - 255).max() <= 2
     values = np.zeros((10, 1), dtype=np.uint8)
@@ -326,7 +328,7 @@ def test_the_final_recogniser_labels_a_proposal_as_the_run_did_on_any_grid(tmp_p
         outcome = load_run(project, number)
     for one in (*outcome.tested, *outcome.proposals):
         withheld = finish(train_held_out(path, outcome, one.id))
-        assert withheld.same == 1.0
+        assert withheld.same_share == 1.0
         assert withheld.how == ("left out" if one in outcome.tested else "final")
 
 
@@ -367,8 +369,8 @@ def test_the_predicted_action_is_spoken_for_and_the_humans_against(mlp, withheld
     why = explained(mlp, withheld, "still", "hold")
     assert (why.favoured, why.against) == ("hold", "still")
     back = explained(mlp, withheld, "hold", "still")
-    assert back.influence.bands == pytest.approx(-why.influence.bands)
-    assert back.influence.log_odds == pytest.approx(-why.influence.log_odds)
+    assert back.attribution.bands == pytest.approx(-why.attribution.bands)
+    assert back.attribution.log_odds == pytest.approx(-why.attribution.log_odds)
 
 
 def test_where_both_agree_the_next_most_probable_action_is_spoken_against(mlp, withheld):
@@ -413,10 +415,10 @@ def test_the_strongest_bands_come_in_the_order_of_their_weight(mlp, withheld):
     why = explained(mlp, withheld, "still", "hold")
     weights = [abs(band.weight) for band in why.strongest(5)]
     assert weights == sorted(weights, reverse=True)
-    assert weights[0] == np.abs(why.influence.bands).max()
+    assert weights[0] == np.abs(why.attribution.bands).max()
     first = why.strongest()[0]
     row, column = why.channels.index(first.channel), why.hertz.tolist().index(first.hertz)
-    assert why.influence.bands[row, column] == first.weight
+    assert why.attribution.bands[row, column] == first.weight
 
 
 def test_an_explanation_is_plain_values_too(mlp, withheld):

@@ -76,7 +76,7 @@ def run(arguments: argparse.Namespace) -> None:
         made = recogniser.predict(demonstration)
         told = [
             *rate_remarks(recogniser, demonstration),
-            *recogniser.remarks_on(demonstration.channels),
+            *recogniser.unit_remarks(demonstration.channels),
         ]
         told += empty_prediction_remarks([made], recogniser.settings, recogniser.rate)
         for remark in [*remarks, *told]:

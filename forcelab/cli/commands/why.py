@@ -98,7 +98,7 @@ def _probability_text(why: Explanation) -> str:
     values = why.probability_trace.mean(why.place.start, why.place.end)
     pairs = sorted(zip(values.tolist(), why.probability_trace.actions, strict=True), reverse=True)
     told = ", ".join(f"{action} {value:.2f}" for value, action in pairs)
-    whose = "as the run kept it" if why.kept else "computed anew, as the run kept none"
+    whose = "as the run kept it" if why.trace_from_run else "computed anew, as the run kept none"
     return printable(f"Mean probability ({whose}): {told}.")
 
 
@@ -117,7 +117,7 @@ def _bands(why: Explanation) -> str:
 
 def _channels(why: Explanation) -> str:
     """All bands, a column for each channel, and the channels as a whole."""
-    found = why.influence
+    found = why.attribution
     rows = [["Hz", *why.channels]]
     for hertz, weights in zip(why.hertz.tolist(), found.bands.T.tolist(), strict=True):
         rows.append([f"{hertz:.3g}", *(f"{weight:+.2f}" for weight in weights)])
@@ -127,7 +127,7 @@ def _channels(why: Explanation) -> str:
 
 def _method(why: Explanation) -> str:
     """How it was found out, how far it can be relied on, and what it cost."""
-    found = why.influence
+    found = why.attribution
     sides = f"{found.log_odds:+.2f} here, {found.reference:+.2f}"
     if found.method == "gradient":
         how = (
@@ -146,7 +146,7 @@ def _method(why: Explanation) -> str:
         return f"{how}\nThe final recogniser, which was not trained on this demonstration."
     return (
         f"{how}\nThe recogniser of the run that has not seen this demonstration, trained once more "
-        f"in {spent:.1f} s;\n{100 * why.same:.1f} % of its samples are labelled as by the run."
+        f"in {spent:.1f} s;\n{100 * why.same_share:.1f} % of its samples are labelled as by the run."
     )
 
 

@@ -181,7 +181,7 @@ class LiveModelController(QObject):
         if self.loaded is None or self.trouble or not self._connected:
             return ()
         try:
-            return self.loaded.recogniser.remarks_on(self._connection.channels)
+            return self.loaded.recogniser.unit_remarks(self._connection.channels)
         except InputError:  # it lacks a channel, and that is told as its trouble
             return ()
 

@@ -256,7 +256,7 @@ class ExplanationPage(QScrollArea):
             explanation_plots.method_sentence(why),
             explanation_plots.recogniser_sentence(why, name),
         ]
-        if not why.kept and why.probability_trace is not None:
+        if not why.trace_from_run and why.probability_trace is not None:
             lines.append("The run kept no probabilities; those above are of this recogniser.")
         self.method.setText("\n".join([*lines, *why.remarks]))
         columns = [

@@ -92,7 +92,7 @@ def strongest_bands(why: Explanation) -> str:
 
 def method_sentence(why: Explanation) -> str:
     """How it was found out, and how far it can be relied on."""
-    found = why.influence
+    found = why.attribution
     if found.method == "gradient":
         text = (
             "Log-odds of {0} against {1}: {2} here, {3} at the mean of the training samples. "
@@ -129,11 +129,11 @@ def recogniser_sentence(why: Explanation, name: str) -> str:
     if why.how == "final" or not why.seconds.get("fit"):
         return told + "."
     fit = f"{why.seconds['features'] + why.seconds['fit']:.1f}"
-    if why.same == 1:
+    if why.same_share == 1:
         again = "trained once more in {0} s: it predicts the same."
         return f"{told}, {again.format(fit)}"
     again = "trained once more in {0} s: {1} % of its samples are the same."
-    return f"{told}, {again.format(fit, f'{100 * why.same:.1f}')}"
+    return f"{told}, {again.format(fit, f'{100 * why.same_share:.1f}')}"
 
 
 def held_out_progress(progress: Progress, name: str, elapsed: float, outcome: RunResult) -> str:
@@ -436,7 +436,7 @@ class BandMap(QWidget):
     def cell(self, channel: int, scale: int) -> QRectF:
         """Where a band is drawn."""
         assert self.why is not None
-        box, (q, k) = self.map, self.why.influence.bands.shape
+        box, (q, k) = self.map, self.why.attribution.bands.shape
         width, height = box.width() / q, box.height() / k
         left, top = box.left() + channel * width, box.top() + scale * height
         return QRectF(left, top, width, height)
@@ -453,7 +453,7 @@ class BandMap(QWidget):
         """What is known of the band at a point; empty where there is none."""
         if self.why is None or not self.map.contains(where):
             return ""
-        found, box = self.why.influence, self.map
+        found, box = self.why.attribution, self.map
         q, k = found.bands.shape
         i = min(int((where.x() - box.left()) / box.width() * q), q - 1)
         j = min(int((where.y() - box.top()) / box.height() * k), k - 1)
@@ -478,7 +478,7 @@ class BandMap(QWidget):
 
     def _paint_cells(self, painter: QPainter, why: Explanation) -> None:
         """One cell for each band, with its number where there is room."""
-        theme, weights = colours(), why.influence.bands
+        theme, weights = colours(), why.attribution.bands
         largest = float(np.abs(weights).max()) or 1.0
         face = text.font(NUMBER_FONT)
         head = text.font(MAP_FONT, bold=True)
@@ -524,7 +524,7 @@ class BandMap(QWidget):
     def _paint_bars(self, painter: QPainter, why: Explanation) -> None:
         """A bar for each channel: up where it speaks for, down where it speaks against."""
         theme, face = colours(), text.font(MAP_FONT)
-        weights, errors = why.influence.channels, why.influence.channels_error
+        weights, errors = why.attribution.channels, why.attribution.channels_error
         largest = float((np.abs(weights) + errors).max()) or 1.0
         box = self.map
         top, bottom = box.bottom() + 6, self.height() - 16.0
@@ -552,7 +552,7 @@ class BandMap(QWidget):
         """From the strongest for to the strongest against, with both actions' names."""
         theme, face = colours(), text.font(MAP_FONT)
         box, left = self.map, self.map.right() + 10
-        largest = float(np.abs(why.influence.bands).max())
+        largest = float(np.abs(why.attribution.bands).max())
         steps = 40
         lower, upper = box.top() + MAP_FONT + 6, box.bottom() - MAP_FONT - 6
         high = (upper - lower) / steps
