@@ -30,21 +30,13 @@ from forcelab.recognition.recogniser import Recogniser
 
 @dataclass(frozen=True)
 class ClosedSegment:
-    """A segment whose end is decided.
+    """A segment whose end is decided."""
 
-    Parameters
-    ----------
-    start, end : float
-        Seconds of the host's monotonic clock.
-    action : str
-    probability : float
-        Mean over its samples; NaN of a classifier that has none.
-    """
-
+    #: start, end: seconds of the host's monotonic clock
     start: float
     end: float
     action: str
-    probability: float
+    probability: float  # mean over its samples; NaN of a classifier that has none
 
     @property
     def segment(self) -> Segment:
@@ -53,19 +45,10 @@ class ClosedSegment:
 
 
 class SegmentBuilder:
-    """Segments of labels that come in their order.
+    """Segments of the labels that an online recogniser gives.
 
-    Parameters
-    ----------
-    online : OnlineRecogniser
-        Which gives the labels.
-
-    Attributes
-    ----------
-    action : str
-        Of the latest label; empty where that is unlabelled, or there is none yet.
-    probability : float
-        Of that action; NaN where it is not known.
+    `action` is that of the latest label, empty where that is unlabelled; `probability` its
+    probability, NaN where that is not known.
     """
 
     def __init__(self, online: OnlineRecogniser) -> None:
@@ -142,39 +125,21 @@ SECONDS = 15.0
 
 @dataclass(frozen=True, eq=False)
 class LiveSnapshot:
-    """What was recognised last; never changed, so that any thread may look at it.
+    """The latest labels; never changed, so that any thread may read it."""
 
-    Parameters
-    ----------
-    segments : tuple of Segment
-        Of the last seconds, on the host's monotonic clock; the last one may still grow.
-    probability_trace : ProbabilityTrace or None
-        Of the same time; None of a classifier without probabilities.
-    until : float
-        The time (s) up to which labels are decided; NaN while there are none.
-    action : str
-        Of the latest label; empty where that is unlabelled.
-    probabilities : tuple of float
-        Of each action the recogniser knows, over the latest labels; empty where they are unknown.
-    cost : float
-        Share of one core that recognising has taken of late.
-    """
-
+    #: Of the last seconds, on the host's monotonic clock; the last one may still grow
     segments: tuple[Segment, ...] = ()
+    #: Of the same time; None of a classifier without probabilities
     probability_trace: ProbabilityTrace | None = None
-    until: float = math.nan
-    action: str = ""
+    until: float = math.nan  # the time (s) up to which labels are decided; NaN while there are none
+    action: str = ""  # of the latest label; empty where that is unlabelled
+    #: Of each action the recogniser knows, over the latest labels; empty where they are unknown
     probabilities: tuple[float, ...] = ()
-    cost: float = 0.0
+    cost: float = 0.0  # share of one core that recognising has taken of late
 
 
 class SnapshotBuffer:
-    """Gathers what a :class:`LiveSnapshot` shows; memory is taken once.
-
-    Parameters
-    ----------
-    actions : tuple of str, length K
-    """
+    """Gathers what a :class:`LiveSnapshot` shows; memory is taken once."""
 
     def __init__(self, actions: tuple[str, ...]) -> None:
         self._actions = actions
@@ -186,7 +151,7 @@ class SnapshotBuffer:
         self._latest: tuple[float, ...] = ()
 
     def take(self, labels: LiveLabels, ended: list[ClosedSegment]) -> None:
-        """Take in labels and the segments that they ended."""
+        """Take labels and the segments that they ended."""
         self._segments.extend(segment.segment for segment in ended)
         if not len(labels):
             return
@@ -200,7 +165,7 @@ class SnapshotBuffer:
         self._add(np.floor(times[recent] * RATE).astype(np.int64), labels.probabilities[recent])
 
     def end(self, growing: SegmentBuilder) -> None:
-        """The segment that grows ends here: another recogniser goes on."""
+        """End the open segment: another recogniser goes on."""
         present = growing.present
         if present is not None:
             self._segments.append(present.segment)
@@ -243,45 +208,21 @@ LOSSES = ((0.0, 4.0), (0.05, 2.0), (0.1, 0.5), (0.3, 0.1), (1.0, 0.0))
 
 @dataclass(frozen=True)
 class LatencyBudget:
-    """What a latency is spent on, and what it leaves to be estimated.
+    """How a latency is spent, and what it leaves to be estimated."""
 
-    Parameters
-    ----------
-    latency : float
-        Seconds from a sample to its label.
-    ahead, filters : float
-        Seconds of it that wavelets or windows look ahead, and filters or the decoder.
-    scales : int
-        Of wavelets that are used on a stream; 0 where windows take their place.
-    early : tuple of EarlyScale
-        Those that are estimated before their wavelet has passed.
-    loss : float
-        Points of accuracy that the latency takes against one of a second, as far as it was
-        measured: see :data:`LOSSES`.
-    """
-
-    latency: float
+    latency: float  # seconds from a sample to its label
+    #: ahead, filters: seconds of it that wavelets or windows look ahead, and filters or the decoder
     ahead: float
     filters: float
-    scales: int
-    early: tuple[EarlyScale, ...]
+    scales: int  # of wavelets that are used on a stream; 0 where windows take their place
+    early: tuple[EarlyScale, ...]  # those that are estimated before their wavelet has passed
+    #: Points of accuracy that the latency takes against one of a second, as far as it was measured:
+    #: see :data:`LOSSES`
     loss: float = 0.0
 
 
 def latency_budget(recogniser: Recogniser, latency: float) -> LatencyBudget:
-    """What a latency means, at the rate that the recogniser was trained at.
-
-    Parameters
-    ----------
-    recogniser : Recogniser
-    latency : float
-        Seconds.
-
-    Raises
-    ------
-    InputError
-        If the latency is negative.
-    """
+    """How a latency in seconds is spent, at the rate that the recogniser was trained at."""
     channels = [Channel(name, "N") for name in recogniser.channels]
     online = OnlineRecogniser(recogniser, latency, channels, recogniser.rate)
     budget, step = online.budget, online.step
@@ -306,32 +247,9 @@ class LiveRecognition:
     """Labels of what devices give, for as long as a recording lasts, or until it is finished.
 
     Made when the devices are open; :meth:`begin` it with the recording, and :meth:`look` every now
-    and then. Not for several threads at once but for :attr:`glimpse`.
-
-    Parameters
-    ----------
-    recogniser : Recogniser
-    name : str
-        What it is called.
-    latency : float
-        Seconds; see :class:`~forcelab.recognition.live.OnlineRecogniser`.
-    recorder : Recorder
-        It is open.
-    devices : sequence of Device
-        The recorder's.
-
-    Attributes
-    ----------
-    glimpse : Glimpse
-        What was recognised last.
-    remarks : tuple of str
-        What is to be said of the devices: that the recogniser learnt other units, or at a rate at
-        which it saw more.
-
-    Raises
-    ------
-    InputError
-        If the recogniser looks at a channel that no device has, or the latency is negative.
+    and then. Not thread-safe but for :attr:`snapshot`, the latest labels. `remarks` say that the
+    recogniser learnt other units, or at a rate at which it saw more. An InputError says that the
+    recogniser looks at a channel that no device has, or the latency is negative.
     """
 
     def __init__(
@@ -364,7 +282,7 @@ class LiveRecognition:
         self._costs: deque[tuple[float, float]] = deque()  # when, and seconds of CPU until then
 
     def renewed(self) -> LiveRecognition:
-        """Another one of the same recogniser that knows nothing yet."""
+        """A new one of the same recogniser, in its initial state."""
         return LiveRecognition(
             self.recogniser, self._name, self.latency, self._recorder, self._devices
         )
@@ -378,15 +296,10 @@ class LiveRecognition:
     ) -> None:
         """Recognise from now on.
 
-        Parameters
-        ----------
-        keeping : bool
-            Whether all segments are kept until the end, not only those of the last seconds.
-        after : LiveRecognition, optional
-            Which ends with this; what it said last stays to be seen, and nothing else of it.
-        firsts : sequence of int, optional
-            Numbers of the samples to begin with instead, such as the recorder's
-            :attr:`~forcelab.capture.recorder.Recorder.firsts` of a recording that just began.
+        With `keeping` all segments are kept until the end, not only those of the last seconds.
+        `after` ends with this; its last labels stay to be seen. `firsts` are numbers of the samples
+        to begin with instead, such as the recorder's
+        :attr:`~forcelab.capture.recorder.Recorder.firsts` of a recording that just began.
         """
         if after is not None:
             self._recent = after._recent
@@ -422,7 +335,7 @@ class LiveRecognition:
         return not math.isnan(self._ended)
 
     def look(self) -> list[ClosedSegment]:
-        """Take in what came since; gives the segments that have ended, nothing when finished."""
+        """Take the samples since; gives the segments that have ended, nothing when finished."""
         if self.finished:
             return []
         worked = time.thread_time()
@@ -462,20 +375,7 @@ class LiveRecognition:
         return found
 
     def keep(self, path: Path, saved: SavedRecording) -> dict[str, Any]:
-        """Keep the track with the demonstration, and tell what became of it as plain values.
-
-        Parameters
-        ----------
-        path : Path
-            The project's folder.
-        kept : Kept
-            The recording.
-
-        Raises
-        ------
-        InputError
-            If the project cannot be written.
-        """
+        """Store the track with the demonstration; returns figures of it as plain values."""
         with Project.open(path) as project:
             stamps = project.stamps(saved.added.id)
             start = self._begun if stamps is None else float(stamps["start"])

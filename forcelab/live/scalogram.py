@@ -1,8 +1,8 @@
-"""A scalogram that grows with a stream, in a picture that grows to the right.
+"""A rolling scalogram of a stream.
 
 The coefficient of a wide wavelet is complete only seconds after its sample. Until then it is shown
 as it is known so far, by estimates some steps after the sample (:data:`RUNGS`): each is better than
-the one before and replaces it. What is still estimated lies right of :attr:`Strip.complete`.
+the one before and replaces it. What is still estimated lies right of :attr:`RollingImage.complete`.
 """
 
 from __future__ import annotations
@@ -37,40 +37,21 @@ CALM, ABOVE = 0.02, 2.0
 
 @dataclass(frozen=True, eq=False)
 class RollingImage:
-    """The last seconds, as they are known.
+    """The last seconds as an image."""
 
-    Parameters
-    ----------
-    start, end : float
-        Seconds at the edges of the first and the last column, on the clock of the stream.
-    values : ndarray of float32, shape (rows, columns)
-        Decimal logarithms of magnitudes; NaN where nothing is known.
-    hertz : ndarray, shape (rows,)
-        The frequency of each row, falling.
-    complete : ndarray, shape (rows,)
-        The time (s) up to which each row is complete.
-    low, high : float
-        For the first and the last colour.
-    """
-
+    #: start, end: seconds at the edges of the first and the last column, on the clock of the stream
     start: float
     end: float
-    values: Sizes
-    hertz: Real
-    complete: Real
+    values: Sizes  # (rows, columns); decimal logarithms of magnitudes; NaN where nothing is known
+    hertz: Real  # (rows,); the frequency of each row, falling
+    complete: Real  # (rows,); the time (s) up to which each row is complete
+    #: low, high: for the first and the last colour
     low: float
     high: float
 
 
 class ColumnRing:
-    """Columns of the last seconds.
-
-    Parameters
-    ----------
-    rows, columns : int
-    width : float
-        Seconds of a column; they stand at multiples of it.
-    """
+    """Columns of the last seconds, each `width` seconds wide, at multiples of it."""
 
     def __init__(self, rows: int, columns: int, width: float) -> None:
         self._columns, self._width = columns, width
@@ -95,16 +76,10 @@ class ColumnRing:
             self._newest = newest
 
     def write(self, rows: NDArray[np.int64], times: Real, sizes: Sizes, source: int) -> None:
-        """Write the largest magnitude in each column, in place of what was there before.
+        """Write the largest magnitudes (k, n) of `rows` (k,) in each column.
 
-        Parameters
-        ----------
-        rows : ndarray of int, shape (k,)
-        times : ndarray, shape (k, n)
-            Increasing along each row; NaN of what is not to be written.
-        sizes : ndarray, shape (k, n)
-        source : int
-            Who writes, from 0; what the same one wrote into a column before counts, too.
+        `times` (k, n) increase along each row; NaN is not written. What the same `source` (from 0)
+        wrote into a column before counts, too.
         """
         ages = self._newest - np.floor(times / self._width)
         row, at = np.nonzero((ages >= 0) & (ages < self._columns))  # not so of NaN
@@ -169,32 +144,10 @@ class _Rung:
 
 
 class LiveScalogram:
-    """Magnitudes of one channel over the last seconds.
+    """Magnitudes of one channel over the last seconds, as `image`, which any thread may read.
 
-    Parameters
-    ----------
-    recorder : Recorder
-        Open.
-    devices : sequence of Device
-        The recorder's.
-    channel : str
-        One of :func:`channels_to_show`.
-    seconds : float
-        That are shown.
-    columns, rows : int
-        Of the picture.
-    rates : sequence of float
-        Samples a second of each device, as measured; those that it was told go first.
-
-    Attributes
-    ----------
-    strip : Strip or None
-        The newest picture; never changed, so that any thread may look at it.
-
-    Raises
-    ------
-    InputError
-        If there is no such channel, or it does not come evenly.
+    `rates` are samples a second of each device, as measured; rates that a device was told go first.
+    An InputError says that there is no such channel, or it does not come evenly.
     """
 
     def __init__(
@@ -254,7 +207,7 @@ class LiveScalogram:
         return self._following.read()
 
     def take(self, times: Real, values: Real) -> Iterator[None]:
-        """Take samples in, in pieces so that others have a turn; asks nobody for anything."""
+        """Take samples, in pieces so that other threads have a turn; asks no device."""
         steps = self._grid.push(times, values[:, self._recorded])
         for first in range(0, len(steps), PIECE):
             self._transform(steps[first : first + PIECE])

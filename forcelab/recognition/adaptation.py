@@ -1,20 +1,16 @@
-"""Offsets, scales and places of sensors matched to the training demonstrations, without labels.
+"""Offsets, scales and swapped sensors of test demonstrations, matched to training without labels.
 
 Another person presses harder, another device counts otherwise, and after a repair the two sensors
-of a pair of tongs may have changed places. What somebody's demonstrations, or those of a task,
-have in common is matched to what the training demonstrations have in common:
+of a pair of tongs may have changed places. Estimated over all test demonstrations together, so that
+they keep what tells one from the other, are
 
 * the *offset* of each recorded channel, the median of its first 0.2 s, when nothing is held;
-* the *scale* of each recognition channel, the 95th percentile of its distances from rest; both
-  axes of a tangential force are scaled alike;
-* the *sensors*: each assignment of the recorded sensors to those of training is judged by how
-  likely it makes the relative sizes of the channels and their correlations, as the training
-  demonstrations have them: independent Student distributions around their medians, whose widths
-  are their spread and what calibration may be off. Sensors are only taken as swapped where that is
-  :data:`MARGIN` more likely, in logarithm for each demonstration.
-
-All is estimated over all test demonstrations together, so that they keep what tells one from the
-other.
+* the *scale* of each recognition channel, the 95th percentile of its distances from rest; both axes
+  of a tangential force are scaled alike;
+* the *assignment of sensors*: of each permutation the likelihood of the channels' relative sizes
+  and correlations, under independent Student distributions around the medians of the training
+  demonstrations, as wide as their spread and what calibration may be off. Sensors count as swapped
+  only where that is :data:`MARGIN` more likely, in logarithm per demonstration.
 """
 
 from __future__ import annotations
@@ -56,33 +52,20 @@ SENSORS = 4
 
 @dataclass(frozen=True)
 class Adaptation:
-    """What is done to test demonstrations before they are recognised.
+    """The change of offsets, scales and sensors that matches test demonstrations to training."""
 
-    Parameters
-    ----------
-    sources : mapping of str to str
-        For each recorded channel the one whose samples it takes; another one's where sensors are
-        swapped.
-    own, wanted : mapping of str to float
-        Level at rest of each source, and of each channel in training.
-    gain : mapping of str to float
-        Factor of each channel.
-    swapped : tuple of (str, str)
-        Sensors that changed places: the one in training, and the recorded one that stands for it.
-    likelier : float
-        Logarithm of how much likelier the best other assignment of sensors is than that of the
-        names, per demonstration; minus infinity where there is no other.
-    """
-
+    #: For each recorded channel the one whose samples it takes; another one's where sensors are
+    #: swapped
     sources: Mapping[str, str]
     test_rest: Mapping[str, float]
     train_rest: Mapping[str, float]
-    gain: Mapping[str, float]
+    gain: Mapping[str, float]  # factor of each channel
+    #: Sensors that changed places: the one in training, and the recorded one that stands for it
     swapped: tuple[tuple[str, str], ...] = ()
     log_ratio: float = -np.inf
 
     def apply(self, item: LabelledDemonstration) -> LabelledDemonstration:
-        """A demonstration of the test set as the training set's sensors would have seen it."""
+        """The test demonstration as the training set's sensors would have recorded it."""
         demonstration = item.demonstration
         names = [channel.name for channel in demonstration.channels]
         columns = {name: demonstration.signals[:, i] for i, name in enumerate(names)}
@@ -104,7 +87,7 @@ class Adaptation:
 
     @property
     def summary(self) -> str:
-        """What was done, in one sentence."""
+        """The change in one sentence, as a remark of an evaluation."""
         sensors = "no sensor is swapped"
         if self.swapped:
             pairs = " and ".join(
@@ -113,14 +96,14 @@ class Adaptation:
             sensors = f"sensors are swapped ({pairs}; log likelihood ratio {self.log_ratio:.1f})"
         gains = sorted(self.gain.values())
         return (
-            f"Adapted to the training demonstrations without labels: {sensors}, forces are scaled by "
-            f"{gains[0]:.2f} to {gains[-1]:.2f}."
+            f"Adapted to the training demonstrations without labels: {sensors}, "
+            f"forces are scaled by {gains[0]:.2f} to {gains[-1]:.2f}."
         )
 
 
 @dataclass(frozen=True)
 class _Look:
-    """What one demonstration is like; u recorded channels, q recognition channels."""
+    """Rest, sizes and correlations of one demonstration's channels."""
 
     recorded: tuple[str, ...]
     channels: tuple[str, ...]
@@ -134,18 +117,7 @@ class _Look:
 def estimate_adaptation(
     train: Sequence[LabelledDemonstration], test: Sequence[LabelledDemonstration]
 ) -> Adaptation:
-    """Match test demonstrations to training ones.
-
-    Parameters
-    ----------
-    train, test : sequence of LabelledDemonstration
-        At least one each; labels are not looked at.
-
-    Raises
-    ------
-    InputError
-        If their channels differ.
-    """
+    """Match test demonstrations to training ones, at least one of each; labels play no part."""
     train_summaries = [_look(item.demonstration) for item in train]
     test_summaries = [_look(item.demonstration) for item in test]
     first = train_summaries[0]
@@ -184,7 +156,7 @@ def _middle(rows: Sequence[Real]) -> Real:
 
 
 def _look(demonstration: Demonstration) -> _Look:
-    """Look at one demonstration."""
+    """Measure one demonstration."""
     names = [channel.name for channel in demonstration.channels]
     channels = channel_map(demonstration.channels)
     grid = on_grid(demonstration, None, channels.recorded)
@@ -214,7 +186,7 @@ def _look(demonstration: Demonstration) -> _Look:
 def _assigned(
     train: Sequence[_Look], test: Sequence[_Look]
 ) -> tuple[NDArray[np.int64], tuple[tuple[str, str], ...], float]:
-    """Which recorded channel stands for each, the sensors that are swapped, and how likely."""
+    """The best assignment of sensors: channel order, swapped pairs, log likelihood ratio."""
     channels = train[0].channels
     same = np.arange(len(channels))
     sensors = _sensors(channels)
@@ -258,7 +230,7 @@ def _sensors(channels: Sequence[str]) -> dict[str, tuple[int, int]]:
 
 
 def _likelihood(train: Sequence[_Look], test: Sequence[_Look], order: NDArray[np.int64]) -> float:
-    """Logarithm of how likely an assignment is, per demonstration, but for a constant."""
+    """Log likelihood of an assignment, per demonstration and up to a constant."""
     same = np.arange(len(order))
     train_signatures = np.stack([_sensor_signature(look, same) for look in train])
     test_signatures = np.stack([_sensor_signature(look, order) for look in test])
@@ -271,7 +243,7 @@ def _likelihood(train: Sequence[_Look], test: Sequence[_Look], order: NDArray[np
 
 
 def _sensor_signature(look: _Look, order: NDArray[np.int64]) -> Real:
-    """What tells sensors apart: sizes of channels beside each other, and what moves together."""
+    """What tells sensors apart: relative sizes of the channels, and their correlations."""
     sizes = np.log(look.size[order])
     related = look.related[np.ix_(order, order)]
     return np.concatenate([sizes - sizes.mean(), related[np.triu_indices(len(order), 1)]])

@@ -1,17 +1,11 @@
 """How much each feature speaks for one action and against another.
 
-Of scikit-learn's MLP with one hidden layer of rectified units the answer is exact: the gradient
-of the log-odds with respect to the features, averaged along the straight line from a reference
-to the time step, times the way along each feature. These are the integrated gradients of [1]_;
-they add up to the difference of the log-odds at the two ends. A rectified unit is linear on
-either side of its kink, so that the average along the line has a closed form: each unit counts
-with the share of the line on which it is active. Of any other classifier only its answers are
-known; for those see :mod:`forcelab.review.explanation`, which replaces features and looks what
-changes.
-
-References
-----------
-.. [1] Sundararajan, Taly and Yan, "Axiomatic Attribution for Deep Networks", ICML 2017.
+For scikit-learn's MLP with one hidden layer of rectified units the answer is exact: the integrated
+gradients of Sundararajan, Taly and Yan, "Axiomatic Attribution for Deep Networks", ICML 2017, which
+add up to the difference of the log-odds at the two ends of the line from a reference to the time
+step. A rectified unit is linear on either side of its kink, so the average along the line has a
+closed form: each unit counts with the share of the line on which it is active. Of other classifiers
+only the scores are known; :mod:`forcelab.review.explanation` permutes their features.
 """
 
 from __future__ import annotations
@@ -33,24 +27,14 @@ FLOOR = 1e-3
 
 
 class Scorer(Protocol):
-    """What gives each action a score at each time step."""
+    """Anything that gives each action a score at each time step."""
 
     @property
     def actions(self) -> tuple[str, ...]:
         """The actions that it tells apart, length K."""
 
     def scores(self, features: Real) -> Real:
-        """Scores whose differences are log-odds of actions.
-
-        Parameters
-        ----------
-        features : ndarray, shape (n, f)
-
-        Returns
-        -------
-        ndarray, shape (n, K)
-            The action with the highest score is the one that is recognised.
-        """
+        """Scores (n, K) of features (n, f), whose differences are log-odds."""
 
 
 def log_odds(scorer: Scorer, features: Real, favoured: str, against: str) -> Real:
@@ -62,24 +46,13 @@ def log_odds(scorer: Scorer, features: Real, favoured: str, against: str) -> Rea
 
 @dataclass(frozen=True, eq=False)
 class MlpScorer:
-    """An MLP with one hidden layer of h rectified units, as plain arrays.
+    """An MLP with one hidden layer of h rectified units, as plain arrays."""
 
-    Parameters
-    ----------
-    actions : tuple of str, length K
-    inner : ndarray, shape (f, h)
-        Weights of the hidden layer.
-    bias : ndarray, shape (h,)
-    outer : ndarray, shape (h, K)
-        From hidden units to the logits of the actions.
-    outer_bias : ndarray, shape (K,)
-    """
-
-    actions: tuple[str, ...]
-    inner: Real
-    bias: Real
-    outer: Real
-    outer_bias: Real
+    actions: tuple[str, ...]  # K
+    inner: Real  # (f, h); weights of the hidden layer
+    bias: Real  # (h,)
+    outer: Real  # (h, K); from hidden units to the logits of the actions
+    outer_bias: Real  # (K,)
 
     def scores(self, features: Real) -> Real:
         """As of :class:`Scorer`: the logits."""
@@ -92,19 +65,9 @@ class MlpScorer:
     def integrated_gradients(
         self, features: Real, reference: Real, favoured: str, against: str
     ) -> Real:
-        """What each feature adds to the log-odds, compared with a reference.
+        """What each feature adds to the log-odds, compared with a reference (f,): shape (n, f).
 
-        Parameters
-        ----------
-        features : ndarray, shape (n, f)
-        reference : ndarray, shape (f,)
-            Such as the mean over all time steps that were trained on.
-        favoured, against : str
-
-        Returns
-        -------
-        ndarray, shape (n, f)
-            Each row adds up to the log-odds there minus those at the reference, but for rounding.
+        Each row adds up to the log-odds there minus those at the reference, but for rounding.
         """
         weights = self._between(favoured, against)
         inputs = self._arriving(features)
@@ -117,28 +80,21 @@ class MlpScorer:
         return np.asarray((features - reference) * ((active * weights) @ self.inner.T))
 
     def _arriving(self, features: Real) -> Real:
-        """What arrives at the hidden units, shape (n, h)."""
+        """Inputs of the hidden units, shape (n, h)."""
         return np.asarray(features @ self.inner + self.bias)
 
     def _between(self, favoured: str, against: str) -> Real:
-        """What each hidden unit adds to the log-odds, shape (h,)."""
+        """Weight of each hidden unit in the log-odds, shape (h,)."""
         first, second = self.actions.index(favoured), self.actions.index(against)
         return np.asarray(self.outer[:, first] - self.outer[:, second])
 
 
 @dataclass(frozen=True, eq=False)
 class BlackBoxScorer:
-    """Any other classifier, of which only the answers are known.
-
-    Parameters
-    ----------
-    actions : tuple of str
-    classifier : object
-        Of scikit-learn, fitted to the codes 0 .. K-1.
-    """
+    """Any other fitted scikit-learn classifier of the codes 0 .. K-1."""
 
     actions: tuple[str, ...]
-    classifier: Any
+    classifier: Any  # Of scikit-learn, fitted to the codes 0 .. K-1.
 
     @property
     def probabilistic(self) -> bool:
@@ -166,7 +122,7 @@ class BlackBoxScorer:
 
 
 def make_scorer(recogniser: Recogniser) -> MlpScorer | BlackBoxScorer:
-    """What a recogniser's classifier knows, as far as it can be taken apart."""
+    """The scorer of a recogniser's classifier."""
     classifier, actions = recogniser.classifier, recogniser.actions
     layers = getattr(classifier, "coefs_", ())
     if len(layers) != 2 or classifier.activation != "relu":

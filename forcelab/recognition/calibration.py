@@ -23,22 +23,15 @@ BINS = 10
 
 @dataclass(frozen=True, eq=False)
 class Reliability:
-    """Sums over human-labelled time steps, from which the figures are made; b bins.
+    """Sums over human-labelled time steps that give the Brier score and the reliability curve."""
 
-    Parameters
-    ----------
-    squares : float
-        Sum of squared differences between probabilities and truth, over steps and actions.
-    steps, right : ndarray of int64, shape (b,)
-        Steps, and those recognised right, by the probability of the most probable action.
-    sure : ndarray of float64, shape (b,)
-        Sums of that probability.
-    """
-
+    #: Sum of squared differences between probabilities and truth, over steps and actions
     squares: float
+    #: steps, right: (b,); steps, and those recognised right, by the probability of the most
+    #: probable action
     steps: NDArray[np.int64]
     right: NDArray[np.int64]
-    sure: NDArray[np.float64]
+    sure: NDArray[np.float64]  # (b,); sums of that probability
 
     @classmethod
     def of(
@@ -48,18 +41,9 @@ class Reliability:
         human: NDArray[np.int64],
         actions: Sequence[str],
     ) -> Reliability:
-        """Compare probabilities with the human.
+        """Compare probabilities (n, K) with the human's codes (n,) of `actions`.
 
-        Parameters
-        ----------
-        probabilities : ndarray, shape (n, K)
-            Rows sum to 1.
-        known : sequence of str, length K
-            The actions they are of.
-        human : ndarray of int64, shape (n,)
-            Codes among `actions`; where unlabelled, nothing is counted.
-        actions : sequence of str
-            The human's. One that is not known had the probability 0.
+        Unlabelled steps do not count; an action that was not predicted had the probability 0.
         """
         labelled = human >= 0
         place = {action: code for code, action in enumerate(predicted_actions)}

@@ -1,9 +1,8 @@
-"""Classifiers by name, fitted step by step, and checked when they are read from a file.
+"""Classifiers by name: how each is fitted, step by step, and checked when it is read from a file.
 
-Whether a classifier read from a file holds together. scikit-learn's compiled code follows the
-numbers in a classifier without looking: a node of a tree that points outside of it, or a support
-vector too few, is read past the end of an array. So every such number is looked at before anything
-is predicted.
+scikit-learn's compiled code follows the numbers in a classifier without looking: a node of a tree
+that points outside of it, or a support vector too few, is read past the end of an array. So every
+such number is checked before anything is predicted.
 """
 
 from __future__ import annotations
@@ -29,13 +28,7 @@ LARGEST = 1e15
 
 
 def check_numbers(content: object) -> None:
-    """Check that every number in nested values, arrays and objects is finite and of a usual size.
-
-    Raises
-    ------
-    ValueError
-        If one is not.
-    """
+    """Raise a ValueError unless all numbers in nested values, arrays and objects are in range."""
     waiting, visited = [content], set[int]()
     while waiting:
         value = waiting.pop()
@@ -57,31 +50,12 @@ def check_numbers(content: object) -> None:
 def check_classifier(
     classifier: Any, name: str, probabilities: bool, width: int, actions: int
 ) -> None:
-    """Check a fitted classifier and make it ready to predict.
+    """Check a fitted scikit-learn classifier from a file and make it ready to predict.
 
-    Parameters
-    ----------
-    classifier : object
-        As read from a file; a decision tree's nodes are still plain arrays. What is plain arrays
-        throughout checks itself, in :mod:`forcelab.recognition.ensemble`.
-    name : str
-        Which of :data:`REGISTRY` it must be.
-    probabilities : bool
-        Whether it must give probabilities.
-    width : int
-        How many features it must take.
-    actions : int
-        How many actions there are; its codes must lie below.
-
-    Raises
-    ------
-    ValueError
-        If it is another classifier, or its parts do not fit together.
-
-    Notes
-    -----
-    Other errors of NumPy and scikit-learn, over parts that are missing or of a wrong type, pass.
-    What plain NumPy would refuse is left to predicting one sample at the end.
+    `name` is its name in :data:`REGISTRY`, `width` its number of features; codes lie below
+    `actions`. A decision tree's nodes are still plain arrays. Parts that do not fit together raise
+    a ValueError; other errors of NumPy and scikit-learn, over parts that are missing or of a wrong
+    type, pass. What plain NumPy would refuse is left to predicting one sample at the end.
     """
     registered = REGISTRY[name]
     kind, check = registered.type_name, registered.check
@@ -96,7 +70,7 @@ def check_classifier(
 
 
 def _is_array(values: object, shape: tuple[int, ...], kind: str = "f") -> bool:
-    """Whether something is an array of this shape, of floats or of integers."""
+    """Whether a value is an array of this shape, of floats or of integers."""
     return isinstance(values, np.ndarray) and values.shape == shape and values.dtype.kind == kind
 
 
@@ -186,22 +160,13 @@ NEIGHBOURS = 5
 
 @dataclass(frozen=True, slots=True)
 class FitStep:
-    """One step of a fit.
+    """One step of a fit."""
 
-    Parameters
-    ----------
-    number, total : int
-        This step, from 1, and the most there can be; a fit may converge earlier.
-    loss : float or None
-        Training loss; None for classifiers that have none.
-    classifier : object
-        The classifier as it stands, ready to predict; None where there is none yet.
-    """
-
+    #: number, total: this step, from 1, and the most there can be; a fit may converge earlier
     number: int
     total: int
-    loss: float | None
-    classifier: Any
+    loss: float | None  # training loss; None for classifiers that have none
+    classifier: Any  # the classifier as it stands, ready to predict; None where there is none yet
 
 
 def fit_classifier(
@@ -212,35 +177,12 @@ def fit_classifier(
     probabilities: bool,
     options: FitOptions | None = None,
 ) -> Iterator[FitStep]:
-    """Fit a classifier step by step; the last step's classifier is the fitted one.
+    """Fit a classifier to X (n, f) and codes y (n,); the last step's classifier is the fitted one.
 
-    Parameters
-    ----------
-    name : str
-        One of :data:`REGISTRY`.
-    X : ndarray, shape (n, f)
-        Features.
-    y : ndarray of int, shape (n,)
-        Codes of the actions.
-    seed : int
-        Of weights, shuffles and ties.
-    probabilities : bool
-        Whether ``predict_proba`` will be asked for. The SVM gets none otherwise, and decides by
-        its margins; with them, by what its margins were calibrated to.
-    care : FitOptions, optional
-        What the fit must take care of, of those that take any.
-
-    Yields
-    ------
-    FitStep
-        One an epoch for the MLP; one for each inner fit, without a classifier, and a last one for
-        those that choose or calibrate; a single one for the others.
-
-    Raises
-    ------
-    InputError
-        If there are fewer than two actions, all samples are the same, or there are too few to
-        calibrate an SVM or to have neighbours.
+    The MLP yields every epoch; those that calibrate or average yield their inner fits first,
+    without a classifier. Without `probabilities` an SVM decides by its margins and has no
+    ``predict_proba``. An InputError says that there are fewer than two actions, no feature changes,
+    or samples are too few to calibrate an SVM or to have neighbours.
     """
     if len(np.unique(y)) < 2:
         raise InputError("Recognition needs labels of at least two actions; label one more.")
@@ -253,13 +195,7 @@ def fit_classifier(
 
 
 def fit_in_one_step(make: Callable[[NDArray[np.int64], int, bool], Any]) -> Fit:
-    """How a classifier is fitted that scikit-learn fits in one step.
-
-    Parameters
-    ----------
-    make : callable
-        ``make(y, seed, probabilities)`` gives the untrained classifier.
-    """
+    """A fit of one step, of what ``make(y, seed, probabilities)`` gives untrained."""
 
     def fit(
         X: NDArray[np.float64], y: NDArray[np.int64], seed: int, probabilities: bool, _: FitOptions
@@ -272,7 +208,7 @@ def fit_in_one_step(make: Callable[[NDArray[np.int64], int, bool], Any]) -> Fit:
 
 
 def _fit_ensemble_steps(name: str) -> Fit:
-    """Fit what :mod:`forcelab.recognition.ensemble` fits; inner fits are steps on the way."""
+    """A fit by :func:`fit_ensemble`, of which inner fits are steps."""
 
     def fit(
         X: NDArray[np.float64], y: NDArray[np.int64], seed: int, _: bool, options: FitOptions
@@ -376,29 +312,17 @@ Fit = Callable[[NDArray[np.float64], NDArray[np.int64], int, bool, FitOptions], 
 
 @dataclass(frozen=True, slots=True)
 class ClassifierKind:
-    """One classifier that can be chosen.
+    """One classifier that can be chosen."""
 
-    Parameters
-    ----------
-    label : str
-        What the window calls it.
-    fit : callable
-        Fits it step by step.
-    type_name : str
-        Of scikit-learn's class, which a file must hold; empty for what
-        :mod:`forcelab.recognition.ensemble` fits and reads.
-    check : callable
-        ``check(classifier, width)`` raises a ValueError where parts of one from a file do not
-        fit together.
-    random : bool
-        Whether something is drawn at random, so that the seed counts.
-    """
-
-    label: str
-    fit: Fit
+    label: str  # what the window calls it
+    fit: Fit  # fits it step by step
+    #: Of scikit-learn's class, which a file must hold; empty for what
+    #: :mod:`forcelab.recognition.ensemble` fits and reads
     type_name: str = ""
+    #: ``check(classifier, width)`` raises a ValueError where parts of one from a file do not fit
+    #: together
     check: Callable[[Any, int], None] = _check_nothing
-    random: bool = True
+    random: bool = True  # whether something is drawn at random, so that the seed counts
 
     @property
     def plain(self) -> bool:

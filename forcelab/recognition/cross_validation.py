@@ -1,4 +1,8 @@
-"""How well a recogniser does on demonstrations that are left out in turn, or chosen."""
+"""Evaluations: each demonstration is recognised by a recogniser that has not seen it.
+
+Demonstrations are left out in turn, offline or as a stream, or one set is trained on and another
+one tested.
+"""
 
 from __future__ import annotations
 
@@ -36,44 +40,25 @@ from forcelab.text import there_are
 
 @dataclass(frozen=True)
 class Fold:
-    """One demonstration left out, or a group of them.
+    """Examples that are trained on, and those that are left out together."""
 
-    Parameters
-    ----------
-    train : sequence of Examples
-        All the others.
-    held_out : sequence of Examples
-        Those that the recogniser will not have seen.
-    """
-
-    train: Sequence[Examples]
-    held_out: Sequence[Examples]
+    train: Sequence[Examples]  # all the others
+    held_out: Sequence[Examples]  # those that the recogniser will not have seen
 
 
 @dataclass(frozen=True)
 class FoldResult:
-    """What came out of a fold for one of its demonstrations.
+    """The prediction of one left-out demonstration."""
 
-    Parameters
-    ----------
-    prediction : Prediction
-        Of the demonstration that was left out, without probabilities but for its certainty.
-    fit_seconds : float
-        Run time of the fit; 0 for all but the first that was left out of it.
-    reliability : Reliability, optional
-        Of its probabilities, if it has any.
-    left_out : tuple of DroppedSegment
-        Segments of the others that were not trained on.
-    """
-
+    #: Of the demonstration that was left out, without probabilities but for its certainty
     prediction: Prediction
-    fit_seconds: float
-    reliability: Reliability | None = None
+    fit_seconds: float  # run time of the fit; 0 for all but the first that was left out of it
+    reliability: Reliability | None = None  # of its probabilities, if it has any
     dropped: tuple[DroppedSegment, ...] = ()
 
 
 def make_folds(examples: Sequence[Examples], parts: Sequence[Sequence[int]]) -> list[Fold]:
-    """One fold for each of the :func:`~forcelab.recognition.groups.fold_groups`."""
+    """One fold for each group of indices."""
     return [
         Fold(
             [example for i, example in enumerate(examples) if i not in out],
@@ -86,7 +71,7 @@ def make_folds(examples: Sequence[Examples], parts: Sequence[Sequence[int]]) -> 
 def run_folds(
     folds: Sequence[Fold], settings: Settings, probability_trace: bool
 ) -> Generator[Progress, None, list[list[FoldResult]]]:
-    """Work off the folds here; every epoch is progress, so that stopping is heard at once."""
+    """Run the folds in this process; every epoch is progress, so that cancelling is quick."""
     results: list[list[FoldResult]] = []
     for fold in folds:
         where = f"{len(results) + 1} of {len(folds)}"
@@ -97,7 +82,7 @@ def run_folds(
 def run_folds_in_processes(
     folds: Sequence[Fold], settings: Settings, jobs: int, probability_trace: bool
 ) -> Generator[Progress, None, list[list[FoldResult]]]:
-    """Work off the folds in several processes; every finished fold is progress."""
+    """Run the folds in several processes; every finished fold is progress."""
     results: list[list[FoldResult]] = []
     worked = partial(_run_fold_in_process, settings=settings, probability_trace=probability_trace)
     with closing(shared(worked, folds, jobs)) as coming:
@@ -110,7 +95,7 @@ def run_folds_in_processes(
 def _run_fold(
     fold: Fold, settings: Settings, position: str, probability_trace: bool
 ) -> Generator[Progress, None, list[FoldResult]]:
-    """Train and recognise; progress says which fold it is."""
+    """Train on a fold and recognise what it leaves out; progress gives the fold's position."""
     started = perf_counter()
     try:
         recogniser = yield from fit_examples(fold.train, settings, text=f"fit {position}")
@@ -130,10 +115,10 @@ def _run_fold(
 def predict_held_out(
     recogniser: Recogniser, examples: Examples, probability_trace: bool
 ) -> tuple[Prediction, Reliability | None]:
-    """What a recogniser says of a demonstration that it has not seen, and how far to rely on it.
+    """Recognise a demonstration that the recogniser has not seen, and compare its probabilities.
 
-    Probabilities are left out: they would be sent between processes, and what is made of them is
-    far smaller.
+    The probabilities themselves are left out: they would be sent between processes, and what is
+    made of them is far smaller.
     """
     prediction = recogniser.predict_examples(
         examples, probability_trace=probability_trace, unaided=True
@@ -142,7 +127,7 @@ def predict_held_out(
 
 
 def reliability_of(prediction: Prediction, examples: Examples) -> Reliability | None:
-    """How far to rely on the probabilities of a prediction; None where it has none."""
+    """Reliability of a prediction's probabilities; None where it has none."""
     if prediction.probabilities is None:
         return None
     actions = actions_of([examples])
@@ -153,7 +138,7 @@ def reliability_of(prediction: Prediction, examples: Examples) -> Reliability | 
 def _run_fold_in_process(
     fold: Fold, settings: Settings, probability_trace: bool
 ) -> list[FoldResult]:
-    """A fold in a process of its own, where nobody watches."""
+    """Run a fold in a worker process, without progress."""
     return finish(_run_fold(fold, settings, "", probability_trace))
 
 
@@ -172,7 +157,7 @@ def select_labelled(
 
 
 def duplicate_remarks(labelled: Sequence[LabelledDemonstration]) -> tuple[str, ...]:
-    """A remark on recordings that are there twice."""
+    """A remark on recordings that occur more than once."""
     names = [item.demonstration.name for item in labelled]
     return tuple(
         f"{' and '.join(names[i] for i in same)} hold the same recording, so that they were left "
@@ -208,7 +193,7 @@ def unlearnable_remarks(
 def settings_remarks(
     labelled: Sequence[LabelledDemonstration], examples: Sequence[Examples], settings: Settings
 ) -> tuple[str, ...]:
-    """Remarks on how settings and demonstrations fit together."""
+    """Remarks on rates that differ, and on scales longer than a demonstration."""
     remarks = []
     rates = sorted(item.demonstration.rate for item in labelled)
     if rates[-1] > 1.01 * rates[0]:
@@ -323,26 +308,10 @@ def leave_one_out(
 def plan_folds(
     labelled: Sequence[LabelledDemonstration], folds: int | None = None
 ) -> tuple[list[LabelledDemonstration], list[list[int]], tuple[str, ...]]:
-    """What can be left out one after the other, and in which groups.
+    """The labelled demonstrations, the groups of indices to leave out in turn, and remarks.
 
-    Parameters
-    ----------
-    labelled : sequence of LabelledDemonstration
-    folds : int, optional
-        As of :func:`leave_one_out`.
-
-    Returns
-    -------
-    used : list of LabelledDemonstration
-        Those with a segment.
-    parts : list of list of int
-        Places in `used`, at least two groups.
-    remarks : tuple of str
-
-    Raises
-    ------
-    InputError
-        If fewer than two recordings are labelled, one is there twice, or there is a single group.
+    An InputError says that fewer than two recordings are labelled, a demonstration occurs twice, or
+    there is a single group.
     """
     used, remarks = select_labelled(labelled)
     if len(used) < 2:
@@ -377,18 +346,7 @@ def held_out_prediction(
     prediction: Prediction,
     actions: tuple[str, ...],
 ) -> HeldOutPrediction:
-    """Bring a prediction's codes to the evaluation's actions and the demonstration's stamps.
-
-    Parameters
-    ----------
-    item : LabelledDemonstration
-        The demonstration as it was recorded.
-    examples : Examples
-        Its time steps, which were predicted.
-    prediction : Prediction
-    actions : tuple of str
-        The evaluation's; those of the prediction are among them.
-    """
+    """A prediction in codes of the evaluation's actions, at the demonstration's own stamps."""
     number = [actions.index(action) for action in prediction.actions]
     # One place more for UNLABELLED, which is -1 and so indexes the last one.
     table = np.array([*number, UNLABELLED], dtype=np.int64)
@@ -534,33 +492,10 @@ def leave_one_out_live(
     title: str = "",
     folds: int | None = None,
 ) -> Job:
-    """Recognise each demonstration as a stream, by a recogniser trained on all the others.
+    """:func:`leave_one_out` on streams, with `latency` seconds from a force to its label.
 
-    Parameters
-    ----------
-    labelled : sequence of LabelledDemonstration
-        Demonstrations without a segment take no part.
-    settings : Settings
-    latency : float
-        Seconds from a force to its label.
-    title : str
-    folds : int, optional
-        As of :func:`~forcelab.recognition.cross_validation.leave_one_out`.
-
-    Yields
-    ------
-    Progress
-
-    Returns
-    -------
-    Evaluation
-        Its raw predictions are the filtered ones.
-
-    Raises
-    ------
-    InputError
-        If fewer than two demonstrations are labelled, they do not fit together, or a recogniser
-        with these settings cannot follow a stream.
+    The evaluation's raw predictions are the filtered ones. An InputError says, besides, that a
+    recogniser with these settings cannot follow a stream.
     """
     check_latency(latency)
     used, parts, remarks = plan_folds(labelled, folds)
@@ -614,7 +549,7 @@ def leave_one_out_live(
 def _live_examples(
     item: LabelledDemonstration, recogniser: Recogniser, live_labels: LiveLabels
 ) -> Examples:
-    """The steps of a stream, of which nothing but the human's labels is wanted."""
+    """The steps of a stream with the human's labels, without features."""
     n = len(live_labels)
     probabilities = live_labels.probabilities
     valid = (

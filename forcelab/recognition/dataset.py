@@ -1,4 +1,4 @@
-"""Labelled demonstrations out of a project: which are trained on, and which tested on."""
+"""Datasets out of a project: labelled demonstrations to train and to test on."""
 
 from __future__ import annotations
 
@@ -17,17 +17,7 @@ from forcelab.recognition.settings import Settings
 
 
 def resolve_coder(project: Project, infos: Sequence[DemonstrationInfo], author: str | None) -> str:
-    """Whose labels are meant: the author asked for, or the only coder there is.
-
-    Models are no coders: what they predicted is never trained on.
-
-    Raises
-    ------
-    UnclearAuthorError
-        If several coders labelled and none was chosen.
-    InputError
-        If nobody labelled anything, or the chosen one did not.
-    """
+    """The requested author or the only coder; what models predicted is never trained on."""
     people = project.coders()
     coders = list(dict.fromkeys(a for info in infos for a in info.authors if a in people))
     if author is not None:
@@ -44,29 +34,15 @@ def resolve_coder(project: Project, infos: Sequence[DemonstrationInfo], author: 
 
 @dataclass(frozen=True)
 class Dataset:
-    """Labelled demonstrations, and which labels they were given.
-
-    Parameters
-    ----------
-    labelled : list of LabelledDemonstration
-    labels : tuple of LabelsUsed
-        For each: whose labels, and the latest edit of them when they were read.
-    spelt : frozenset of str
-        All actions as the coder spelt them.
-    """
+    """Labelled demonstrations, and which labels of the project they have."""
 
     labelled: list[LabelledDemonstration]
+    #: For each: whose labels, and the latest edit of them when they were read
     labels: tuple[LabelsUsed, ...]
     spellings: frozenset[str]
 
     def split(self, pattern: str) -> tuple[Dataset, Dataset]:
-        """The demonstrations whose names do not match a shell's pattern, and those that do.
-
-        Raises
-        ------
-        InputError
-            If one of them would be empty.
-        """
+        """The demonstrations whose names do not match a shell's pattern, and those that do."""
         matches = [fnmatchcase(item.demonstration.name, pattern) for item in self.labelled]
         if all(matches) or not any(matches):
             names = ", ".join(item.demonstration.name for item in self.labelled[:3])

@@ -1,8 +1,7 @@
-"""A classifier of several members whose probabilities are averaged, then calibrated.
+"""Classifiers of one or several members whose mean probabilities are calibrated.
 
-Fitting the classifiers of an ensemble, honest about demonstrations.
-Neighbouring samples are almost copies of each other. So what is calibrated here is judged on whole
-demonstrations that were left out of an inner fit, never on left-out samples.
+Neighbouring samples are almost copies of each other: calibration is judged on whole demonstrations
+that were left out of an inner fit, never on left-out samples.
 """
 
 from __future__ import annotations
@@ -39,28 +38,18 @@ def sharpen(probabilities: Real, exponent: float) -> Real:
 
 @dataclass(frozen=True, eq=False)
 class CalibratedEnsemble:
-    """Members that each look at the same standardised features; f of them, K actions.
+    """Members that look at the same standardised features; f of them, K actions.
 
-    Its attribute and methods are named as those of scikit-learn's classifiers.
-
-    Parameters
-    ----------
-    classes_ : ndarray of int64, shape (K,)
-        Codes of the actions, rising.
-    columns : ndarray of int64, shape (f,)
-        Which columns of the features it looks at.
-    mean, scale : ndarray of float64, shape (f,)
-        Of the training samples; features are standardised by them.
-    members : sequence of Forest or Linear, at least one
-    exponent : float
-        By which the mean of their probabilities is sharpened; 1 leaves it as it is.
+    Attributes and methods are named as those of scikit-learn's classifiers.
     """
 
-    classes_: NDArray[np.int64]
-    columns: NDArray[np.int64]
+    classes_: NDArray[np.int64]  # (K,); codes of the actions, rising
+    columns: NDArray[np.int64]  # (f,); which columns of the features it looks at
+    #: mean, scale: (f,); of the training samples; features are standardised by them
     mean: Real
     scale: Real
     members: Sequence[Member]
+    #: By which the mean of their probabilities is sharpened; 1 leaves it as it is
     exponent: float = 1.0
 
     def predict_proba(self, features: Real) -> Real:
@@ -76,26 +65,12 @@ class CalibratedEnsemble:
         return np.asarray(self.classes_[np.argmax(self.predict_proba(features), axis=1)])
 
     def plain(self) -> dict[str, Any]:
-        """Arrays, numbers and lists, from which :meth:`from_plain` makes an equal one."""
+        """Arrays, numbers and lists for :meth:`from_plain`."""
         return vars(self) | {"members": [member.plain() for member in self.members]}
 
     @classmethod
     def from_plain(cls, plain: Mapping[str, Any], width: int, actions: int) -> CalibratedEnsemble:
-        """Check what was read from a file.
-
-        Parameters
-        ----------
-        plain : mapping
-        width : int
-            How many features there are.
-        actions : int
-            How many actions there are; codes lie below.
-
-        Raises
-        ------
-        ValueError
-            If anything does not fit together.
-        """
+        """Check what was read from a file: `width` features, codes below `actions`."""
         codes, columns, exponent = plain["classes_"], plain["columns"], float(plain["exponent"])
         require(codes.dtype == columns.dtype == np.int64, "whole numbers for codes and columns")
         require(codes.ndim == columns.ndim == 1 and len(codes) >= 2, "codes")
@@ -144,44 +119,20 @@ LEAST = 1e-3
 
 @dataclass(frozen=True, eq=False)
 class FitOptions:
-    """What a fit must take care of.
+    """How a classifier is fitted beside its data."""
 
-    Parameters
-    ----------
-    groups : ndarray of int64, shape (n,), optional
-        The number of each sample's demonstration; all one by default.
-    balanced : bool
-        Whether every action counts the same, however rare.
-    calibrated : bool
-        Whether probabilities are calibrated across demonstrations.
-    trees : int, optional
-        How many there are in a forest; :data:`TREES` by default.
-    """
-
+    #: (n,); the number of each sample's demonstration; all one by default
     groups: Codes | None = None
-    balanced: bool = False
-    calibrated: bool = False
-    trees: int | None = None
+    balanced: bool = False  # whether every action counts the same, however rare
+    calibrated: bool = False  # whether probabilities are calibrated across demonstrations
+    trees: int | None = None  # how many there are in a forest; :data:`TREES` by default
 
 
 def fit_ensemble(
     name: str, X: Real, y: Codes, seed: int, options: FitOptions
 ) -> Generator[Progress, None, CalibratedEnsemble]:
-    """Fit a classifier; yields progress over its inner fits and the last one, returns it.
+    """Fit a classifier of :data:`MEMBERS` to X (n, f) and codes y (n,); progress over inner fits.
 
-    Parameters
-    ----------
-    name : str
-        One of :data:`MEMBERS`.
-    X : ndarray, shape (n, f)
-    y : ndarray of int64, shape (n,)
-        Codes of at least two actions.
-    seed : int
-        Of what is drawn at random.
-    care : FitOptions
-
-    Notes
-    -----
     Without two demonstrations nothing can be left out: then the probabilities stay as they are.
     """
     groups = np.zeros(len(y), dtype=np.int64) if options.groups is None else options.groups
@@ -203,7 +154,7 @@ def fit_ensemble(
 
 
 def thin(y: Codes) -> Codes:
-    """Which samples are learnt from: where there are too many, every few, and one of each code."""
+    """Indices of the samples to learn from: of too many every few, and one of each code."""
     first = np.unique(y, return_index=True)[1]
     if len(y) <= MOST + len(first):
         return np.arange(len(y))
@@ -213,23 +164,9 @@ def thin(y: Codes) -> Codes:
 def training_steps(
     codes: Sequence[Codes], stride: int = 1, *, every: bool = False
 ) -> tuple[Codes, Codes, list[Codes]]:
-    """Which time steps of some demonstrations are learnt from, so that no others are gathered.
+    """Codes and groups (m,) of the labelled time steps, and their indices in each demonstration.
 
-    Parameters
-    ----------
-    codes : sequence of ndarray of int64, shape (n,)
-        Of each demonstration's time steps; :data:`~forcelab.labels.UNLABELLED` teaches nothing.
-    stride : int
-        Of how many time steps one is taken.
-    every : bool
-        Whether all of these are; otherwise of more than :data:`MOST` every second, third or so.
-
-    Returns
-    -------
-    y, groups : ndarray of int64, shape (m,)
-        Their codes, and the number of each one's demonstration.
-    steps : list of ndarray of int64
-        Their places in each demonstration.
+    Of every `stride` steps one is taken, and of more than :data:`MOST` still fewer, unless `every`.
     """
     steps = [stride * np.flatnonzero(own[::stride] != UNLABELLED) for own in codes]
     y = np.concatenate([own[taken] for own, taken in zip(codes, steps, strict=True)])
@@ -242,7 +179,7 @@ def training_steps(
 
 
 def _folds(groups: Codes) -> list[NDArray[np.bool_]]:
-    """Which samples each inner fit leaves out: those of a whole demonstration, or of several."""
+    """Masks of the samples of one or several demonstrations that inner fits leave out."""
     numbers = np.unique(groups)
     count = min(FOLDS, len(numbers))
     return [np.isin(groups, numbers[i::count]) for i in range(count)]
@@ -251,9 +188,9 @@ def _folds(groups: Codes) -> list[NDArray[np.bool_]]:
 def _held_out_probabilities(
     name: str, X: Real, y: Codes, held_out: NDArray[np.bool_], seed: int, options: FitOptions
 ) -> tuple[Real, Codes]:
-    """Probabilities of what was left out, and places of the right ones among all codes.
+    """Probabilities of the left-out samples, and indices of the right codes among all codes.
 
-    Samples of an action that only the left-out demonstration has say nothing here.
+    Samples of an action that only the left-out demonstrations have are passed over.
     """
     every, places = np.unique(y, return_inverse=True)
     learnt = ~held_out

@@ -1,4 +1,4 @@
-"""Demonstrations made ready for recognition: units, features and human codes of every time step."""
+"""Examples: the features, units and human codes of every time step of a demonstration."""
 
 from __future__ import annotations
 
@@ -29,20 +29,7 @@ CURE = "readings without a unit may be raw counts, which become newtons by a cal
 
 
 def units_of(channels: Sequence[Channel], names: Sequence[str] | None = None) -> tuple[str, ...]:
-    """The unit of each recognition channel; empty where it has none.
-
-    Parameters
-    ----------
-    channels : sequence of Channel
-        As they were recorded.
-    wanted : sequence of str, optional
-        As of :func:`~forcelab.signals.channels.channel_map`.
-
-    Raises
-    ------
-    InputError
-        If a wanted channel is not there, or is wanted twice.
-    """
+    """The unit of each recognition channel; empty where it has none."""
     found = channel_map(channels, names)
     return tuple(channels[found.recorded[columns[0]]].unit for columns in found.columns)
 
@@ -50,19 +37,7 @@ def units_of(channels: Sequence[Channel], names: Sequence[str] | None = None) ->
 def mixed_unit_remarks(
     demonstrations: Sequence[Demonstration], settings: Settings
 ) -> tuple[str, ...]:
-    """A remark where demonstrations that are recognised together have channels in unlike units.
-
-    Parameters
-    ----------
-    demonstrations : sequence of Demonstration
-        They all have the settings' channels.
-    settings : Settings
-
-    Raises
-    ------
-    InputError
-        If a wanted channel is not there.
-    """
+    """A remark where demonstrations of one evaluation have channels in different units."""
     names = settings.channels
     for name in channel_map(demonstrations[0].channels, names).names if demonstrations else ():
         of = [(units_of(d.channels, [name])[0], d.name) for d in demonstrations]
@@ -82,22 +57,7 @@ def mixed_unit_remarks(
 def unit_remarks(
     learnt: Sequence[str], names: Sequence[str], channels: Sequence[Channel]
 ) -> tuple[str, ...]:
-    """A remark where channels have other units than those that a recogniser has learnt.
-
-    Parameters
-    ----------
-    learnt : sequence of str
-        The recogniser's units; empty where it does not know them.
-    names : sequence of str
-        Of its recognition channels.
-    channels : sequence of Channel
-        That it is to recognise.
-
-    Raises
-    ------
-    InputError
-        If the recogniser looks at a channel that is not there.
-    """
+    """A remark where channels have other units than those (`learnt`) of a recogniser's `names`."""
     for name, known, unit in zip(names, learnt, units_of(channels, names), strict=False):
         if known != unit:
             return (
@@ -146,15 +106,9 @@ class LabelledDemonstration:
 def suffix_actions(
     labelled: Sequence[LabelledDemonstration], suffixes: Sequence[str]
 ) -> list[LabelledDemonstration]:
-    """Give each demonstration's actions a suffix, so that ``grab`` of two tasks stays two actions.
+    """Give each demonstration's actions a suffix, such as its task: ``grab`` becomes ``grab_foam``.
 
     No merge map changes them any more: what it is to merge is merged before.
-
-    Parameters
-    ----------
-    labelled : sequence of LabelledDemonstration
-    suffixes : sequence of str
-        One for each demonstration, usually its task: ``grab`` becomes ``grab_foam``.
     """
     return [
         LabelledDemonstration(
@@ -220,21 +174,17 @@ class Examples:
 
 @dataclass(frozen=True)
 class LazyExamples(Examples):
-    """Examples whose features are made whenever they are asked for, and not kept.
+    """Examples whose features are computed whenever they are asked for, and not kept.
 
     Of hundreds of demonstrations they are gigabytes, of which a training looks at some rows.
-
-    Parameters
-    ----------
-    making : callable
-        Makes examples that have them; here there is no attribute `features`.
     """
 
     features: NDArray[np.float64] = field(init=False, repr=False, compare=False)
+    #: Makes examples that have them; here there is no attribute `features`
     making: Callable[[], Examples] = field(kw_only=True)
 
     def all_features(self) -> NDArray[np.float64]:
-        """The features of every time step, shape (n, f), made anew."""
+        """The features of every time step, shape (n, f), computed anew."""
         return self.making().features
 
 
@@ -301,22 +251,9 @@ def prepare_examples(
 def gather_features(
     examples: Sequence[Examples], *step_lists: Sequence[NDArray[np.int64]]
 ) -> Generator[Progress, None, list[NDArray[np.float64]]]:
-    """Gather features of some time steps; of one demonstration at a time, where none are kept.
+    """Stacked features of some time steps of each demonstration, for each of `step_lists`.
 
-    Parameters
-    ----------
-    examples : sequence of Examples
-    *wanted : sequence of ndarray of int64
-        Time steps of each demonstration.
-
-    Yields
-    ------
-    Progress
-
-    Returns
-    -------
-    list of ndarray of float64
-        For each of `wanted` the features of its time steps, one demonstration below the other.
+    Lazy examples are computed one at a time, which is progress.
     """
     found: list[NDArray[np.float64]] = []
     done = [0] * len(step_lists)
@@ -335,7 +272,7 @@ def gather_features(
 def _features(
     signals: NDArray[np.float64], settings: Settings, rate: float, steps: slice
 ) -> NDArray[np.float64]:
-    """The features of some time steps, shape (m, f), of channels (q, n)."""
+    """Features of some time steps, shape (m, f), of channels (q, n)."""
     if settings.features == "windows":
         places = np.arange(signals.shape[1])[steps]
         values = window_features(signals, rate, settings.windows, places, settings.amplitude)
@@ -351,7 +288,7 @@ def _features(
 
 
 def common_rate(demonstrations: Sequence[Demonstration], settings: Settings) -> float:
-    """The rate on which demonstrations meet, in Hz: the settings', or the median of their own.
+    """The common rate in Hz: the settings', or the median of the demonstrations' own.
 
     Of an even number the lower median, which one of them really has.
     """
@@ -366,13 +303,7 @@ def actions_of(examples: Sequence[Examples]) -> tuple[str, ...]:
 
 
 def common_channels(examples: Sequence[Examples]) -> tuple[str, ...]:
-    """The channels that all demonstrations share.
-
-    Raises
-    ------
-    InputError
-        If two demonstrations have different recognition channels.
-    """
+    """The channels that all demonstrations share; an InputError where they differ."""
     first = examples[0]
     for other in examples[1:]:
         if other.channels != first.channels:

@@ -1,4 +1,4 @@
-"""Evaluating and training on a project, with the results kept in it."""
+"""Evaluating and training on a project, which keeps the results."""
 
 from __future__ import annotations
 
@@ -28,39 +28,21 @@ from forcelab.resources import versions
 
 @dataclass(frozen=True)
 class TaskEvaluations:
-    """What came of evaluating a project.
+    """The evaluations of a project's tasks."""
 
-    Parameters
-    ----------
-    evaluations : list of (tuple of str, Evaluation)
-        At least one, each with its tasks.
-    joined : bool
-        Whether one evaluation was asked for, not one a task.
-    remarks : tuple of str
-        A sentence for each task that could not be evaluated, and on an idle merge map.
-    """
-
-    evaluations: list[tuple[tuple[str, ...], Evaluation]]
-    joined: bool
+    evaluations: list[tuple[tuple[str, ...], Evaluation]]  # at least one, each with its tasks
+    joined: bool  # whether one evaluation was asked for, not one a task
+    #: A sentence for each task that could not be evaluated, and on an idle merge map
     remarks: tuple[str, ...]
 
 
 @dataclass(frozen=True)
 class TrainedRecogniser:
-    """A recogniser trained on a project.
-
-    Parameters
-    ----------
-    recogniser : Recogniser
-    content : bytes
-        Its file.
-    remarks : tuple of str
-        A sentence for each thing worth a look.
-    """
+    """A recogniser trained on a project."""
 
     recogniser: Recogniser
-    content: bytes
-    remarks: tuple[str, ...]
+    content: bytes  # its file
+    remarks: tuple[str, ...]  # A sentence for each thing worth a look
 
 
 def evaluate_tasks(
@@ -117,8 +99,8 @@ def evaluate_tasks(
     groups = [chosen] if chosen else every
     if not groups and project.tasks():
         raise InputError(
-            f"'{project.path}' has no task but '{selection.test_task}', so there is none to train on; "
-            "name no task to test on, and its demonstrations are left out in turn."
+            f"'{project.path}' has no task but '{selection.test_task}', so there is none to train "
+            f"on; name no task to test on, and its demonstrations are left out in turn."
         )
     if not groups:
         raise InputError(f"'{project.path}' has nothing to evaluate; import recordings first.")
@@ -176,7 +158,7 @@ def evaluate_tasks(
 
 
 def _not_stored_remarks(selection: DataSelection, latency: float | None) -> tuple[str, ...]:
-    """Why a result is kept as no run, in a sentence; nothing where it is kept."""
+    """Why a result is not stored as a run; empty where it is."""
     options = {
         "a latency": latency is not None,
         "names to test on": selection.test_names is not None,
@@ -200,20 +182,7 @@ def evaluate_joined(
     *,
     probability_trace: bool,
 ) -> Job:
-    """One evaluation of joined tasks.
-
-    Parameters
-    ----------
-    corpora : sequence of Dataset
-        As :meth:`~forcelab.recognition.dataset.DataSelection.parts` gives them.
-    settings : Settings
-    tasks : tuple of str
-    choice : DataSelection
-        Settled.
-    jobs : int
-    probability_trace : bool
-        As of :func:`evaluate_tasks`.
-    """
+    """One evaluation of joined tasks, of what :meth:`DataSelection.load_parts` gives."""
     if selection.leaves_out:
         title = run_title(tasks, None)
         labelled, folds = datasets[0].labelled, selection.folds
@@ -232,24 +201,24 @@ def evaluate_joined(
 def provenance(
     settings: Settings, selection: DataSelection, tasks: Sequence[str]
 ) -> dict[str, Any]:
-    """Everything that was asked for, as plain values."""
+    """Settings and selection as a run stores them."""
     return settings.to_json() | {"choice": asdict(selection) | {"tasks": list(tasks)}}
 
 
 def unused_merge_remarks(settings: Settings, spelt: Collection[str]) -> tuple[str, ...]:
-    """A remark on a merge map's spellings that nobody used."""
+    """A remark on a merge map's spellings that no label has."""
     unused = settings.merge.unused(spelt)
     return (f"The merge map names what nobody labelled: {', '.join(unused)}.",) if unused else ()
 
 
 def dataset_unit_remarks(datasets: Sequence[Dataset], settings: Settings) -> tuple[str, ...]:
-    """A remark on labelled demonstrations whose channels have unlike units."""
+    """A remark on labelled demonstrations whose channels have different units."""
     labelled = [item for part in datasets for item in part.labelled if item.segments]
     return mixed_unit_remarks([item.demonstration for item in labelled], settings)
 
 
 def _read_only_remarks(project: Project) -> tuple[str, ...]:
-    """A remark where the project cannot keep the result."""
+    """A remark where the project cannot store the result."""
     try:
         project.refuse_read_only()
     except InputError as error:
@@ -314,7 +283,7 @@ def train_tasks(
 
 
 def unlearnt_remarks(found: Dataset, recogniser: Recogniser) -> tuple[str, ...]:
-    """A remark on actions that are labelled and that a recogniser has learnt nothing of."""
+    """A remark on actions that are labelled but gave no training sample."""
     merged = (item.merged(recogniser.settings.merge) for item in found.labelled)
     labels = {segment.action for item in merged for segment in item.segments}
     names = sorted(labels - set(recogniser.actions))

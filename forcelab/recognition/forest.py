@@ -1,12 +1,11 @@
-"""Trees and weighted sums as plain arrays: fitted by scikit-learn, asked and stored without.
+"""Trees and weighted sums as plain arrays: fitted by scikit-learn, evaluated and stored without.
 
-Binary trees told by nothing but which of their nodes are leaves. Nodes stand in the order in which
-one comes to them: first a node, then all of its left side, then all of its right side; one tree
-after another. Where a node's children are follows from that, so that it need not be stored, and
-whatever is stored makes trees that end.
+Binary trees are described by which of their nodes are leaves, in preorder: first a node, then all
+of its left side, then all of its right side; one tree after another. Where a node's children are
+follows from that and need not be stored, and whatever is stored makes trees that end.
 
-What is stored as arrays can be checked before anything follows it, and is asked for one step as
-fast as for many: scikit-learn looks at its input for longer than a live step may take.
+What is stored as arrays can be checked before anything follows it, and is evaluated for one step as
+fast as for many: scikit-learn checks its input for longer than a live step may take.
 """
 
 from __future__ import annotations
@@ -74,32 +73,21 @@ def softmax(logits: Real) -> Real:
 class Forest:
     """Decision trees, one after another; t trees, n nodes of which l are leaves, K actions.
 
-    Kept as it is stored, which is small; what following the nodes takes beside is made when it is
-    first asked, so that a forest which nobody asks takes no more.
-
-    Parameters
-    ----------
-    feature : ndarray of whole numbers, shape (n,)
-        Which feature a node asks for; -1 at a leaf. Nodes stand in the order of
-        the module's docstring.
-    threshold : ndarray of float32 or float64, shape (n - l,)
-        Of each inner node; at most this: to the left. Features are rounded to the same kind of
-        number first: scikit-learn's averaged trees are grown on float32 and look at nothing finer.
-    leaf : ndarray of unsigned whole numbers, shape (l,)
-        Which row of `value` each leaf says. Most leaves say what others say, too.
-    value : ndarray of float64, shape (v, K)
-    base : ndarray of float64, shape (K,)
-        What is added to the sum over the trees.
-    boosted : bool
-        Whether the sum is of logits; otherwise of probabilities.
+    Kept as it is stored, which is small; what evaluating it takes beside is made at first use.
     """
 
+    #: (n,); which feature a node asks for; -1 at a leaf. Nodes stand in the order of the module's
+    #: docstring.
     feature: NDArray[np.signedinteger[Any]]
+    #: (n - l,); of each inner node; at most this: to the left. Features are rounded to the same
+    #: kind of number first: scikit-learn's averaged trees are grown on float32 and look at nothing
+    #: finer.
     threshold: NDArray[np.floating[Any]]
+    #: (l,); which row of `value` each leaf says. Most leaves say what others say, too.
     leaf: NDArray[np.unsignedinteger[Any]]
-    value: Real
-    base: Real
-    boosted: bool
+    value: Real  # (v, K)
+    base: Real  # (K,); what is added to the sum over the trees
+    boosted: bool  # whether the sum is of logits; otherwise of probabilities
 
     def probabilities(self, features: Real) -> Real:
         """Of each action at each time step, shape (m, K)."""
@@ -112,7 +100,7 @@ class Forest:
         return softmax(total) if self.boosted else total / total.sum(axis=1, keepdims=True)
 
     def _leaf_rows(self, rows: NDArray[np.floating[Any]]) -> Integers:
-        """Which row of values each tree says of each row of features, shape (m, t)."""
+        """Row of values of the leaf that each tree leads each row of features to, shape (m, t)."""
         roots, threshold, right, row = self._paths
         nodes = np.broadcast_to(roots, (len(rows), len(roots)))
         begin = np.arange(0, rows.size, rows.shape[1])[:, None]  # of each row
@@ -127,7 +115,7 @@ class Forest:
 
     @cached_property
     def _paths(self) -> tuple[NDArray[Any], ...]:
-        """First nodes (t,); of each node threshold, right side and row of values, each (n,)."""
+        """First nodes (t,); of each node threshold, right child and row of values, each (n,)."""
         leaf = self.feature < 0
         threshold = np.full(len(leaf), np.nan, dtype=self.threshold.dtype)
         threshold[~leaf] = self.threshold
@@ -175,7 +163,7 @@ class Forest:
     def _small(
         cls, feature: Integers, threshold: Any, value: Real, base: Real, boosted: bool
     ) -> Forest:
-        """In the smallest whole numbers that do, each row of values once."""
+        """In the smallest integer types that do, each row of values once."""
         each, leaf = np.unique(value.astype(np.float64), axis=0, return_inverse=True)
         kind = np.min_scalar_type(-int(feature.max()) - 2)
         small = leaf.reshape(-1).astype(np.min_scalar_type(len(each)))
@@ -187,13 +175,10 @@ class Forest:
 
     @classmethod
     def from_plain(cls, plain: Mapping[str, Any], width: int, classes: int) -> Forest:
-        """Check arrays that were read from a file, and make a forest of them.
+        """Check arrays that were read from a file, and make a forest of them; else a ValueError.
 
-        Raises
-        ------
-        ValueError
-            If nodes are no complete trees, or ask for a feature or say a value that there is not:
-            following them would not end, or would read elsewhere.
+        Nodes that are no complete trees, or that point at a feature or value that does not exist,
+        would never end or read elsewhere.
         """
         forest = cls(**{part.name: plain[part.name] for part in fields(cls)})
         leaf = forest.feature == -1
@@ -216,13 +201,7 @@ class Forest:
 
     @classmethod
     def from_format_1(cls, plain: Mapping[str, Any], width: int, classes: int) -> Forest:
-        """The same of a file of format 1, in which every node had its children and its values.
-
-        Raises
-        ------
-        ValueError
-            As of :meth:`from_plain`; or if nodes stand in another order than that format's.
-        """
+        """The same of a file of format 1, in which every node had its children and its values."""
         n = len(plain["feature"])
         for name in ("feature", "left", "right"):
             is_integer = plain[name].dtype == np.int64 and plain[name].shape == (n,)
@@ -245,7 +224,7 @@ class Forest:
         return forest
 
     def _check_values(self, classes: int) -> None:
-        """Raise unless leaves say something of each action."""
+        """Raise unless leaves have values of each action."""
         require(self.value.ndim == 2, "values of each action")
         require_numbers(self.value, (len(self.value), classes))
         require_numbers(self.base, (classes,))
@@ -259,16 +238,10 @@ class Forest:
 
 @dataclass(frozen=True, eq=False)
 class Linear:
-    """Multinomial logistic regression; f features, K actions.
+    """Multinomial logistic regression; f features, K actions."""
 
-    Parameters
-    ----------
-    weights : ndarray of float64, shape (f, K)
-    bias : ndarray of float64, shape (K,)
-    """
-
-    weights: Real
-    bias: Real
+    weights: Real  # (f, K)
+    bias: Real  # (K,)
 
     def probabilities(self, features: Real) -> Real:
         """Of each action at each time step, shape (m, K)."""
@@ -291,13 +264,7 @@ class Linear:
 
     @classmethod
     def from_plain(cls, plain: Mapping[str, Any], width: int, classes: int) -> Linear:
-        """Check arrays that were read from a file.
-
-        Raises
-        ------
-        ValueError
-            If they do not fit.
-        """
+        """Check arrays that were read from a file; a ValueError where they do not fit."""
         linear = cls(plain["weights"], plain["bias"])
         require_numbers(linear.weights, (width, classes))
         require_numbers(linear.bias, (classes,))
@@ -313,12 +280,12 @@ def _rounded_down(threshold: Real) -> NDArray[np.float32]:
 def require_numbers(
     array: NDArray[Any], shape: tuple[int, ...], kinds: tuple[type, ...] = (np.float64,)
 ) -> None:
-    """Raise unless an array holds finite numbers of some kind in this shape."""
+    """Raise a ValueError unless an array holds finite numbers of these types in this shape."""
     require(array.dtype in kinds and array.shape == shape, f"numbers of shape {shape}")
     require(np.isfinite(array).all(), "finite numbers")
 
 
 def require(true: object, what: str) -> None:
-    """Raise unless a part is as it must be."""
+    """Raise a ValueError unless a part is as it must be."""
     if not true:
         raise ValueError(f"the classifier must have {what}")

@@ -1,43 +1,36 @@
-"""The semi-Markov decoder: the most probable course of actions, and its marginals.
+"""The semi-Markov decoder: the most probable sequence of actions, and its marginals.
 
-The semi-Markov model behind the decoder: what a segmentation of a stretch scores. A segmentation of
-the steps ``0 .. n`` into segments, neighbours of different actions, scores
+A segmentation of the steps ``0 .. n`` into segments, neighbours of different actions, scores
 
     start(k_1) + S(k_1, d_1) + sum_i [ follow(k_i, k_i+1) + F(k_i, d_i) ] + S(k_m, d_m)
         + sum_t evidence(t, action at t) + sum of change(t) wherever the action changes,
 
-the first and the last segment cut off by the ends of what was recorded: of them is known only that
-they last at least so long, S, and of the ones between how long they last, F. Both are log-normal
-up to a length that is longer than nearly all, and fall by the same share a step from there on: so
-nothing is too long to be, and a step costs no more the longer the recording is. Whole segments of
-many steps are told apart in blocks of lengths, the middle one of which gives a block its height;
-within a block F falls as it does at the end. All else is exact.
+the first and the last segment cut off by the ends of the recording: of them is known only that they
+last at least so long, S, and of the ones between how long they last, F. Both are log-normal up to a
+length that is longer than nearly all, and fall by the same share a step from there on: so nothing
+is too long to be, and a step costs no more the longer the recording is. Segments of many steps are
+told apart in blocks of lengths, the middle one of which gives a block its height; within a block F
+falls as it does at the end. All else is exact.
 
-Sweeps over all segmentations of a stretch of evidence, from its first step on. With ``h_t(k)`` the
-score of the best segmentation (or the sum of all) of the steps before ``t`` whose last segment, of
-action k, ends at ``t``, and ``g_t(k)`` that of those after which k starts at ``t``, both without
-the running sum ``C_t(k)`` of k's evidence,
+A forward pass covers all segmentations of a stretch of evidence, from its first step on. With
+``h_t(k)`` the score of the best segmentation (or the sum of all) of the steps before ``t`` whose
+last segment, of action k, ends at ``t``, and ``g_t(k)`` that of those after which k starts at
+``t``, both without the running sum ``C_t(k)`` of k's evidence,
 
     h_t(k) = max_d [ g_(t-d)(k) + F(k, d) ],
     g_t(k) = max_j [ h_t(j) + C_t(j) + follow(j, k) - C_t(k) ] + change_t.
 
-As no segment is shorter than some steps, so many steps are independent of each other and made at
-once. Of the best segmentation more steps are: first as if no segment began and ended among them,
+As no segment is shorter than some steps, so many steps are independent of each other and computed
+at once. Of the best segmentation more steps are: first as if no segment began and ended among them,
 then with those that do, over and over until nothing becomes better, which is soon: hardly ever do
 several of the shortest segments follow each other. Where F is a straight line, one maximum stands
 for all the starts that it is taken of: over a block of long lengths, and beyond the tabulated
-lengths over all there are.
+lengths over all there are. The cost is one addition and one maximum for each step, action and
+duration that is considered.
 
-Decoding: the most probable course of actions, given probabilities and the choreography. An exact
-semi-Markov Viterbi: of all segmentations of a stretch the one that scores best by the model stated
-above. The cost is one addition and one maximum for each step, action and duration that is
-considered.
-
-Sources
--------
-Yu, "Hidden semi-Markov models", Artificial Intelligence 174, 2010. Guédon, "Estimating hidden
-semi-Markov chains from discrete sequences", J. Comput. Graph. Stat. 12, 2003: segments cut off by
-the ends of what was recorded.
+Sources: Yu, "Hidden semi-Markov models", Artificial Intelligence 174, 2010. Guédon, "Estimating
+hidden semi-Markov chains from discrete sequences", J. Comput. Graph. Stat. 12, 2003: segments cut
+off by the ends of what was recorded.
 """
 
 from __future__ import annotations
@@ -68,12 +61,11 @@ TINY = 1e-250
 class Semiring(Protocol):
     """How scores of several segmentations become one; k rows, of actions.
 
-    Attributes
-    ----------
-    repeats : int
-        Steps that may be found at once by repetition; 1 where joining a score twice counts twice.
+    `repeats` says whether joining a score twice counts once, so that steps may be found by
+    repetition.
     """
 
+    #: Steps that may be found at once by repetition; 1 where joining a score twice counts twice
     repeats: bool
 
     def table(self, scores: Real) -> Any:
@@ -83,15 +75,8 @@ class Semiring(Protocol):
     def windows(self, line: Real, strided: Real, table: Any, out: Real) -> Real:
         """Join ``strided[k, t, :] + table[k]``: shape (k, m).
 
-        Parameters
-        ----------
-        line : ndarray, shape (k, n)
-        strided : ndarray, shape (k, m, W)
-            The same numbers: windows of the line, each begun one number after the one before.
-        table
-            As :meth:`table` gives it.
-        out : ndarray, shape (k, m, W)
-            To be written upon.
+        `strided` (k, m, W) are windows of the numbers `line` (k, n), each begun one number after
+        the one before; `out` (k, m, W) is overwritten.
         """
         ...
 
@@ -258,52 +243,25 @@ CHANGE, LIKELIER = 1.5, 0.5
 
 @dataclass(frozen=True, eq=False)
 class HsmmParameters:
-    """The model's numbers at one step length; K actions, all logarithms in nats.
+    """The model's parameters at one step length; K actions, all logarithms in nats."""
 
-    Parameters
-    ----------
-    step : float
-        Seconds.
-    prior : ndarray, shape (K,)
-        What is taken off the log probabilities.
-    start : ndarray, shape (K,)
-    follow : ndarray, shape (K, K)
-        From the row's action to the column's; minus infinity from an action to itself.
-    mean, sd : ndarray, shape (K,)
-        Of the logarithm of durations in seconds.
-    emphasis : float
-        Exponent of durations; 0 leaves them out.
-    shortest, longest : ndarray of int64, shape (K,)
-        Fewest steps of a whole segment, and the steps up to which durations are log-normal.
-    """
-
-    step: float
-    prior: Real
-    start: Real
+    step: float  # seconds
+    prior: Real  # (K,); what is taken off the log probabilities
+    start: Real  # (K,)
+    #: (K, K); from the row's action to the column's; minus infinity from an action to itself
     follow: Real
+    #: mean, sd: (K,); of the logarithm of durations in seconds
     mean: Real
     sd: Real
-    emphasis: float
+    emphasis: float  # exponent of durations; 0 leaves them out
+    #: shortest, longest: (K,); fewest steps of a whole segment, and the steps up to which durations
+    #: are log-normal
     shortest: NDArray[np.int64]
     longest: NDArray[np.int64]
 
     @classmethod
     def of(cls, grammar: TaskGrammar, step: float, use: Use) -> HsmmParameters:
-        """The numbers of a choreography.
-
-        Parameters
-        ----------
-        choreography : TaskGrammar
-        step : float
-            Seconds between two steps.
-        use : "none", "durations" or "order"
-            "order" uses durations as well.
-
-        Raises
-        ------
-        InputError
-            If the step is not above 0, or there is no such use.
-        """
+        """The parameters of a grammar at `step` seconds; "order" uses durations as well."""
         if not (step > 0 and math.isfinite(step)):
             raise InputError(f"The decoder's step must be longer than 0 s, not {step} s.")
         if use not in ("none", "durations", "order"):
@@ -341,7 +299,7 @@ class HsmmParameters:
         )
 
     def evidence(self, log_probabilities: NDArray[np.floating]) -> Real:
-        """What each step says for each action, shape (n, K) as `log_probabilities`; finite.
+        """The score of each step for each action, shape (n, K) as `log_probabilities`; finite.
 
         Only differences within a step count. A step that rules out every action says nothing.
         """
@@ -361,14 +319,9 @@ class HsmmParameters:
         return below
 
     def changing(self, ratios: NDArray[np.floating]) -> Real:
-        """What a change of actions scores right after each step, shape (n,).
+        """The score of a change of actions right after each step, given log ratios (n,).
 
-        Nothing where durations are not used, as nothing else keeps an action from flickering there.
-
-        Parameters
-        ----------
-        ratios : ndarray, shape (n,)
-            How much likelier than usual a change is near each step, in nats.
+        Zero where durations are not used, as nothing else keeps an action from flickering there.
         """
         above = np.asarray(ratios, dtype=np.float64) - LIKELIER
         scores = (CHANGE if self.emphasis else 0.0) * above
@@ -384,7 +337,7 @@ class HsmmParameters:
         return self.emphasis * np.minimum(fall, 0.0)
 
     def lasting(self, code: int | NDArray[np.int64], steps: NDArray[np.int64]) -> Real:
-        """F: how probable it is that a segment lasts so many steps (>= 1); shapes broadcast."""
+        """F: log probability that a segment lasts so many steps (>= 1); shapes broadcast."""
         table = np.minimum(steps, self.longest[code])
         within = (table - FINE - 1) % LENGTHS
         table = np.where(table > FINE, table - within + LENGTHS // 2, table)
@@ -395,7 +348,7 @@ class HsmmParameters:
         return np.where(steps >= self.shortest[code], scores, -np.inf)
 
     def outlasting(self, code: int | NDArray[np.int64], steps: NDArray[np.int64]) -> Real:
-        """S: how probable it is that a segment lasts so many steps or more; shapes broadcast."""
+        """S: log probability that a segment lasts so many steps or more; shapes broadcast."""
         from scipy.special import log_ndtr
 
         table = np.minimum(steps, self.longest[code])
@@ -489,43 +442,10 @@ def _windows(line: Real, table: Real, stride: int) -> Real:
 
 
 class ForwardPass:
-    """The scores of all segmentations of what was seen so far.
+    """The scores of all segmentations of the steps so far; :meth:`forget` makes room for more.
 
     Rows of its arrays are actions, in an order of its own; columns are the places between steps,
-    from :attr:`base` on.
-
-    Parameters
-    ----------
-    scores : HsmmParameters
-    algebra : Semiring
-    room : int
-        Steps that it can hold; :meth:`forget` makes room for more.
-
-    Attributes
-    ----------
-    order : ndarray of int64, shape (K,)
-        The action in each row.
-    scores : HsmmParameters
-        In the order of the rows.
-    now, base : int
-        Steps seen, and how many of them are forgotten.
-    sums : ndarray, shape (K, room + 1)
-        C, the evidence before each place.
-    ends : ndarray, shape (K, room + 1)
-        h: of the action in the row that ends at the place.
-    before : dict
-        What was found to come before a segment, by its row and start, since places were forgotten.
-    blocks : ndarray, shape (K, margin + room + 1)
-        g less what the slope adds up to, of the place and those just before it joined.
-    slope : ndarray, shape (K,)
-        What each step beyond the tables adds.
-    whole : ndarray, shape (K,)
-        The score of a first segment that ends now, without evidence.
-    outlasting : ndarray, shape (K, margin)
-        S, of 1, 2, ... steps.
-    starts : ndarray, shape (K, margin + room + 1)
-        g: of the action in the row that starts there; before the first place nothing starts, nor
-        at it: what goes on from there is looked after apart.
+    from `base` on: `sums` is C, `ends` h, `starts` g and `outlasting` S of the module's docstring.
     """
 
     def __init__(self, scores: HsmmParameters, algebra: Semiring, room: int) -> None:
@@ -565,7 +485,7 @@ class ForwardPass:
         self._part = min(FINE, self.groups[0].reach) // self._steps * self._steps
 
     def _split(self, rows: slice) -> list[slice]:
-        """Part rows where tables of their own length are worth it."""
+        """Split rows where tables of their own length are worth it."""
         width = _width(np.maximum(self.scores.longest[rows], TABLE))
         saved = (width[-1] - width) * np.arange(1, len(width) + 1) * self._steps
         best = int(saved.argmax())
@@ -575,14 +495,7 @@ class ForwardPass:
         return [*self._split(slice(rows.start, cut)), *self._split(slice(cut, rows.stop))]
 
     def push(self, evidence: Real, changes: Real | None = None) -> None:
-        """Go on with the next steps, for which there is room.
-
-        Parameters
-        ----------
-        evidence : ndarray, shape (m, K)
-        changes : ndarray, shape (m,), optional
-            What a change of actions scores right after each of them; nothing by default.
-        """
+        """Take evidence (m, K) and scores of changes (m,) of steps for which there is room."""
         place, m = self.now - self.base + 1, len(evidence)
         self._changes[place : place + m] = 0.0 if changes is None else changes
         sums = self.sums[:, place : place + m]
@@ -719,7 +632,7 @@ class ForwardPass:
         return self.ends.shape[1] - 1 - (self.now - self.base)
 
     def forget(self, count: int) -> None:
-        """Make room: keep the last so many places only, which must hold every window."""
+        """Make room: keep the last `count` places only, which must hold every window."""
         places = self.now - self.base - count
         if places <= 0:
             return
@@ -746,37 +659,14 @@ def decode(
     use: Use = "order",
     changes: NDArray[np.floating] | None = None,
 ) -> Codes:
-    """The best course of actions.
+    """The best sequence of actions: codes (n,) of log probabilities (n, K).
 
-    Parameters
-    ----------
-    log_probabilities : ndarray, shape (n, K)
-        Of each action at each step, by the classifier; minus infinity is allowed, and a constant
-        added to a step changes nothing.
-    valid : ndarray of bool, shape (n,)
-        False in gaps. What lies between two gaps is decoded by itself.
-    step : float
-        Seconds between two steps; 0.02 is fine enough.
-    choreography : TaskGrammar
-        Of the same K actions.
-    use : "none", "durations" or "order"
-        How much of the choreography may be used: nothing but a cost of changes, durations, or
-        also which action follows which and how demonstrations start.
-    changes : ndarray, shape (n,), optional
-        How much likelier than usual a change of actions is near each step, in nats; finite. It
-        counts for nothing with "none".
-
-    Returns
-    -------
-    ndarray of int64, shape (n,)
-        Codes; unlabelled in gaps and where a step holds no number. Of equally good courses it is
-        always the same one.
-
-    Raises
-    ------
-    InputError
-        If the numbers of steps or actions disagree, the step is not above 0 or there is no such
-        use.
+    A constant added to a step changes nothing. Unlabelled in gaps (not `valid`) and where a step
+    holds no number; what lies between two gaps is decoded by itself. `step` is in seconds; 0.02 is fine enough. `use` says how much of the grammar
+    counts: "none" but a cost of changes, "durations", or with the "order" also which action follows
+    which and how demonstrations start. `changes` (n,) are finite log ratios in nats of how much
+    likelier than usual a change is near; they count for nothing with "none". Of equally good
+    sequences it is always the same one.
     """
     codes = np.full(len(log_probabilities), UNLABELLED, dtype=np.int64)
     for part, scores, evidence, after in prepare_runs(
@@ -796,10 +686,7 @@ def prepare_runs(
     use: Use,
     changes: NDArray[np.floating] | None,
 ) -> Iterator[tuple[slice, HsmmParameters, Real, Real | None]]:
-    """Each stretch without a gap: where it is, the model, and what it takes of steps and changes.
-
-    Parameters and errors as of :func:`decode`.
-    """
+    """Each stretch without a gap: its steps, the model, its evidence and its scores of changes."""
     valid = decodable_steps(log_probabilities, valid, grammar)
     if not valid.any():
         return
@@ -816,13 +703,7 @@ def prepare_runs(
 def decodable_steps(
     log_probabilities: NDArray[np.floating], valid: NDArray[np.bool_], grammar: TaskGrammar
 ) -> NDArray[np.bool_]:
-    """Where there is something to decode, shape (n,); steps that hold no number are gaps.
-
-    Raises
-    ------
-    InputError
-        If the numbers of steps or actions disagree.
-    """
+    """Where there is something to decode, shape (n,); steps that hold no number are gaps."""
     K = len(grammar.actions)
     shape = np.shape(log_probabilities)
     if len(shape) != 2 or shape[1] != K:
@@ -850,7 +731,7 @@ def true_runs(valid: NDArray[np.bool_]) -> list[tuple[int, int]]:
 
 
 def best_codes(sweep: ForwardPass, last: int) -> Codes:
-    """Codes of the `last` most recent steps of a sweep for the best, as if it ended now."""
+    """Codes of the `last` most recent steps of a best forward pass, as if it ended now."""
     codes = np.empty(last, dtype=np.int64)
     begin, end = sweep.now - last, sweep.now
     row, start = _last_segment(sweep)
@@ -872,7 +753,7 @@ def best_code(sweep: ForwardPass, ago: int) -> int:
 
 
 def _last_segment(sweep: ForwardPass) -> tuple[int, int]:
-    """Row and start of the segment that goes on at the end of what was seen."""
+    """Row and start of the segment that goes on at the last step."""
     now, place = sweep.now, sweep.now - sweep.base
     sums = sweep.sums[:, place]
     whole = sweep.whole + sums
@@ -899,7 +780,7 @@ def _last_segment(sweep: ForwardPass) -> tuple[int, int]:
 
 
 def _previous_segment(sweep: ForwardPass, row: int, start: int) -> tuple[int, int]:
-    """Row and start of the segment before the one in `row` that starts at `start`."""
+    """Row and start of the segment before the one in `row` that starts at `start`, remembered."""
     # What comes later changes nothing about it, and a stream asks again at every step.
     known = sweep.before.get((row, start))
     if known is None:
@@ -908,7 +789,7 @@ def _previous_segment(sweep: ForwardPass, row: int, start: int) -> tuple[int, in
 
 
 def _find_previous_segment(sweep: ForwardPass, row: int, start: int) -> tuple[int, int]:
-    """The same, looked for."""
+    """The same, computed."""
     place = start - sweep.base
     scores = sweep.scores
     ends = sweep.ends[:, place] + sweep.sums[:, place]
@@ -943,15 +824,10 @@ def marginals(
     use: Use = "order",
     changes: NDArray[np.floating] | None = None,
 ) -> Real:
-    """How probable each action is at each step, given all steps and the choreography.
+    """Probability of each action at each step (n, K), given all steps and the grammar.
 
-    Exact: the forward-backward algorithm over segments. Parameters and errors as of
-    :func:`forcelab.recognition.hsmm.decode`.
-
-    Returns
-    -------
-    ndarray of float64, shape (n, K)
-        Rows sum to 1, and are 0 where nothing is decoded.
+    Exact: the forward-backward algorithm over segments. Rows sum to 1, and are 0 where nothing is
+    decoded. Parameters as of :func:`decode`.
     """
     result = np.zeros(np.shape(log_probabilities))
     for part, scores, evidence, after in prepare_runs(

@@ -1,17 +1,12 @@
-"""How far scores would move if other demonstrations of the same kind had been recorded.
-
-Scores of many resamples of demonstrations at once. Counts of demonstrations add up, so a resample
-is a number of times that each demonstration is counted: a row of weights. All resamples together
-are a few products of matrices.
+"""Confidence intervals of scores by the percentile bootstrap over demonstrations.
 
 Demonstrations are resampled with replacement, as many as there are, and each resample is scored;
-the interval holds the middle 95 % of those scores. This is the percentile interval.
+the interval holds the middle 95 % of those scores. Counts of demonstrations add up, so a resample
+is a row of weights, and all resamples together are a few products of matrices.
 
-Sources
--------
-Efron, "Bootstrap methods: another look at the jackknife", Annals of Statistics 7(1), 1979, the
-bootstrap; Efron, "Nonparametric standard errors and confidence intervals", Canadian Journal of
-Statistics 9(2), 1981, section 4: the percentile interval. It is neither widened nor corrected for
+Sources: Efron, "Bootstrap methods: another look at the jackknife", Annals of Statistics 7(1), 1979,
+the bootstrap; Efron, "Nonparametric standard errors and confidence intervals", Canadian Journal of
+Statistics 9(2), 1981, section 4, the percentile interval. It is neither widened nor corrected for
 bias and tends to be too narrow for a handful of demonstrations. It says nothing of what another
 training of the same recogniser would give.
 """
@@ -48,32 +43,16 @@ AT_ONCE = 4_000_000
 
 
 def draw_resamples(demonstrations: int, resamples: int, seed: int) -> Weights:
-    """How often each demonstration is drawn in each resample.
-
-    Returns
-    -------
-    ndarray of int64, shape (resamples, demonstrations)
-        Each row sums to `demonstrations`: that many are drawn, with replacement.
-    """
+    """How often each demonstration is drawn in each resample, shape (resamples, demonstrations)."""
     random = np.random.default_rng(seed)
     chances = np.full(demonstrations, 1.0 / demonstrations)
     return random.multinomial(demonstrations, chances, size=resamples)
 
 
 def score_resamples(parts: Sequence[Counts], weights: Weights) -> dict[str, Real]:
-    """Score resamples of demonstrations as :func:`~forcelab.recognition.metrics.pool` would.
+    """Score resamples, given weights (r, n) of n demonstrations, as pooling them would: (r,) each.
 
-    Parameters
-    ----------
-    parts : sequence of Counts, length n >= 1
-        One for each demonstration, all made with the same actions.
-    weights : ndarray of int64, shape (r, n)
-        How often each demonstration counts in each resample.
-
-    Returns
-    -------
-    dict of str to ndarray of float64, shape (r,)
-        For each of :data:`METRICS`; NaN where the metric is not defined.
+    A key for each of :data:`METRICS`; NaN where the metric is not defined.
     """
     result = _frame_metrics(parts, weights)
     edits = np.array([sum(part.edits) for part in parts])
@@ -127,7 +106,7 @@ def _frame_metrics(parts: Sequence[Counts], weights: Weights) -> dict[str, Real]
 def _percentiles(parts: Sequence[Real], weights: Weights, percents: tuple[int, ...]) -> list[Real]:
     """Percentiles of the boundary errors, linear between neighbours as ``np.percentile`` is.
 
-    All errors are sorted once; in a resample each stands there as often as its demonstration.
+    All errors are sorted once; in a resample each occurs as often as its demonstration.
     """
     errors = np.concatenate(parts)
     owners = np.repeat(np.arange(len(parts)), [len(part) for part in parts])
@@ -221,7 +200,7 @@ class Intervals:
 
 
 def look_up(record: Mapping[str, Any], name: str) -> Any:
-    """What stands in a JSON of scores under a name such as ``"f1.50"``; None if nothing does."""
+    """The value in a JSON of scores under a name such as ``"f1.50"``; None if there is none."""
     found: Any = record
     for part in name.split("."):
         if not isinstance(found, (dict, Mapping)):  # to ask for a dict alone is much faster
@@ -231,15 +210,7 @@ def look_up(record: Mapping[str, Any], name: str) -> Any:
 
 
 def score_intervals(parts: Sequence[Counts], seed: int = 0) -> Intervals:
-    """Intervals of the scores of demonstrations that are pooled.
-
-    Parameters
-    ----------
-    parts : sequence of Counts
-        One for each demonstration, all made with the same actions.
-    seed : int
-        Of the resamples; the same seed gives the same intervals.
-    """
+    """Intervals of the pooled scores of demonstrations, counted with the same actions."""
     if reason := _too_few_reason(len(parts)):
         return Intervals(reason=reason, seed=seed)
     found = score_resamples(parts, draw_resamples(len(parts), RESAMPLES, seed))
@@ -249,21 +220,9 @@ def score_intervals(parts: Sequence[Counts], seed: int = 0) -> Intervals:
 def difference_intervals(
     first: Sequence[Counts], second: Sequence[Counts], seed: int = 0
 ) -> Intervals:
-    """Intervals of `other` minus `one`, both of which tested the same demonstrations.
+    """Intervals of the second minus the first, both of which tested the same demonstrations.
 
     The two are resampled together, so that what is hard for both does not widen the interval.
-
-    Parameters
-    ----------
-    one, other : sequence of Counts, of equal length
-        The same demonstrations in the same order; the actions of the two may differ.
-    seed : int
-        Of the resamples.
-
-    Raises
-    ------
-    ValueError
-        If the lengths differ.
     """
     if len(first) != len(second):
         raise ValueError(f"{len(first)} demonstrations cannot be paired with {len(second)}")
@@ -275,7 +234,7 @@ def difference_intervals(
 
 
 def _too_few_reason(demonstrations: int) -> str:
-    """Why so few demonstrations have no interval; ``""`` if they have."""
+    """Why so few demonstrations have no interval; empty if they have."""
     if demonstrations >= FEWEST:
         return ""
     few = counted(demonstrations, "demonstration")

@@ -1,28 +1,25 @@
-"""Evidence of other demonstrations against a human's segments, and training without these.
+"""Label noise: evidence of other demonstrations against a human's segments.
 
-What other demonstrations say about a human's segments: evidence that one is called wrongly. Two
-witnesses speak about a segment. What a classifier says, that was trained without its demonstration:
-the mean probability `r` that it gives to each action over the segment. And the neighbours: which
-segments come before and after it. How each witness usually speaks of an action is learnt from all
-*other* segments that bear its name, so that a confusion which occurs everywhere, or an action that
-is seldom recognised, makes nobody suspicious. For a segment called x and every other action y the
-evidence is a naive Bayes log ratio,
+Two sources of evidence speak about a segment: the mean probability `r` that a classifier, trained
+without its demonstration, gives to each action over it, and which segments come before and after.
+How each usually looks for an action is learnt from all *other* segments of that name, so that a
+confusion which occurs everywhere, or an action that is seldom recognised, raises no suspicion. For
+a segment called x and every other action y the evidence is a naive Bayes log ratio,
 
     log E = sum_k r_k log(P[k | y] / P[k | x])
             + log(P[before | y] / P[before | x]) + log(P[after | y] / P[after | x]),
 
-with one pseudo-segment for the classifier and one for every possible neighbour (Laplace); what the
-neighbours say is weighed by how much they tell at all, the mutual information with the action as a
-share of the action's entropy. The suspicion is E / (1 + E) for the y that makes it largest, and
-none if the classifier gives x itself 0.9 or more. The most suspect segment of a demonstration is
-then taken for y, and the others are looked at again: none is suspect only for standing beside an
-error.
+with one pseudo-segment for the classifier and one for every possible neighbour (Laplace); the
+neighbours are weighted by the mutual information of neighbour and action as a share of the action's
+entropy. The suspicion is E / (1 + E) for the y that makes it largest, and none if the classifier
+gives x itself 0.9 or more. The most suspect segment of a demonstration is then taken for y, and the
+others are looked at again: none is suspect only for standing beside an error.
 
 A coder who takes one action for another teaches a recogniser, and its decoder, something wrong. So
-before a fit each training demonstration is heard through a few trees grown on the others; segments
-of which these, and their neighbours, are nine in ten sure that they are another action are left
-out. It is never more than a third of an action's segments, and none of fewer than three: what is
-rare is not taken for wrong. Of the labels nothing changes.
+before a fit each training demonstration is recognised by a few trees grown on the others; segments
+that are nine in ten likely to be another action are left out. It is never more than a third of an
+action's segments, and none of fewer than three: what is rare is not taken for wrong. Labels stay as
+they are.
 
 With 5 % of the segments swapped, simulated LEGO tasks then cost `best` 0.5 points of accuracy
 instead of 1.5; four in five of the swapped ones are found. `fast`, which goes without as its fit
@@ -65,17 +62,8 @@ ROUNDS = 12
 class SegmentSequence:
     """The codes of all segments of several demonstrations, one after the other.
 
-    Parameters
-    ----------
-    codes : sequence of sequence of int
-        Of each demonstration's segments, in order; -1 where the action is none of those judged.
-
-    Attributes
-    ----------
-    known : ndarray of int64, shape (m,)
-        Which segments have an action that is judged.
-    homes : ndarray of int64, shape (m,)
-        The number of the demonstration of each.
+    Given each demonstration's codes in order, -1 for an action that is not judged. `known` (m,) are
+    the indices of the judged segments, `homes` (m,) the numbers of their demonstrations.
     """
 
     def __init__(self, codes: Sequence[Sequence[int]]) -> None:
@@ -104,23 +92,11 @@ class SegmentSequence:
 def score_suspicions(
     probabilities: Real, sequence: SegmentSequence, possible: NDArray[np.bool_] | None = None
 ) -> list[tuple[int, int, float]]:
-    """How suspect each known segment is, and of being which other action.
+    """Index, most likely other code and suspicion (0 to 1) of each known segment.
 
-    Parameters
-    ----------
-    said : ndarray of float64, shape (m, K)
-        Mean probability of each action over the middle of each known segment, by a classifier that
-        has not seen its demonstration.
-    line : SegmentSequence
-        Of codes below K. The worst are corrected in it.
-    possible : ndarray of bool, shape (m, K), optional
-        Which other actions each segment is suspected of; by default any.
-
-    Returns
-    -------
-    list of (int, int, float)
-        The segment's number among all, the code of the action that most speaks for, and the
-        suspicion from 0 to 1.
+    `probabilities` (m, K) are means over the middle of each known segment, by a classifier that has
+    not seen its demonstration; `possible` (m, K) limits the other actions. The worst segments are
+    corrected in the sequence.
     """
     result: dict[int, tuple[int, float]] = {}
     for _ in range(ROUNDS):
@@ -146,7 +122,7 @@ def score_suspicions(
 
 
 def _largest_per_demonstration(values: Real, homes: NDArray[np.int64]) -> list[int]:
-    """Where the largest value of each home is; values with the same home stand together."""
+    """Index of the largest value of each home; values with the same home stand together."""
     order = np.lexsort((-values, homes))
     return [int(i) for i in order[np.flatnonzero(np.diff(homes[order], prepend=-1))]]
 
@@ -164,7 +140,7 @@ def _evidence(probabilities: Real, sequence: SegmentSequence) -> Real:
 
 
 def _model_evidence(probabilities: Real, codes: NDArray[np.int64]) -> Real:
-    """Log ratio for each segment and other action of what the model says, shape (m, K)."""
+    """Log ratio of the classifier's probabilities for each segment and other action, (m, K)."""
     K = probabilities.shape[1]
     totals = np.zeros((K, K))
     np.add.at(totals, codes, probabilities)
@@ -176,7 +152,7 @@ def _model_evidence(probabilities: Real, codes: NDArray[np.int64]) -> Real:
 
 
 def _neighbour_evidence(neighbours: NDArray[np.int64], codes: NDArray[np.int64], K: int) -> Real:
-    """Log ratio for each segment and other action of one of its neighbours, shape (m, K)."""
+    """Log ratio of the neighbour on one side for each segment and other action, (m, K)."""
     kinds, names = np.unique(neighbours, return_inverse=True)
     met = np.zeros((K, len(kinds)))
     np.add.at(met, (codes, names), 1.0)
@@ -188,7 +164,7 @@ def _neighbour_evidence(neighbours: NDArray[np.int64], codes: NDArray[np.int64],
 
 
 def neighbour_information(met: Real) -> float:
-    """How much neighbours tell about actions: mutual information, as a share of the entropy."""
+    """Mutual information of neighbours and actions, as a share of the actions' entropy."""
     joint = met / met.sum()
     actions, neighbours = joint.sum(axis=1), joint.sum(axis=0)
     entropy = -float(np.sum(actions * np.log(np.where(actions > 0, actions, 1.0))))
@@ -215,44 +191,19 @@ NAMED = 3
 
 @dataclass(frozen=True, slots=True)
 class DroppedSegment:
-    """A segment that was left out of training.
+    """A segment that was left out of training."""
 
-    Parameters
-    ----------
-    demonstration : str
-        The name of its demonstration.
-    segment : Segment
-        The human's.
-    other : str
-        The action that most speaks for.
-    """
-
-    demonstration: str
-    segment: Segment
-    other: str
+    demonstration: str  # the name of its demonstration
+    segment: Segment  # the human's
+    other: str  # the action that most speaks for
 
 
 def drop_contradicted(
     examples: Sequence[Examples], settings: Settings
 ) -> Generator[Progress, None, tuple[list[Examples], tuple[DroppedSegment, ...]]]:
-    """Leave out what the other demonstrations contradict, if the settings say so.
+    """Leave out the segments that the other demonstrations contradict, if the settings say so.
 
-    Parameters
-    ----------
-    examples : sequence of Examples
-        Of the training demonstrations.
-    settings : Settings
-
-    Yields
-    ------
-    Progress
-
-    Returns
-    -------
-    examples : list of Examples
-        The same, with fewer segments.
-    left_out : tuple of DroppedSegment
-        The segments that are gone, in order.
+    Returns the examples with fewer segments, and the dropped ones in order.
     """
     actions = actions_of(examples)
     if not settings.trimmed or len(examples) < FEWEST or len(actions) < 2:
@@ -286,9 +237,9 @@ def dropped_remarks(left_out: Sequence[DroppedSegment]) -> tuple[str, ...]:
 def _held_out_means(
     examples: Sequence[Examples], actions: tuple[str, ...], settings: Settings
 ) -> Generator[Progress, None, list[Real]]:
-    """Mean probability of each action over each segment, shape (segments, K), by the others.
+    """Mean probabilities (segments, K) over each segment, by trees grown on the others.
 
-    Zero throughout for a segment that no time step sees.
+    Zero throughout for a segment without a time step.
     """
     from sklearn.ensemble import ExtraTreesClassifier
     from threadpoolctl import threadpool_limits
@@ -318,7 +269,7 @@ def _held_out_means(
 
 
 def _training_stride(codes: Sequence[NDArray[np.int64]], rate: float, settings: Settings) -> int:
-    """Every how many-th time step trees are grown on."""
+    """Of how many time steps one is used to grow the trees."""
     labelled = sum(int(np.count_nonzero(own != UNLABELLED)) for own in codes)
     apart = round(APART * rate / settings.hop(rate))
     return max(settings.stride, apart, math.ceil(labelled / MOST), 1)
@@ -341,7 +292,7 @@ def _means(examples: Examples, trees: Any) -> Real:
 def _choose_dropped(
     examples: Sequence[Examples], actions: tuple[str, ...], probabilities: Sequence[Real]
 ) -> dict[tuple[int, int], int]:
-    """Which segments are left out, by demonstration and number, and the code they rather have."""
+    """Demonstration and index of the segments to leave out, with the code they rather have."""
     number = {action: code for code, action in enumerate(actions)}
     codes = [
         [number[s.action] if row.any() else UNLABELLED for s, row in zip(e.segments, own)]  # noqa: B905

@@ -55,46 +55,21 @@ Codes = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class LiveLabels:
-    """Steps whose labels are decided, in their order and without a break.
+    """Steps whose labels are decided, in their order and without a break."""
 
-    Parameters
-    ----------
-    times : ndarray of float64, shape (n,)
-        Seconds on the clock of the samples.
-    codes : ndarray of int64, shape (n,)
-        After the filters; the action with code ``i`` is ``actions[i]``.
-    probabilities : ndarray of float64, shape (n, K), or None
-        None of a classifier that has none; zero in gaps.
-    """
-
-    times: Real
-    codes: Codes
-    probabilities: Real | None
+    times: Real  # (n,); seconds on the clock of the samples
+    codes: Codes  # (n,); after the filters; the action with code ``i`` is ``actions[i]``
+    probabilities: Real | None  # (n, K); none of a classifier that has none; zero in gaps
 
     def __len__(self) -> int:
         return len(self.times)
 
 
 class FixedLag:
-    """Decides each step `lag` steps later.
+    """Decides each step `lag` steps of `step` seconds later.
 
-    The code of a step is what :func:`forcelab.recognition.hsmm.decode` gives it from all steps
-    up to `lag` after it and none later. Memory and time do not grow with the stream.
-
-    Parameters
-    ----------
-    step : float
-        Seconds between two steps.
-    lag : int
-        Steps to wait, 0 or more.
-    choreography : TaskGrammar
-    use
-        As of :func:`~forcelab.recognition.hsmm.decode`.
-
-    Raises
-    ------
-    InputError
-        If the step is not above 0, the lag is negative or there is no such use.
+    The code of a step is what :func:`forcelab.recognition.hsmm.decode` gives it from all steps up
+    to `lag` after it and none later. Memory and time do not grow with the stream.
     """
 
     def __init__(
@@ -115,18 +90,9 @@ class FixedLag:
     def push(
         self, log_probabilities: NDArray[np.floating], valid: NDArray[np.bool_] | None = None
     ) -> Codes:
-        """Take steps; give the codes of those that are now decided, in order and without a break.
+        """Take log probabilities (m, K); give the codes that are now decided, in order.
 
-        Parameters
-        ----------
-        log_probabilities : ndarray, shape (m, K)
-        valid : ndarray of bool, shape (m,), optional
-            False in gaps, which decide all that waits; all valid by default.
-
-        Raises
-        ------
-        InputError
-            If the numbers of steps or actions disagree.
+        Steps that are not valid are gaps, which decide all that waits.
         """
         m = len(log_probabilities)
         valid = np.ones(m, dtype=np.bool_) if valid is None else valid
@@ -177,15 +143,7 @@ class FixedLag:
 
 
 class CausalMedian:
-    """Running median over label numbers.
-
-    Parameters
-    ----------
-    width : int
-        As of :func:`forcelab.recognition.filters.median`.
-    ahead : int
-        Steps that it may look ahead; more than it needs are not waited for.
-    """
+    """Running median of `width` over label numbers, which looks at most `ahead` steps ahead."""
 
     def __init__(self, width: int, ahead: int) -> None:
         after = (width - 1) // 2
@@ -226,17 +184,7 @@ class CausalMedian:
 
 
 class CausalDrop:
-    """Leaves unlabelled what is too short to be the action.
-
-    Parameters
-    ----------
-    limits : mapping of int to float
-        The least seconds of each code that has a limit.
-    period : float
-        Seconds between two steps.
-    ahead : int
-        Steps that it may look ahead; more than it needs are not waited for.
-    """
+    """Unlabels what is shorter than its code's limit (s); looks `ahead` steps ahead."""
 
     def __init__(self, limits: Mapping[int, float], period: float, ahead: int) -> None:
         self._limits = np.zeros(max(limits, default=0) + 1)
@@ -320,10 +268,10 @@ Prober = Callable[[Real], Real]
 
 
 def probability_function(classifier: Any) -> Prober | None:
-    """What gives a classifier's probabilities, shape (n, classes); None of one that has none.
+    """The classifier's probability function, of shape (n, classes); None if it has none.
 
-    Of scikit-learn's MLP as it is trained here the sums are done in place: checking its input
-    takes it ten times as long as 20 steps do.
+    Of scikit-learn's MLP as it is trained here the sums are done in place: checking its input takes
+    it ten times as long as 20 steps do.
     """
     if not hasattr(classifier, "predict_proba"):
         return None
@@ -354,16 +302,9 @@ def probability_function(classifier: Any) -> Prober | None:
 def classify(
     recogniser: Recogniser, features: Real, valid: NDArray[np.bool_], probe: Prober | None
 ) -> tuple[Codes, Real | None]:
-    """Codes of steps after the threshold, and their probabilities where there are any.
+    """Codes of steps (n, f) after the threshold, and their probabilities where there are any.
 
-    Parameters
-    ----------
-    recogniser : Recogniser
-    features : ndarray, shape (n, f)
-    valid : ndarray of bool, shape (n,)
-        Where not, nothing is asked: unlabelled, with probabilities of zero.
-    probe : callable or None
-        As of :func:`probability_function`.
+    Steps that are not valid are unlabelled, with probabilities of zero.
     """
     classifier, at = recogniser.classifier, recogniser.settings.threshold
     whole = len(valid) > 0 and bool(valid.all())
@@ -393,46 +334,26 @@ TOLERANCE = 3e-5
 
 @dataclass(frozen=True)
 class EarlyScale:
-    """A scale that is estimated before its wavelet has passed.
+    """A scale that is estimated before its wavelet has passed."""
 
-    Parameters
-    ----------
-    scale : float
-        In samples.
-    hertz : float
-        The frequency that it answers to most.
-    seconds : float
-        Time after which its wavelet would have passed.
-    error : float
-        Expected error, root mean square over that of its coefficients (Morlet, p = 5).
-    """
-
-    scale: float
-    hertz: float
-    seconds: float
-    error: float
+    scale: float  # in samples
+    hertz: float  # the frequency that it answers to most
+    seconds: float  # time after which its wavelet would have passed
+    error: float  # expected error, root mean square over that of its coefficients (Morlet, p = 5)
 
 
 @dataclass(frozen=True)
 class Budget:
-    """What the latency is spent on, in steps of the grid.
+    """How the latency is spent, in steps of the grid."""
 
-    Parameters
-    ----------
-    grid, features, median, drop : int
-        Steps that resampling, wavelets or windows, and the two filters look ahead.
-    decoder : int
-        Steps that the decoder looks ahead, where there is one.
-    hold : int
-        Steps from the first one that shares a label to the one that it is made for.
-    """
-
+    #: grid, features, median, drop: steps that resampling, wavelets or windows, and the two filters
+    #: look ahead
     grid: int
     features: int
     median: int
     drop: int
-    decoder: int = 0
-    hold: int = 0
+    decoder: int = 0  # steps that the decoder looks ahead, where there is one
+    hold: int = 0  # steps from the first one that shares a label to the one that it is made for
 
     @property
     def total(self) -> int:
@@ -448,10 +369,7 @@ def limits_of(recogniser: Recogniser) -> dict[int, float]:
 
 
 def longest_gap(recogniser: Recogniser) -> int:
-    """Samples of a gap beyond which nothing is heard of what was before it.
-
-    That is twice what the widest wavelet or window spans.
-    """
+    """Samples of a gap beyond which nothing before counts: twice the widest wavelet or window."""
     settings = recogniser.settings
     if needs_live_model(settings):
         return int(2 * REACH * settings.windows[-1] * recogniser.rate) + 1
@@ -459,18 +377,7 @@ def longest_gap(recogniser: Recogniser) -> int:
 
 
 def budget_of(recogniser: Recogniser, latency: float, period: float, grid: int = 0) -> Budget:
-    """How a latency is shared.
-
-    Parameters
-    ----------
-    recogniser : Recogniser
-    latency : float
-        Seconds.
-    period : float
-        Seconds between two steps.
-    grid : int
-        Steps that resampling takes.
-    """
+    """How a latency (s) is shared, at steps of `period` seconds; resampling takes `grid`."""
     total = max(0, int(np.floor(latency / period + 1e-6)) - grid)
     if needs_live_model(recogniser.settings):
         return _of_part(recogniser, total, period, grid)
@@ -501,14 +408,6 @@ class ModelStages:
     """Everything behind the grid: windows, classifier, decoder, and what waits between them.
 
     Time steps lie a hop of the grid's steps apart; each label is given to the steps around.
-
-    Parameters
-    ----------
-    recogniser : Recogniser
-        With parts for streams.
-    budget : Budget
-    period : float
-        Seconds between two steps of the grid.
     """
 
     def __init__(self, recogniser: Recogniser, budget: Budget, period: float) -> None:
@@ -598,13 +497,7 @@ LONGEST = 600.0
 
 
 def check_latency(latency: float) -> None:
-    """Refuse a latency that nobody can have.
-
-    Raises
-    ------
-    InputError
-        If it is no number of seconds from 0 to :data:`LONGEST`.
-    """
+    """Refuse a latency that is no number of seconds from 0 to :data:`LONGEST`."""
     if not 0 <= latency <= LONGEST:
         raise InputError(
             f"The latency is a number of seconds from 0 to {LONGEST:g}, not {latency:g}."
@@ -612,28 +505,12 @@ def check_latency(latency: float) -> None:
 
 
 class OnlineRecogniser:
-    """Labels of a stream.
+    """Labels of a stream, `latency` seconds (0 to :data:`LONGEST`) after each step.
 
-    Parameters
-    ----------
-    recogniser : Recogniser
-    latency : float
-        Seconds from a step to its label, 0 to :data:`LONGEST`. Samples that are waited for because
-        some are missing come on top.
-    channels : sequence of Channel
-        The columns of the samples that will come.
-    rate : float, optional
-        Samples a second that the device gives; by default the stamps of the first samples tell.
-
-    Raises
-    ------
-    InputError
-        If the recogniser looks at a channel that is not there, or the latency is out of range.
-
-    Notes
-    -----
-    Memory and time per sample stay the same for ever. Blocks may have any size; labels do not
-    depend on it. Not safe to be called from two threads at once.
+    Samples that are waited for because some are missing come on top. `channels` are the columns of
+    the samples to come; without a `rate` the stamps of the first ones tell it. Memory and time per
+    sample stay the same for ever. Blocks may have any size; labels do not depend on it. Not
+    thread-safe.
     """
 
     def __init__(
@@ -688,19 +565,9 @@ class OnlineRecogniser:
         )
 
     def push(self, times: Real, signals: Real) -> LiveLabels:
-        """Take samples as they were captured; give the labels that they decide.
+        """Take samples (n, c) at increasing stamps (n,) (s); give the labels they decide.
 
-        Parameters
-        ----------
-        times : array_like, shape (n,)
-            Seconds, increasing; samples whose stamp is not later than the one before are left out.
-        signals : array_like, shape (n, c)
-            A column for each channel; NaN where a sample is missing.
-
-        Raises
-        ------
-        InputError
-            If the shapes do not fit.
+        Samples whose stamp is not later than the one before are left out; NaN where one is missing.
         """
         stamps = np.atleast_1d(np.asarray(times, dtype=np.float64))
         values = np.asarray(signals, dtype=np.float64)
@@ -744,20 +611,7 @@ class OnlineRecogniser:
 def recognise_with_latency(
     recogniser: Recogniser, demonstration: Demonstration, latency: float
 ) -> LiveLabels:
-    """Recognise a demonstration as if it came live.
-
-    Parameters
-    ----------
-    recogniser : Recogniser
-    demonstration : Demonstration
-    latency : float
-        Seconds from a step to its label.
-
-    Raises
-    ------
-    InputError
-        As of :class:`OnlineRecogniser`.
-    """
+    """Recognise a demonstration as if it came live, with a latency in seconds."""
     online = OnlineRecogniser(recogniser, latency, demonstration.channels)
     times, signals = demonstration.times, demonstration.signals
     blocks = [slice(first, first + BLOCK) for first in range(0, len(times), BLOCK)]
@@ -766,7 +620,7 @@ def recognise_with_latency(
 
 
 def _check_live(recogniser: Recogniser) -> None:
-    """Refuse a recogniser that needs all of a demonstration and learnt nothing for streams."""
+    """Refuse a recogniser that needs all of a demonstration and has no live models."""
     settings = recogniser.settings
     if not needs_live_model(settings) or recogniser.live_models:
         return

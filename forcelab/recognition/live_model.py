@@ -1,9 +1,9 @@
-"""What a recogniser that needs whole demonstrations has learnt beside, to follow a stream.
+"""The live models of a recogniser whose features or decoder need whole demonstrations.
 
-The same demonstrations learnt once more, from what a stream knows of them: for each of a few times
-ahead a classifier of :class:`~forcelab.recognition.live_features.CausalWindows`. Trees and a
-weighted sum
-are averaged, which does as well as either on each of the paper's recordings, and takes no choosing.
+The same demonstrations are learnt once more, from what a stream knows of them: for each of a few
+times ahead a classifier of :class:`~forcelab.recognition.live_features.CausalWindows`. Trees and
+logistic regression are averaged, which does as well as either on each of the paper's recordings,
+and takes no choosing.
 
 Where offline probabilities are calibrated, these are, too, in the same way: on demonstrations that
 inner fits have not seen. One exponent, found for the time ahead in the middle, serves all. On the
@@ -52,20 +52,13 @@ CLASSIFIER = "ensemble"
 
 @dataclass(frozen=True, eq=False)
 class LiveModel:
-    """A classifier of what a stream knows.
-
-    Parameters
-    ----------
-    windows : CausalWindows
-    classifier : CalibratedEnsemble
-        Its codes are the recogniser's.
-    """
+    """A classifier of causal windows, whose codes are the recogniser's."""
 
     windows: CausalWindows
-    classifier: CalibratedEnsemble
+    classifier: CalibratedEnsemble  # its codes are the recogniser's
 
     def plain(self) -> dict[str, Any]:
-        """Numbers, lists and arrays, from which :meth:`from_plain` makes an equal one."""
+        """Numbers, lists and arrays for :meth:`from_plain`."""
         windows = self.windows
         return {
             "windows": list(windows.windows),
@@ -79,10 +72,7 @@ class LiveModel:
     def from_plain(cls, plain: Mapping[str, Any], channels: int, actions: int) -> LiveModel:
         """Check what was read from a file, of so many channels and actions.
 
-        Raises
-        ------
-        ValueError
-            If anything does not fit together; a missing or wrong part may raise other errors.
+        A ValueError where it does not fit together; a missing or wrong part may raise other errors.
         """
         usual = plain["usual"]
         require_numbers(usual, (channels,))
@@ -99,7 +89,7 @@ class LiveModel:
 
 
 def needs_live_model(settings: Settings) -> bool:
-    """Whether features or decoder need all of a demonstration, so that a stream needs a part."""
+    """Whether features or decoder need all of a demonstration, so that streams cannot do."""
     own = settings.features != "wavelets" or settings.circular or settings.step is not None
     return own or settings.decodes
 
@@ -110,14 +100,7 @@ def live_hop(settings: Settings, rate: float) -> int:
 
 
 def choose_live_model(parts: Sequence[LiveModel], seconds: float) -> LiveModel:
-    """The part that suits so many seconds to look ahead and to decode in.
-
-    Parameters
-    ----------
-    parts : sequence of LiveModel
-        By their time ahead, at least one.
-    seconds : float
-    """
+    """The live model that suits so many seconds to look ahead and to decode in."""
     fits = [part for part in parts if part.windows.look <= SHARE * seconds]
     return fits[-1] if fits else parts[0]
 
@@ -129,19 +112,10 @@ def fit_live_models(
     actions: tuple[str, ...],
     own: bool,
 ) -> Generator[Progress, None, tuple[LiveModel, ...]]:
-    """Learn from demonstrations as a stream would know them; yields progress, returns the parts.
+    """Learn the actions from demonstrations as a stream would know them, on a grid of `rate` Hz.
 
-    Parameters
-    ----------
-    labelled : sequence of LabelledDemonstration
-        Training demonstrations with the same channels.
-    settings : Settings
-    rate : float
-        Samples a second of the grid.
-    actions : tuple of str
-        What is told apart; other labels count as none.
-    own : bool
-        Whether forces count in units of each demonstration's own size.
+    With `own` forces count in units of each demonstration's own size; labels of other actions are
+    left out.
     """
     stepping = settings.replace(step=settings.step or STEP)
     prepared = [prepare_examples(item, stepping, rate, kept=False) for item in labelled]
@@ -173,6 +147,6 @@ def fit_live_models(
 
 
 def _gridded_channels(item: LabelledDemonstration, settings: Settings, rate: float) -> Real:
-    """The channels of a demonstration on its grid, (q, n): made anew, and not kept."""
+    """The channels of a demonstration on its grid, (q, n): computed anew, and not kept."""
     channels = channel_map(item.demonstration.channels, settings.channels)
     return channels.apply(on_grid(item.demonstration, rate, channels.recorded).signals)

@@ -23,23 +23,15 @@ ROUNDING = 1e-3
 
 @dataclass(frozen=True)
 class ProbabilityTrace:
-    """How probable each action is over one demonstration.
+    """Probabilities of each action over one demonstration, as coarse as a screen can show them.
 
-    Parameters
-    ----------
-    start : float
-        Seconds, of the first value.
-    rate : float
-        Values a second.
-    actions : tuple of str, length K
-        The columns.
-    values : ndarray of uint8, shape (n, K)
-        Probabilities in 255ths; value ``i`` is the mean over ``start + [i, i + 1) / rate``.
+    A reviewer sees them as certainty.
     """
 
-    start: float
-    rate: float
-    actions: tuple[str, ...]
+    start: float  # seconds, of the first value
+    rate: float  # values a second
+    actions: tuple[str, ...]  # K; the columns
+    #: (n, K); probabilities in 255ths; value ``i`` is the mean over ``start + [i, i + 1) / rate``
     values: NDArray[np.uint8]
 
     @classmethod
@@ -50,10 +42,10 @@ class ProbabilityTrace:
         actions: tuple[str, ...],
         rate: float = RATE,
     ) -> ProbabilityTrace:
-        """Mean probabilities of `times` (n,), increasing, in bins of ``1 / rate`` seconds.
+        """Mean probabilities of increasing `times` (n,), in bins of ``1 / rate`` seconds.
 
-        Where time steps are farther apart than that, a bin is as long as a step. Bins in which no
-        time step falls, as in gaps, are zero throughout.
+        Where time steps are farther apart than that, a bin is as long as a step. Bins without a
+        time step, as in gaps, are zero throughout.
         """
         start = float(times[0])
         if len(times) > 1:
@@ -69,7 +61,7 @@ class ProbabilityTrace:
         return cls(start, rate, actions, values)
 
     def to_json(self) -> dict[str, Any]:
-        """Plain values: the array is packed, then written in letters."""
+        """Plain values: the array is compressed, then base64."""
         packed = zlib.compress(np.ascontiguousarray(self.values).tobytes())
         return {
             "start": self.start,
@@ -81,13 +73,7 @@ class ProbabilityTrace:
 
     @classmethod
     def from_json(cls, plain: Mapping[str, Any]) -> ProbabilityTrace:
-        """The inverse of :meth:`to_json`.
-
-        Raises
-        ------
-        ValueError
-            If it is damaged.
-        """
+        """The inverse of :meth:`to_json`; a ValueError where it is damaged."""
         actions, count = tuple(plain["actions"]), plain["count"]
         try:
             packed = base64.b64decode(plain["values"], validate=True)

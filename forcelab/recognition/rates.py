@@ -10,20 +10,10 @@ TOLERANCE = 0.01
 
 
 def rate_remarks(recogniser: Recogniser, demonstration: Demonstration) -> tuple[str, ...]:
-    """Say which of a recogniser's scales a recording has nothing for.
+    """A remark on a recogniser's scales for which a recording has too low a rate.
 
-    A recording is put onto the grid that the recogniser learnt on, but no interpolation brings
-    back what lies above half the rate of its samples.
-
-    Parameters
-    ----------
-    recogniser : Recogniser
-    demonstration : Demonstration
-
-    Returns
-    -------
-    tuple of str
-        One sentence, or nothing where every scale finds its frequency in the recording.
+    A recording is put onto the recogniser's grid, but no interpolation brings back what lies above
+    half the rate of its samples.
     """
     return rate_remarks_at(
         recogniser, 1.0 / demonstration.period, "It was sampled", "this recording has"
@@ -33,16 +23,7 @@ def rate_remarks(recogniser: Recogniser, demonstration: Demonstration) -> tuple[
 def rate_remarks_at(
     recogniser: Recogniser, sampled: float, come: str, have: str
 ) -> tuple[str, ...]:
-    """The same of samples that come so many times a second.
-
-    Parameters
-    ----------
-    recogniser : Recogniser
-    sampled : float
-        Hz.
-    come, have : str
-        What the sentence says of them before the rate, and before "nothing".
-    """
+    """The same for `sampled` samples a second; `come` and `have` are parts of the sentence."""
     bands = recogniser.settings.bands(recogniser.rate)
     lost = bands[bands > sampled / 2]
     if sampled >= (1 - TOLERANCE) * recogniser.rate or not len(lost):

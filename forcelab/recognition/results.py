@@ -1,4 +1,4 @@
-"""What an evaluation found, and what a run keeps of it as plain values."""
+"""The result of an evaluation: predictions, scores, intervals, and the record that a run stores."""
 
 from __future__ import annotations
 
@@ -22,40 +22,28 @@ from forcelab.resources import versions
 
 @dataclass(frozen=True)
 class HeldOutPrediction:
-    """One demonstration, recognised by a recogniser that has not seen it.
+    """One demonstration, recognised by a recogniser that has not seen it."""
 
-    Parameters
-    ----------
-    name, id : str
-        Of the demonstration.
-    times : ndarray of float64, shape (n,)
-        The demonstration's own stamps in seconds, whatever grid it was recognised on, so that
-        scores of different grids compare.
-    actions : tuple of str
-        The evaluation's; codes index it.
-    human, raw, filtered : ndarray of int64, shape (n,)
-        Codes by the human, by the classifier, and by the classifier after the filters.
-    stages : dict of str to ndarray of int64, shape (n,)
-        Codes after the filters before the last one, ``"threshold"`` and ``"median"``, as far as
-        they are switched on.
-    probability_trace : ProbabilityTrace, optional
-        Probabilities of the actions that the recogniser knew; None where nobody asked.
-    unaided : ndarray of int64, shape (n,), optional
-        Codes decoded without any choreography; None without a decoder.
-    unadapted : ndarray of int64, shape (n,), optional
-        Codes that were recognised of what was recorded; None where nothing was adapted.
-    """
-
+    #: name, id: of the demonstration
     name: str
     id: str
+    #: (n,); the demonstration's own stamps in seconds, whatever grid it was recognised on, so that
+    #: scores of different grids compare
     times: NDArray[np.float64]
-    actions: tuple[str, ...]
+    actions: tuple[str, ...]  # the evaluation's; codes index it
+    #: human, raw, filtered: (n,); codes by the human, by the classifier, and by the classifier
+    #: after the filters
     human: NDArray[np.int64]
     raw: NDArray[np.int64]
     filtered: NDArray[np.int64]
+    #: (n,); codes after the filters before the last one, ``"threshold"`` and ``"median"``, as far
+    #: as they are switched on
     stages: dict[str, NDArray[np.int64]] = field(default_factory=dict)
+    #: Probabilities of the actions that the recogniser knew; None where nobody asked
     probability_trace: ProbabilityTrace | None = None
+    #: (n,); codes decoded without any choreography; None without a decoder
     unaided: NDArray[np.int64] | None = None
+    #: (n,); codes that were recognised of what was recorded; None where nothing was adapted
     unadapted: NDArray[np.int64] | None = None
 
     @property
@@ -211,21 +199,7 @@ USUAL = 1000
 def empty_prediction_remarks(
     predicted: Sequence[HeldOutPrediction | Prediction], settings: Settings, rate: float
 ) -> tuple[str, ...]:
-    """A remark where the filters left no timeline, with what took it and a likely cause.
-
-    Parameters
-    ----------
-    predicted : sequence of Tested or Prediction
-        All by recognisers of the same settings.
-    settings : Settings
-    rate : float
-        Samples a second of the grid.
-
-    Returns
-    -------
-    tuple of str
-        One sentence; none where something is left, or nothing was there before the filters.
-    """
+    """A remark where the filters left no timeline, with the main filter and a likely cause."""
 
     def left(stage: str) -> int:
         codes = (prediction.stages.get(stage, prediction.filtered) for prediction in predicted)
@@ -261,19 +235,15 @@ def empty_prediction_remarks(
 
 
 def run_title(tasks: Sequence[str], test_task: str | None) -> str:
-    """What an evaluation is called."""
+    """The title of an evaluation."""
     title = " + ".join(tasks) or "no task"
     return title if test_task is None else f"{title} → {test_task or 'no task'}"
 
 
 def run_record(evaluation: Evaluation, *, probability_trace: bool = False) -> dict[str, Any]:
-    """An evaluation as a run keeps it, as plain values.
+    """An evaluation as a run stores it, as plain values.
 
-    Parameters
-    ----------
-    evaluation : Evaluation
-    probability_trace : bool
-        Whether it also keeps how certain each prediction is, and what each filter led to.
+    With `probability_trace` probabilities and the tracks after each filter are stored too.
     """
     record = evaluation.to_json()
     result = {"digest": run_summary(evaluation.title, record)} | record
@@ -288,7 +258,7 @@ def run_record(evaluation: Evaluation, *, probability_trace: bool = False) -> di
 
 
 def run_summary(title: str, record: Mapping[str, Any]) -> dict[str, Any]:
-    """What a list of runs says of one; rates from 0 to 1, None where there is none."""
+    """The few values that a list of runs shows; rates from 0 to 1, None where there is none."""
     pooled = record.get("filtered", {}).get("pooled", {})
     return {
         "title": title,

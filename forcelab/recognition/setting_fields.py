@@ -20,38 +20,21 @@ FormValues = Mapping[str, Any]
 
 @dataclass(frozen=True, slots=True)
 class SettingField:
-    """One setting in the form.
+    """One setting in the form."""
 
-    Parameters
-    ----------
-    name : str
-        As of :class:`~forcelab.recognition.settings.Settings`.
-    kind : str
-        Which editor it has.
-    label, tip : str
-        What it is called, and what it does.
-    lowest, highest, step : float
-        Of a number: its range in the form, and what one click adds.
-    decimals : int
-        Of a number.
-    unit : str
-        Of a number.
-    options : tuple of (str, str)
-        Of a choice: values, and what they are called.
-    default : float, optional
-        What a switch that is turned on begins with; a field that has it can be off, which is None.
-    """
-
-    name: str
-    kind: FieldKind
+    name: str  # as of :class:`~forcelab.recognition.settings.Settings`
+    kind: FieldKind  # which editor it has
+    #: label, tip: what it is called, and what it does
     label: str
     tip: str
+    #: lowest, highest, step: of a number: its range in the form, and what one click adds
     lowest: float = 0.0
     highest: float = 1e6
     step: float = 1.0
-    decimals: int = 0
-    unit: str = ""
-    options: tuple[tuple[str, str], ...] = ()
+    decimals: int = 0  # of a number
+    unit: str = ""  # of a number
+    options: tuple[tuple[str, str], ...] = ()  # of a choice: values, and what they are called
+    #: What a switch that is turned on begins with; a field that has it can be off, which is None
     default: float | None = None
 
     def applies(self, values: FormValues) -> bool:

@@ -1,4 +1,4 @@
-"""Everything a recogniser is made with, and which settings count beside the others.
+"""All settings of a recogniser, their ranges, and which of them apply beside the others.
 
 Named sets of settings are in :mod:`forcelab.recognition.presets`.
 """
@@ -365,7 +365,7 @@ _NEEDS: Mapping[str, tuple[Need, ...]] = {
 
 
 def applies(name: str, values: Mapping[str, Any]) -> bool:
-    """Whether a setting changes anything, told from all of them by name."""
+    """Whether a setting changes anything, given all of them by name."""
     return _unmet_need(name, values) is None
 
 
@@ -381,7 +381,7 @@ def why_not_applied(name: str, values: Mapping[str, Any]) -> str:
 
 
 def _unmet_need(name: str, values: Mapping[str, Any]) -> Need | None:
-    """The first thing that would have to be otherwise."""
+    """The first condition of a setting that is not met."""
     if name == "seed" and (values["trimmed"] or (values["changes"] and applies("changes", values))):
         return None  # of them, too, something is drawn
     return next((need for need in _NEEDS.get(name, ()) if values[need[0]] not in need[1]), None)

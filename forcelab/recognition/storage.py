@@ -1,7 +1,9 @@
 """Recognisers as files, without pickle.
 
-A file is what skops writes: a zip of a JSON schema and plain arrays. Reading it builds no type
-but the few named here, so that a file from a stranger can do no harm.
+A file is what skops writes: a zip of a JSON schema and plain arrays. Reading it builds no type but
+the few named here, so that a file from a stranger can do no harm. Classes of this package are
+written as plain values, so that they may be renamed and moved; what older files hold is read as
+:data:`FORMATS` and the defaults of :func:`_recogniser` say.
 """
 
 from __future__ import annotations
@@ -61,13 +63,7 @@ DAMAGE = (
 
 
 def dump(recogniser: Recogniser) -> bytes:
-    """A recogniser as the bytes of its file.
-
-    Raises
-    ------
-    InputError
-        If it could not be loaded again.
-    """
+    """A recogniser as the bytes of its file; an InputError if it could not be loaded again."""
     content = pack(recogniser)
     try:
         _unpack(content, "recogniser")
@@ -105,7 +101,7 @@ def pack(recogniser: Recogniser) -> bytes:
 
 
 def _prediction_state(classifier: Any, seed: int) -> Any:
-    """What a classifier predicts with."""
+    """The parts of a classifier that prediction needs."""
     if isinstance(classifier, CalibratedEnsemble):
         return classifier.plain()
     bare = copy.copy(classifier)
@@ -154,7 +150,7 @@ def load_recogniser(path: str | PathLike[str]) -> Recogniser:
 
 
 def _unpack(data: bytes, name: str) -> Recogniser:
-    """The recogniser of a file's bytes; what is wrong is told of what is called so."""
+    """The recogniser of a file's bytes; errors call it `name`."""
     from skops import io
 
     if not zipfile.is_zipfile(BytesIO(data)):

@@ -1,30 +1,24 @@
-"""How long each action lasts and which follows which, and where one gives way to another.
+"""What training tracks say of a task: durations of actions, their order, and where they change.
 
-Choreography: how long each action lasts and which follows which, learnt from tracks. Durations are
-log-normal. Those of an action seen a few times are drawn towards what all actions have in common,
-and are the wider for it; an order that was never seen is unlikely, not impossible. Unlabelled time
-is missing, not an action: a short hole between two segments belongs half to each, and over a longer
-one nothing is learnt about what follows what. So is a slip of the brush, far shorter than its
-action usually lasts: a few of them would teach that two actions flicker, and the decoder would let
-them.
+Durations are log-normal. Those of an action seen a few times are drawn towards what all actions
+have in common, and are the wider for it; an order that was never seen is unlikely, not impossible.
+Unlabelled time is missing, not an action: a short hole between two segments belongs half to each,
+and over a longer one nothing is learnt about what follows what. So is a slip of the brush, far
+shorter than its action usually lasts: a few of them would teach that two actions flicker, and the
+decoder would let them. Sources: Yu, "Hidden semi-Markov models", Artificial Intelligence 174, 2010;
+Gelman et al., "Bayesian data analysis", 3rd ed., 2013, ch. 5, means and variances drawn together.
 
-Sources
--------
-Yu, "Hidden semi-Markov models", Artificial Intelligence 174, 2010. Gelman et al., "Bayesian data
-analysis", 3rd ed., 2013, ch. 5: means and variances drawn together.
-
-Where one action gives way to another, learnt by itself. Trees that tell actions apart are grown on
-labelled time, and where one action gives way to another coders mostly leave a little unlabelled.
-What happens just there, a contact, a slip or a snap, they hardly see. So some more trees are grown
-on all the time around: they tell what lies near such a change from what does not. The decoder
-changes the action where a change is likelier than usual.
+The boundary model is learnt apart. Trees that tell actions apart are grown on labelled time, and
+where one action gives way to another coders mostly leave a little unlabelled. What happens just
+there, a contact, a slip or a snap, they hardly see. So some more trees are grown on all the time
+around: they tell what lies near such a change from what does not. The decoder changes the action
+where a change is likelier than usual.
 
 Over simulated tasks, five of them and six seeds of five demonstrations each, `best` gains 0.5 ± 0.1
 points of accuracy by it, and 1.5 ± 0.6 of the boundaries found within 100 ms; `fast` as much. On
 the paper's recordings, over eight seeds of `best`, accuracy stays (0.2 ± 0.4 and 0.0 ± 0.1); of the
-boundaries of the stylus 3.4 ± 1.3 points more are found, of foam's forty 1.3 ± 1.0 fewer.
-
-A stream is decoded without: :mod:`forcelab.recognition.live_model` says what it has instead.
+boundaries of the stylus 3.4 ± 1.3 points more are found, of foam's forty 1.3 ± 1.0 fewer. A stream
+is decoded without it (:mod:`forcelab.recognition.live_model`).
 """
 
 from __future__ import annotations
@@ -74,41 +68,21 @@ _ARRAYS = ("mean", "sd", "share", "start", "follow")
 
 @dataclass(frozen=True, eq=False)
 class TaskGrammar:
-    """What the training tracks tell of durations and order; K actions.
+    """Durations and order of the actions in the training tracks; K actions."""
 
-    Parameters
-    ----------
-    actions : tuple of str, length K
-        The action with code ``i`` is ``actions[i]``.
-    mean, sd : ndarray of float64, shape (K,)
-        Of the logarithm of each action's duration in seconds.
-    share : ndarray of float64, shape (K,)
-        Share of the labelled time of each action; sums to 1.
-    start : ndarray of float64, shape (K,)
-        How probably a demonstration starts with each action; sums to 1.
-    follow : ndarray of float64, shape (K, K)
-        How probably the row's action is followed by the column's; rows sum to 1 and the diagonal is
-        0. All 0 where there is one action only.
-    """
-
-    actions: tuple[str, ...]
+    actions: tuple[str, ...]  # K; the action with code ``i`` is ``actions[i]``
+    #: mean, sd: (K,); of the logarithm of each action's duration in seconds
     mean: Real
     sd: Real
-    share: Real
-    start: Real
+    share: Real  # (K,); share of the labelled time of each action; sums to 1
+    start: Real  # (K,); how probably a demonstration starts with each action; sums to 1
+    #: (K, K); how probably the row's action is followed by the column's; rows sum to 1 and the
+    #: diagonal is 0. All 0 where there is one action only.
     follow: Real
 
     @classmethod
     def learn(cls, tracks: Iterable[Segments], actions: Sequence[str]) -> TaskGrammar:
-        """Learn from the tracks of the training demonstrations.
-
-        Parameters
-        ----------
-        tracks : iterable of tuple of Segment
-            One of each demonstration, in order and never overlapping.
-        actions : sequence of str
-            What is told apart. Segments of other actions count as unlabelled.
-        """
+        """Learn from tracks; segments of other actions than `actions` count as unlabelled."""
         number = {action: code for code, action in enumerate(actions)}
         known = [tuple(s for s in track if s.action in number) for track in tracks]
         known = _without_slips(known)
@@ -141,13 +115,7 @@ class TaskGrammar:
 
     @classmethod
     def from_json(cls, plain: Mapping[str, Any]) -> TaskGrammar:
-        """The inverse of :meth:`to_json`.
-
-        Raises
-        ------
-        ValueError
-            If it is damaged.
-        """
+        """The inverse of :meth:`to_json`; a ValueError where it is damaged."""
         try:
             actions = tuple(str(action) for action in plain["actions"])
             mean, sd, share, start, follow = (
@@ -185,7 +153,7 @@ def _runs(track: Segments) -> list[Segments]:
 
 
 def _without_slips(tracks: Sequence[Segments]) -> list[Segments]:
-    """The tracks less what lasts far too short; a short hole is left, which others fill."""
+    """The tracks without segments that are far too short; their holes are filled by neighbours."""
     seconds: dict[str, list[float]] = {}
     for segment in (segment for track in tracks for segment in track):
         seconds.setdefault(segment.action, []).append(segment.duration)
@@ -243,58 +211,32 @@ FEWEST = 3
 
 @dataclass(frozen=True, eq=False)
 class BoundaryModel:
-    """What tells time steps near a change of actions from others.
+    """What tells time steps near a change of actions from others."""
 
-    Parameters
-    ----------
-    classifier : CalibratedEnsemble
-        Of two codes, 1 being near a change.
-    share : float
-        Of the time steps that it was trained on, how many are near one, 0 to 1.
-    """
-
-    classifier: CalibratedEnsemble
-    share: float
+    classifier: CalibratedEnsemble  # of two codes, 1 being near a change
+    share: float  # of the time steps that it was trained on, how many are near one, 0 to 1
 
     def ratios(self, features: Real) -> Real:
-        """How much likelier than usual a change is near, as a logarithm; of rows, shape (n,)."""
+        """Log ratio (n,) of how much likelier than usual a change is near features (n, f)."""
         near = self.classifier.predict_proba(features)[:, 1]
         return np.asarray(np.log(np.maximum(near, LEAST) / self.share))
 
     def plain(self) -> dict[str, Any]:
-        """Arrays, numbers and lists, from which :meth:`from_plain` makes an equal one."""
+        """Arrays, numbers and lists for :meth:`from_plain`."""
         return {"classifier": self.classifier.plain(), "share": self.share}
 
     @classmethod
     def from_plain(cls, plain: Mapping[str, Any], width: int) -> BoundaryModel:
-        """Check what was read from a file, of so many features.
-
-        Raises
-        ------
-        ValueError
-            If anything does not fit together.
-        """
+        """Check what was read from a file, of `width` features."""
         share = float(plain["share"])
         require(0 < share < 1, "a share near changes between 0 and 1")
         return cls(CalibratedEnsemble.from_plain(plain["classifier"], width, 2), share)
 
 
 def boundary_steps(examples: Sequence[Examples], settings: Settings) -> tuple[Codes, list[Codes]]:
-    """Which time steps tell where actions change.
+    """1 near a change and 0 elsewhere (m,), of the time steps whose indices are given beside.
 
-    Parameters
-    ----------
-    examples : sequence of Examples
-        Of the training demonstrations.
-    settings : Settings
-
-    Returns
-    -------
-    y : ndarray of int64, shape (m,)
-        1 near a change, 0 elsewhere; empty where nobody asks, or hardly any action gives way to
-        another.
-    steps : list of ndarray of int64
-        Their places in each demonstration.
+    Empty where the settings do without, or hardly any action gives way to another.
     """
     is_used = settings.changes and settings.decodes
     if not is_used or sum(len(_boundary_times(example.segments)) for example in examples) < FEWEST:
@@ -307,19 +249,9 @@ def boundary_steps(examples: Sequence[Examples], settings: Settings) -> tuple[Co
 def fit_boundary_model(
     X: Real, y: Codes, settings: Settings
 ) -> Generator[Progress, None, BoundaryModel | None]:
-    """Learn where actions change; yields progress.
+    """Learn where actions change, from features (m, f) of the :func:`boundary_steps`.
 
-    Parameters
-    ----------
-    X : ndarray, shape (m, f)
-        Features of the time steps that :func:`boundary_steps` names.
-    y : ndarray of int64, shape (m,)
-    settings : Settings
-
-    Returns
-    -------
-    BoundaryModel or None
-        None where there is no time step near a change, or no other.
+    None where there is no time step near a change, or no other.
     """
     if len(np.unique(y)) < 2:
         return None
@@ -330,9 +262,9 @@ def fit_boundary_model(
 
 
 def _near_boundary(example: Examples) -> Codes:
-    """1 for each time step near a change, 0 for others, -1 where no coder says; shape (n,).
+    """1 for each time step near a change, 0 for others, -1 where nothing is labelled; shape (n,).
 
-    The middle of a short hole between two actions is where they change, and it counts as seen.
+    The middle of a short hole between two actions is where they change, and it counts as labelled.
     """
     near = np.full(len(example.times), UNLABELLED, dtype=np.int64)
     holes = [(a.end, b.start) for a, b in _adjacent_pairs(example.segments)]

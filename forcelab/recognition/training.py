@@ -36,34 +36,19 @@ ROOM = 64e6
 
 @dataclass(frozen=True, slots=True)
 class FitProgress(Progress):
-    """One step of a fit, as told to whoever watches.
+    """Progress of a fit, with the training loss of classifiers that have one."""
 
-    Parameters
-    ----------
-    loss : float, optional
-        Training loss, of classifiers that have one.
-    """
-
-    loss: float | None = None
+    loss: float | None = None  # training loss, of classifiers that have one
 
 
 def prepare_all(
     labelled: Sequence[LabelledDemonstration], settings: Settings, room: float = math.inf
 ) -> Generator[Progress, None, list[Examples]]:
-    """Compute the examples of several demonstrations on one grid; returns them in order.
+    """Compute the examples of several demonstrations on one grid.
 
-    Parameters
-    ----------
-    labelled : sequence of LabelledDemonstration
-    settings : Settings
-    room : float
-        Once features take so many bytes, those of the others are not kept
-        (:class:`~forcelab.recognition.examples.LazyExamples`).
-
-    Raises
-    ------
-    InputError
-        If there is no demonstration, or their channels differ.
+    Once features take `room` bytes, those of the others are not kept
+    (:class:`~forcelab.recognition.examples.LazyExamples`). An InputError says that there is no
+    demonstration, or channels differ.
     """
     if not labelled:
         raise InputError("There is no demonstration to recognise; import some first.")
@@ -92,21 +77,7 @@ def _shortest(examples: Sequence[Examples], actions: tuple[str, ...]) -> dict[st
 def fit_examples(
     examples: Sequence[Examples], settings: Settings, text: str = "fit"
 ) -> Generator[Progress, None, Recogniser]:
-    """Trim examples as the settings say and fit a recogniser to the rest; returns it.
-
-    Parameters
-    ----------
-    examples : sequence of Examples
-        Of the training demonstrations.
-    settings : Settings
-    text : str
-        What the progress says.
-
-    Raises
-    ------
-    InputError
-        As :func:`fit_cleaned`.
-    """
+    """Drop contradicted segments as the settings say and fit a recogniser to the rest."""
     cleaned, dropped = yield from drop_contradicted(examples, settings)
     return (yield from fit_cleaned(cleaned, dropped, settings, text=text))
 
@@ -118,30 +89,11 @@ def fit_cleaned(
     trained_on: Sequence[str] = (),
     text: str = "fit",
 ) -> Generator[Progress, None, Recogniser]:
-    """Fit a recogniser to examples without their contradicted segments.
+    """Fit a recogniser to examples without their dropped segments.
 
-    Parameters
-    ----------
-    examples : sequence of Examples
-        Of the training demonstrations; unlabelled time steps teach no action, though those between
-        two actions may teach where they change (:mod:`forcelab.recognition.task_grammar`).
-    left_out : tuple of DroppedSegment
-        What is gone, to remember.
-    settings : Settings
-    trained_on : sequence of str
-        Ids to remember.
-    text : str
-        What the progress says.
-
-    Returns
-    -------
-    Recogniser
-        Of the actions that have at least one training sample.
-
-    Raises
-    ------
-    InputError
-        If fewer than two actions have a training sample.
+    Unlabelled time steps teach no action, though those between two actions may teach where they
+    change (:mod:`forcelab.recognition.task_grammar`). The recogniser knows the actions that have at
+    least one training sample; an InputError where these are fewer than two.
     """
     every = actions_of(examples)
     codes, groups, steps = training_steps(
@@ -188,20 +140,9 @@ def fit_cleaned(
 def training_job(
     labelled: Sequence[LabelledDemonstration], settings: Settings
 ) -> Generator[Progress, None, Recogniser]:
-    """Train a recogniser; a generator that yields progress and returns the recogniser.
+    """Train a recogniser; a generator of progress that stops where one stops iterating.
 
-    To stop, stop iterating: nothing is left running.
-
-    Parameters
-    ----------
-    labelled : sequence of LabelledDemonstration
-        Training demonstrations; those without a segment take no part.
-    settings : Settings
-
-    Raises
-    ------
-    InputError
-        If nothing is labelled, fewer than two actions are, or channels differ.
+    An InputError says that nothing is labelled, fewer than two actions are, or channels differ.
     """
     used = [item for item in labelled if item.segments]
     if not used:

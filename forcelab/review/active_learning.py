@@ -1,34 +1,24 @@
-"""Which unlabelled demonstration to label next, and what that is expected to bring.
-
-How typical each of some demonstrations is of all of them. Who labels next what a recogniser is
-least certain of is led to the odd demonstrations first: what is unlike all others is uncertain,
-too, and teaches little about them. Information density [1]_ therefore weighs the uncertainty of
-each by how many are like it. Demonstrations are alike by mean and spread of their features,
-whatever was labelled.
-
-References
-----------
-.. [1] Settles, B. and Craven, M., "An analysis of active learning strategies for sequence labeling
-   tasks", EMNLP 2008, section 3.3.
+"""Active learning: which demonstration to label next, and what that is expected to bring.
 
 The uncertainty of a moment is ``1 - p`` with p the probability of its most probable action, and
-that of a demonstration its mean over time. How much of it is probably wrong is read off the
-outcome's own tested demonstrations, by histogram binning [1]_: of all labelled moments there that
-were about as uncertain, so many were not the human's action.
+that of a demonstration its mean over time. How much of it is probably wrong follows from the run's
+own tested demonstrations, by histogram binning [1]_: of all labelled moments there that were about
+as uncertain, so many were not the human's action.
 
-The first to be labelled is the least certain of the typical: the most uncertain, each weighed by
-how many of the others are like it. The least certain alone
-is
-where a person finds most to correct, but not what teaches most: where a few demonstrations are odd,
-those come first, and the others gain less than by an order at random, which the typical ones do
-not (:mod:`tests.benchmarks.next` measures both).
+Where a coder labels next what a recogniser is least certain of, odd demonstrations come first: what
+is unlike all others is uncertain, too, teaches little about them, and gains less than an order at
+random. Information density [3]_ therefore weighs the uncertainty of each by how many are like it,
+which does not (:mod:`tests.benchmarks.next` measures both). Demonstrations are alike by mean and
+spread of their features, whatever was labelled.
 
-References
-----------
-.. [1] Zadrozny, B. and Elkan, C., "Obtaining calibrated probability estimates from decision trees
-   and naive Bayesian classifiers", ICML 2001.
-.. [2] Zadrozny, B. and Elkan, C., "Transforming classifier scores into accurate multiclass
-   probability estimates", KDD 2002: pool adjacent violators.
+.. [1] Zadrozny and Elkan, "Obtaining calibrated probability estimates from decision trees and naive
+   Bayesian classifiers", ICML 2001.
+
+.. [2] Zadrozny and Elkan, "Transforming classifier scores into accurate multiclass probability
+   estimates", KDD 2002: pool adjacent violators.
+
+.. [3] Settles and Craven, "An analysis of active learning strategies for sequence labeling tasks",
+   EMNLP 2008, section 3.3.
 """
 
 from __future__ import annotations
@@ -57,13 +47,7 @@ Steps = NDArray[np.float32]
 
 
 def sample_steps(examples: Examples) -> Steps:
-    """Some time steps of a demonstration, spread evenly over all that are not in gaps.
-
-    Returns
-    -------
-    ndarray of float32, shape (m, f)
-        At most :data:`STEPS` rows; none where all is a gap.
-    """
+    """Features of at most :data:`STEPS` valid time steps, spread evenly; float32, shape (m, f)."""
     valid = np.flatnonzero(examples.valid)
     every = -(-len(valid) // STEPS) or 1
     # What is larger than the type holds is as odd as what it can hold.
@@ -72,21 +56,12 @@ def sample_steps(examples: Examples) -> Steps:
 
 
 def typicality(demonstrations: Sequence[Steps]) -> NDArray[np.float64]:
-    """How many are like each, as a share of all.
+    """Share of all demonstrations, given by their sampled features (m, f), that are like each.
 
     Features are standardised over all demonstrations, and large ones made logarithmic: a single
     peak says little of what a demonstration is like. Two are alike by ``exp(-(d / h)^2)``, d being
-    the distance of their means and spreads and h the median distance of two that differ.
-
-    Parameters
-    ----------
-    demonstrations : sequence of ndarray, each of shape (m, f)
-        As :func:`sample_steps` leaves them; m may differ.
-
-    Returns
-    -------
-    ndarray of float64, shape (len(demonstrations),)
-        Above 0, at most 1: of 1 where all are alike, as one by itself is. 0 for one without rows.
+    the distance of their means and spreads and h the median distance of two that differ. Above 0,
+    at most 1: of 1 where all are alike, as one by itself is; 0 for one without rows.
     """
     found = np.zeros(len(demonstrations))
     nonempty = [i for i, steps in enumerate(demonstrations) if len(steps)]
@@ -122,19 +97,12 @@ Real = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class ConfidenceCalibration:
-    """How often an outcome was right where it was so sure.
+    """How often a run was right, by its confidence."""
 
-    Parameters
-    ----------
-    accuracy : ndarray of float64, shape (BINS,)
-        Share of the tested time that has the human's action, by probability of the most probable
-        action. Bins that were hardly tested have a value between their neighbours'.
-    seconds : float
-        Labelled time that was tested; with 0, `accuracy` is the probability itself.
-    """
-
+    #: (BINS,); share of the tested time that has the human's action, by probability of the most
+    #: probable action. Bins that were hardly tested have a value between their neighbours'.
     accuracy: Real
-    seconds: float
+    seconds: float  # labelled time that was tested; with 0, `accuracy` is the probability itself
 
     def wrong(self, confidence: Real) -> Real:
         """Expected share that is wrong, for probabilities of any shape."""
@@ -146,36 +114,23 @@ class ConfidenceCalibration:
 
 @dataclass(frozen=True)
 class Proposal:
-    """An unlabelled demonstration that could be labelled.
+    """An unlabelled demonstration that could be labelled next."""
 
-    Parameters
-    ----------
-    id, name, task : str
-        Of the demonstration.
-    seconds : float
-        How long it is.
-    uncertainty : float
-        Mean of ``1 - p`` over time, 0 to 1.
-    wrong : float
-        Seconds of the prediction that are probably wrong: what labelling it is expected to bring.
-    place : Place
-        Its most uncertain stretch.
-    typicality : float, optional
-        How typical it is of all proposals, 0 to 1; None where the run did not keep it.
-    """
-
+    #: id, name, task: of the demonstration
     id: str
     name: str
     task: str
-    seconds: float
-    uncertainty: float
+    seconds: float  # how long it is
+    uncertainty: float  # mean of ``1 - p`` over time, 0 to 1
+    #: Seconds of the prediction that are probably wrong: what labelling it is expected to bring
     wrong: float
-    place: Interval
+    place: Interval  # its most uncertain stretch
+    #: How typical it is of all proposals, 0 to 1; None where the run did not keep it
     typicality: float | None = None
 
 
 def calibrate_confidence(run: RunResult) -> ConfidenceCalibration:
-    """Compare what was predicted of the tested demonstrations with their humans."""
+    """Compare the predictions of the tested demonstrations with their humans."""
     right, total = np.zeros(BINS), np.zeros(BINS)
     for result in run.tested:
         trace = result.probability_trace
@@ -199,9 +154,9 @@ def calibrate_confidence(run: RunResult) -> ConfidenceCalibration:
 
 
 def rank_proposals(run: RunResult) -> tuple[Proposal, ...]:
-    """The unlabelled demonstrations of an outcome, the one to label next first.
+    """The unlabelled demonstrations of a run, the one to label next first.
 
-    By uncertainty times typicality; by uncertainty alone where :func:`weighs_typicality` says so.
+    By uncertainty times typicality; by uncertainty alone where older runs did not store that.
     """
     calibration = calibrate_confidence(run)
     candidates = (_proposal(result, calibration) for result in run.proposals)
@@ -217,22 +172,16 @@ def rank_proposals(run: RunResult) -> tuple[Proposal, ...]:
 
 
 def weighs_typicality(proposals: Sequence[Proposal]) -> bool:
-    """Whether proposals are ordered by their typicality, too; older runs did not keep it."""
+    """Whether proposals are ordered by their typicality, too; older runs did not store it."""
     return all(proposal.typicality is not None for proposal in proposals)
 
 
 def acceptable_segments(
     result: DemonstrationResult, start: float, end: float, at_least: float = 0.0
 ) -> Segments:
-    """The predicted segments that overlap a stretch and are as probable as is asked for.
+    """The predicted segments that overlap ``[start, end)`` (s) with at least that mean probability.
 
-    Parameters
-    ----------
-    reviewed : DemonstrationResult
-    start, end : float
-        Seconds; a segment that overlaps ``[start, end)`` is taken as a whole.
-    at_least : float
-        Least mean probability; with 0 no probability is asked for.
+    Each is taken as a whole; with 0 no probability is needed.
     """
     trace = result.probability_trace
     return tuple(
@@ -250,14 +199,14 @@ def acceptable_segments(
 def uncertainty(trace: ProbabilityTrace) -> float:
     """Mean of ``1 - p`` over time, p the probability of the most probable action; 0 to 1.
 
-    Time of which nothing is known says nothing; where there is no other, the uncertainty is 0.
+    Bins without a probability do not count; where there is no other, the uncertainty is 0.
     """
     met = trace.known
     return float(1.0 - _confidence(trace)[met].mean()) if met.any() else 0.0
 
 
 def _pool_adjacent_violators(values: Real, weights: Real) -> Real:
-    """The nearest values that never fall: what is surer is not less often right.
+    """The nearest values that never fall: higher confidence is not less often right.
 
     Neighbours that fall are replaced by their mean, until none is left [2]_.
     """
@@ -273,7 +222,7 @@ def _pool_adjacent_violators(values: Real, weights: Real) -> Real:
 
 
 def _proposal(result: DemonstrationResult, calibration: ConfidenceCalibration) -> Proposal | None:
-    """What labelling one demonstration brings; None where no probability is known."""
+    """The proposal of one demonstration; None where no probability is known."""
     trace = result.probability_trace
     if trace is None or not (met := trace.known).any():
         return None
@@ -298,7 +247,7 @@ def _confidence(trace: ProbabilityTrace) -> Real:
 def _least_certain_interval(result: DemonstrationResult, trace: ProbabilityTrace) -> Interval:
     """The stretch of :data:`STRETCH` seconds, or less, with the most uncertainty in it.
 
-    Of one value where they are farther apart than that.
+    One value where they are farther apart than that.
     """
     doubt = np.where(trace.known, 1.0 - _confidence(trace), 0.0)
     width = min(max(round(STRETCH * trace.rate), 1), len(doubt))

@@ -1,32 +1,23 @@
-"""How far coders agree: every two of them, all together, and each alone.
+"""Agreement of coders: every two of them, all together, and the consistency of each.
 
-Cohen's and Fleiss' kappa over time: agreement beyond what chance alone would bring. Time is weighed
-in seconds, not counted in samples. Unlabelled time is no class: kappa is taken over the time that
-both (or, for Fleiss, two or more) labelled.
+Everything is computed from the tracks' edges, exactly; nothing is sampled, and time is weighed in
+seconds. Unlabelled time is no class: kappa and the other figures are taken over the time that both
+(or, for Fleiss, two or more) labelled, and beside them stands how much time only one of them
+labelled.
 
-Sources
--------
-Cohen, "A coefficient of agreement for nominal scales", Educ. Psychol. Meas. 20, 1960. Fleiss,
-"Measuring nominal scale agreement among many raters", Psychol. Bull. 76, 1971, in the form for
-ratings that are missing: Gwet, "Handbook of inter-rater reliability", 4th ed., 2014. Spitzer and
-Fleiss, "A re-analysis of the reliability of psychiatric diagnosis", Br. J. Psychiatry 125, 1974:
-the specific agreement. Landis and Koch, Biometrics 33, 1977: the words.
+A boundary is the start of a segment, or the end of one after which time is unlabelled: where two
+segments touch, the end of the first is the start of the second and counts once.
 
-Where two coders put the same boundary, and how far apart. A boundary is the start of a segment, or
-the end of one after which time is unlabelled: where two segments touch, the end of the first is the
-start of the second and counts once.
+A coder's own consistency: coders do not label everything twice, but the demonstrations of a task
+repeat one choreography, so that a duration or an order of actions that stands alone is worth a
+look. It need not be a mistake.
 
-How far two coders agree, and every place where they do not. Everything is computed from the tracks'
-edges, exactly; nothing is sampled. Unlabelled time is no class: figures are taken over the time
-that both coders labelled, and beside them stands how much time only one of them labelled.
-
-A coder's own consistency, from one demonstration of a task to the next. Nobody labels everything
-twice. But the demonstrations of a task repeat one choreography, so that a duration or an order of
-actions that stands alone is worth a look. It need not be a mistake.
-
-Source
-------
-Iglewicz and Hoaglin, "How to detect and handle outliers", ASQC 1993: the robust z and its 3.5.
+Sources: Cohen, "A coefficient of agreement for nominal scales", Educ. Psychol. Meas. 20, 1960.
+Fleiss, "Measuring nominal scale agreement among many raters", Psychol. Bull. 76, 1971, in the form
+for ratings that are missing: Gwet, "Handbook of inter-rater reliability", 4th ed., 2014. Spitzer
+and Fleiss, "A re-analysis of the reliability of psychiatric diagnosis", Br. J. Psychiatry 125,
+1974: the specific agreement. Landis and Koch, Biometrics 33, 1977: the words. Iglewicz and Hoaglin,
+"How to detect and handle outliers", ASQC 1993: the robust z and its 3.5.
 """
 
 from __future__ import annotations
@@ -52,36 +43,23 @@ from forcelab.segment_edits import SLIVER
 
 @dataclass(frozen=True)
 class CoderTracks:
-    """A demonstration and what its coders labelled.
+    """A demonstration with the tracks of its coders, of those who labelled anything."""
 
-    Parameters
-    ----------
-    id, name, task : str
-        Of the demonstration.
-    tracks : mapping of str to tuple of Segment
-        By coder; only those who labelled anything.
-    """
-
+    #: id, name, task: of the demonstration
     id: str
     name: str
     task: str
-    tracks: Mapping[str, Segments]
+    tracks: Mapping[str, Segments]  # by coder; only those who labelled anything
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class TrackPieces:
-    """Tracks laid over each other, cut wherever one of them changes; p pieces of c tracks.
+    """Tracks laid over each other, cut wherever one of them changes; p pieces of c tracks."""
 
-    Parameters
-    ----------
-    starts, ends : ndarray of float64, shape (p,)
-        In seconds.
-    codes : ndarray of int64, shape (c, p)
-        Numbers of actions, -1 where unlabelled; at least one track is labelled in each piece.
-    """
-
+    #: starts, ends: (p,); in seconds
     starts: NDArray[np.float64]
     ends: NDArray[np.float64]
+    #: (c, p); numbers of actions, -1 where unlabelled; at least one track is labelled in each piece
     codes: NDArray[np.int64]
 
     @property
@@ -107,16 +85,9 @@ class TrackPieces:
 
 
 def overlay_tracks(tracks: Sequence[Segments], actions: Sequence[str]) -> TrackPieces:
-    """Lay tracks over each other: exact, nothing is sampled.
+    """Lay tracks over each other, with the indices of `actions` as codes; exact.
 
     Pieces no longer than :data:`~forcelab.segment_edits.SLIVER` are float dust and left out.
-
-    Parameters
-    ----------
-    tracks : sequence of tuple of Segment
-        Each in order and never overlapping.
-    actions : sequence of str
-        Every action there is; its number is its code.
     """
     edges = np.unique([t for track in tracks for s in track for t in (s.start, s.end)])
     starts, ends = edges[:-1], edges[1:]
@@ -204,18 +175,10 @@ RESAMPLES = 1000
 
 
 def cohen_kappa(seconds: NDArray[np.float64]) -> float | None:
-    """Cohen's kappa of two coders.
+    """Cohen's kappa of the seconds (K, K) of each pair of actions by two coders.
 
-    Parameters
-    ----------
-    seconds : ndarray, shape (K, K)
-        How long one said the row's action while the other said the column's.
-
-    Returns
-    -------
-    float or None
-        1 for full agreement, 0 for what chance brings; None where there is no common time, or both
-        know but one action: chance alone then agrees always.
+    1 for full agreement, 0 for what chance brings; None where there is no common time, or both know
+    but one action: chance alone then agrees always.
     """
     total = float(seconds.sum())
     if total <= 0:
@@ -228,20 +191,10 @@ def cohen_kappa(seconds: NDArray[np.float64]) -> float | None:
 
 
 def fleiss_kappa(ratings: NDArray[np.int64], weights: NDArray[np.float64]) -> float | None:
-    """Fleiss' kappa of any number of coders.
+    """Fleiss' kappa of how many coders gave each action (p, K), weighted by seconds (p,).
 
-    Parameters
-    ----------
-    ratings : ndarray of int64, shape (p, K)
-        How many coders gave each action to a piece of time; pieces with fewer than two are left
-        out.
-    weights : ndarray, shape (p,)
-        Seconds.
-
-    Returns
-    -------
-    float or None
-        As of :func:`cohen_kappa`; with equally many coders throughout that of Fleiss (1971).
+    Pieces with fewer than two are left out. None as of :func:`cohen_kappa`; with equally many
+    coders throughout it is the figure of Fleiss (1971).
     """
     coders = ratings.sum(axis=1)
     enough = coders >= 2
@@ -255,7 +208,7 @@ def fleiss_kappa(ratings: NDArray[np.int64], weights: NDArray[np.float64]) -> fl
 
 
 def specific_agreement(seconds: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Positive specific agreement of each action, shape (K,); nan where neither said it.
+    """Positive specific agreement of each action, shape (K,); nan where neither labelled it.
 
     ``2 n_kk / (n_k. + n_.k)``: if one of the two, drawn by lot, says the action, how probably the
     other says it too. `seconds` as of :func:`cohen_kappa`.
@@ -267,17 +220,9 @@ def specific_agreement(seconds: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def kappa_interval(matrices: NDArray[np.float64]) -> tuple[float, float] | None:
-    """95 % interval of Cohen's kappa by the percentile bootstrap over demonstrations.
+    """95 % interval of Cohen's kappa by the percentile bootstrap over demonstrations (D, K, K).
 
-    Parameters
-    ----------
-    matrices : ndarray, shape (D, K, K)
-        One of :func:`cohen_kappa` for each demonstration.
-
-    Returns
-    -------
-    tuple of float or None
-        None with fewer than three demonstrations: they cannot tell how much demonstrations vary.
+    None with fewer than three: they cannot tell how much demonstrations vary.
     """
     count = len(matrices)
     if count < FEWEST:
@@ -305,24 +250,12 @@ _Kind = tuple[bool, str]
 
 @dataclass(frozen=True, eq=False)
 class MatchedBoundaries:
-    """Matched boundaries of two tracks; m pairs.
+    """Matched boundaries of two tracks; m pairs."""
 
-    Parameters
-    ----------
-    times : ndarray of float64, shape (m, 2)
-        Seconds, of the first and the second track.
-    actions : tuple of str, length m
-        What starts or ends there.
-    starting : tuple of bool, length m
-        Whether it starts.
-    counts : tuple of int
-        How many boundaries each of the two has.
-    """
-
-    times: NDArray[np.float64]
-    actions: tuple[str, ...]
-    starting: tuple[bool, ...]
-    counts: tuple[int, int]
+    times: NDArray[np.float64]  # (m, 2); seconds, of the first and the second track
+    actions: tuple[str, ...]  # m; what starts or ends there
+    starting: tuple[bool, ...]  # m; whether it starts
+    counts: tuple[int, int]  # how many boundaries each of the two has
 
     @property
     def offsets(self) -> NDArray[np.float64]:
@@ -333,7 +266,7 @@ class MatchedBoundaries:
 def boundary_times(segments: Segments) -> dict[_Kind, list[float]]:
     """The times of every kind of boundary of a track, increasing.
 
-    Touching segments of one action are one: nobody sees a boundary between them.
+    Touching segments of one action are one: there is no boundary between them.
     """
     found: dict[_Kind, list[float]] = {}
     for index, segment in enumerate(segments):
@@ -348,15 +281,7 @@ def boundary_times(segments: Segments) -> dict[_Kind, list[float]]:
 
 
 def match_boundaries(a: Segments, b: Segments, window: float = WINDOW) -> MatchedBoundaries:
-    """Match boundaries of the same kind, the nearest first, each at most once.
-
-    Parameters
-    ----------
-    a, b : tuple of Segment
-        Two tracks.
-    window : float
-        Seconds that two matched ones are apart at most.
-    """
+    """Match boundaries of the same kind, the nearest first, at most `window` seconds apart."""
     ours, theirs = boundary_times(a), boundary_times(b)
     rows: list[tuple[float, float, _Kind]] = []
     for kind in ours.keys() & theirs.keys():
@@ -397,24 +322,12 @@ TICKS = 1e6
 
 
 def segment_counts(pieces: TrackPieces, a: Segments, b: Segments) -> NDArray[np.int64]:
-    """Count matched and unmatched segments of one demonstration.
+    """Count matched, false and missed segments, shape (overlaps, 2, 3), of two tracks.
 
     Each track in turn stands for the truth, by the rule of
     :func:`forcelab.recognition.metrics.match_segments`. Only time that both labelled counts: a
     segment is weighed without the rest of it, and one that the other coder left unlabelled
     altogether is no segment. Durations are rounded to microseconds.
-
-    Parameters
-    ----------
-    pieces : TrackPieces
-        Of the two tracks.
-    a, b : tuple of Segment
-        The tracks.
-
-    Returns
-    -------
-    ndarray of int64, shape (overlaps, 2, 3)
-        By overlap and by who stands for the truth: matched, false, missed.
     """
     laid = _cut_to_both(pieces, a, b)
     ways = _pair_overlay(laid, 0, 1), _pair_overlay(laid, 1, 0)
@@ -501,23 +414,16 @@ def _number_runs(
 
 @dataclass(frozen=True, slots=True)
 class CoderDifference:
-    """A stretch in which two coders say different things.
+    """A stretch that two coders label differently."""
 
-    Parameters
-    ----------
-    start, end : float
-        Seconds.
-    a, b : str or None
-        What each says; None where it is unlabelled.
-    edge : bool
-        Whether only a boundary differs: before and after it both say the same, and in it one says
-        what both said before, the other what both say after.
-    """
-
+    #: start, end: seconds
     start: float
     end: float
+    #: a, b: what each says; None where it is unlabelled
     a: str | None
     b: str | None
+    #: Whether only a boundary differs: before and after it both say the same, and in it one says
+    #: what both said before, the other what both say after
     edge: bool = False
 
     @property
@@ -526,7 +432,7 @@ class CoderDifference:
         return self.end - self.start
 
     def place(self, demonstration: str) -> Interval:
-        """Where to look; ``human`` is the first coder, ``predicted`` the second."""
+        """The interval; ``human`` is the first coder, ``predicted`` the second."""
         return Interval(demonstration, self.start, self.end, self.a, self.b)
 
 
@@ -550,7 +456,7 @@ def coder_differences(a: Segments, b: Segments) -> tuple[CoderDifference, ...]:
 
 
 def _common_neighbour(pieces: TrackPieces, index: int, step: int) -> int | None:
-    """What both say right beside a piece; None where they differ there too."""
+    """The code that both have right beside a piece; None where they differ there too."""
     other = index + step
     touches = 0 <= other < len(pieces.starts) and (
         abs(pieces.starts[max(index, other)] - pieces.ends[min(index, other)]) <= SLIVER
@@ -567,43 +473,27 @@ WITHIN = (50, 100, 200)
 
 @dataclass(frozen=True, eq=False)
 class PairAgreement:
-    """How far two coders agree over the demonstrations that both labelled.
+    """Agreement of two coders over the D demonstrations that both labelled; K actions.
 
-    Parameters
-    ----------
-    a, b : str
-        The coders. In the places, ``human`` is what `a` says and ``predicted`` what `b` says.
-    actions : tuple of str
-        In the order of their first occurrence; K of them.
-    demonstrations : tuple of str
-        Ids; D of them.
-    seconds : ndarray of float64, shape (D, K + 1, K + 1)
-        How long `a` said the row's action and `b` the column's; the last is unlabelled.
-    offsets : ndarray of float64, shape (m,)
-        Milliseconds by which `b` puts a boundary later than `a` does.
-    boundaries : tuple of int
-        How many boundaries `a` and `b` have, matched or not.
-    f1 : dict of int to float or None
-        F1 of segments by their least overlap in percent; see :func:`segment_counts`.
-    apart : tuple of Place
-        Where both labelled and say different actions, the longest first.
-    alone : tuple of Place
-        Where only one of them labelled, the longest first.
-    shifted : tuple of Place
-        Between the two times of a matched boundary, the farthest first.
+    In the intervals ``human`` is the label of `a` and ``predicted`` that of `b`.
     """
 
+    #: a, b: The coders. In the places, ``human`` is what `a` says and ``predicted`` what `b` says.
     a: str
     b: str
-    actions: tuple[str, ...]
-    demonstrations: tuple[str, ...]
+    actions: tuple[str, ...]  # in the order of their first occurrence; K of them
+    demonstrations: tuple[str, ...]  # ids; D of them
+    #: (D, K + 1, K + 1); how long `a` said the row's action and `b` the column's; the last is
+    #: unlabelled
     seconds: NDArray[np.float64]
+    #: (m,); milliseconds by which `b` puts a boundary later than `a` does
     offsets: NDArray[np.float64]
-    boundaries: tuple[int, int]
+    boundaries: tuple[int, int]  # how many boundaries `a` and `b` have, matched or not
+    #: F1 of segments by their least overlap in percent; see :func:`segment_counts`
     f1: Mapping[int, float | None]
-    apart: tuple[Interval, ...]
-    alone: tuple[Interval, ...]
-    shifted: tuple[Interval, ...]
+    apart: tuple[Interval, ...]  # where both labelled and say different actions, the longest first
+    alone: tuple[Interval, ...]  # where only one of them labelled, the longest first
+    shifted: tuple[Interval, ...]  # between the two times of a matched boundary, the farthest first
 
     @property
     def both(self) -> NDArray[np.float64]:
@@ -622,7 +512,7 @@ class PairAgreement:
 
     @property
     def agreed(self) -> float | None:
-        """Share of the time that both labelled in which they say the same."""
+        """Share of the time that both labelled in which they agree."""
         total = float(self.both.sum())
         return float(np.trace(self.both)) / total if total > 0 else None
 
@@ -640,7 +530,7 @@ class PairAgreement:
 
     @property
     def by_action(self) -> dict[str, float | None]:
-        """Positive specific agreement; None for what neither says where both labelled."""
+        """Positive specific agreement; None for actions that neither has where both labelled."""
         shares = specific_agreement(self.both).tolist()
         return {
             action: None if np.isnan(share) else share
@@ -691,15 +581,10 @@ class PairAgreement:
 def compare_pair(
     coded: Sequence[CoderTracks], a: str, b: str
 ) -> Generator[Progress, None, PairAgreement | None]:
-    """Compare two coders over the demonstrations that both labelled.
+    """Compare two coders over the demonstrations that both labelled; None where there is none.
 
-    None where there is no such demonstration. Exchanging the two transposes the matrices and turns
-    the offsets' signs; kappa, shares and F1 stay.
-
-    Yields
-    ------
-    Progress
-        After each demonstration.
+    Exchanging the two transposes the matrices and turns the offsets' signs; kappa, shares and F1
+    stay. Progress after each demonstration.
     """
     shared = [item for item in coded if a in item.tracks and b in item.tracks]
     if not shared:
@@ -738,14 +623,14 @@ def compare_pair(
 
 
 def _piece_intervals(id_: str, pieces: TrackPieces, actions: Sequence[str]) -> list[Interval]:
-    """Each of the pieces of two tracks as a place; ``human`` is the first track's action."""
+    """Each of the pieces of two tracks as an interval; ``human`` is the first track's action."""
     names = (*actions, None)  # the last is found with -1
     rows = zip(pieces.starts.tolist(), pieces.ends.tolist(), *pieces.codes.tolist(), strict=True)
     return [Interval(id_, start, end, names[a], names[b]) for start, end, a, b in rows]
 
 
 def _time_matrix(pieces: TrackPieces, k: int) -> NDArray[np.float64]:
-    """How long two tracks say what, shape (k + 1, k + 1); the last is unlabelled."""
+    """Seconds of each pair of codes of two tracks, shape (k + 1, k + 1); the last is unlabelled."""
     # Code -1 is the last row and the last column as it is.
     total = np.zeros((k + 1, k + 1))
     np.add.at(total, (pieces.codes[0], pieces.codes[1]), pieces.seconds)
@@ -779,45 +664,25 @@ FEWEST_DEMONSTRATIONS = 3
 
 @dataclass(frozen=True)
 class Durations:
-    """How long the segments of an action of a task are.
-
-    Parameters
-    ----------
-    task, action : str
-    count : int
-        Segments.
-    mean : float
-        Seconds.
-    variation : float or None
-        Standard deviation over mean; None with fewer than two segments.
-    """
+    """Durations of the segments of an action of a task."""
 
     task: str
     action: str
-    count: int
-    mean: float
-    variation: float | None
+    count: int  # segments
+    mean: float  # seconds
+    variation: float | None  # standard deviation over mean; None with fewer than two segments
 
 
 @dataclass(frozen=True)
 class Consistency:
-    """How much one coder's labels vary.
-
-    Parameters
-    ----------
-    author : str
-    actions : tuple of Durations
-        By task, in the order of their first occurrence.
-    odd : tuple of Place
-        Segments whose duration stands out among those of their action, the oddest first.
-    rare : tuple of Place
-        Two actions in an order that no other demonstration of the task has; ``human`` is the first
-        of them, ``predicted`` the second.
-    """
+    """How much one coder's labels vary."""
 
     author: str
-    actions: tuple[Durations, ...]
+    actions: tuple[Durations, ...]  # by task, in the order of their first occurrence
+    #: Segments whose duration stands out among those of their action, the oddest first
     odd: tuple[Interval, ...]
+    #: Two actions in an order that no other demonstration of the task has; ``human`` is the first
+    #: of them, ``predicted`` the second
     rare: tuple[Interval, ...]
 
     def to_json(self) -> dict[str, Any]:
@@ -896,36 +761,18 @@ def _rare_transitions(tracks: dict[str, tuple[Segment, ...]]) -> list[Interval]:
 
 @dataclass(frozen=True)
 class Agreement:
-    """How far all coders agree.
+    """How far all coders agree."""
 
-    Parameters
-    ----------
-    authors : tuple of str
-        The coders that are compared, a coder with two names once.
-    coded : tuple of Coded
-        What was compared.
-    pairs : tuple of PairAgreement
-        Of every two who share a demonstration.
-    fleiss : float or None
-        Fleiss' kappa of all, over the time that two or more labelled.
-    fleiss_coders : int
-        How many coders the most coded demonstration has.
-    repeated : tuple of PairAgreement
-        Of two names that are one coder: how consistent the coder is.
-    own : tuple of Consistency
-        How consistent each coder is from one demonstration of a task to the next.
-    hidden : int
-        Demonstrations left out because who looks is to label them blind.
-    """
-
-    authors: tuple[str, ...]
-    coded: tuple[CoderTracks, ...]
-    pairs: tuple[PairAgreement, ...]
-    fleiss: float | None
-    fleiss_coders: int = 0
+    authors: tuple[str, ...]  # the coders that are compared, a coder with two names once
+    coded: tuple[CoderTracks, ...]  # what was compared
+    pairs: tuple[PairAgreement, ...]  # of every two who share a demonstration
+    fleiss: float | None  # fleiss' kappa of all, over the time that two or more labelled
+    fleiss_coders: int = 0  # how many coders the most coded demonstration has
+    #: Of two names that are one coder: how consistent the coder is
     repeated: tuple[PairAgreement, ...] = ()
+    #: How consistent each coder is from one demonstration of a task to the next
     own: tuple[Consistency, ...] = ()
-    hidden: int = 0
+    hidden: int = 0  # demonstrations left out because who looks is to label them blind
 
     def pair(self, first: str, second: str) -> PairAgreement | None:
         """Of two coders, in whichever order; None where they share no demonstration."""

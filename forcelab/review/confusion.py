@@ -1,4 +1,4 @@
-"""Cells of a confusion matrix: how much time, how many segments, and exactly which."""
+"""The confusion matrix: seconds or segments in each cell, and the intervals that they lie in."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ MOST_PLACES = 1000
 
 @dataclass(frozen=True, eq=False)
 class _Parts:
-    """Stretches of human-labelled time, each with what is predicted there; p of them."""
+    """Stretches of human-labelled time with what is predicted there; p of them."""
 
     owners: NDArray[np.int64]
     starts: NDArray[np.float64]
@@ -50,21 +50,15 @@ class _Parts:
 
 @dataclass(frozen=True, eq=False)
 class ConfusionCounts:
-    """A confusion matrix that knows what it was counted from; k actions.
+    """A confusion matrix with the stretches that it was counted from; k actions.
 
     Rows are human and columns predicted actions; the last column is unlabelled: missed time.
-
-    Parameters
-    ----------
-    actions : tuple of str, length k
-    demonstrations : tuple of DemonstrationResult
-    stage : str
-        The stage of prediction, ``"filtered"`` or ``"raw"``; demonstrations that did not keep it
-        are left out.
     """
 
-    actions: tuple[str, ...]
+    actions: tuple[str, ...]  # k
     demonstrations: tuple[DemonstrationResult, ...]
+    #: The stage of prediction, ``"filtered"`` or ``"raw"``; demonstrations that did not keep it are
+    #: left out
     stage: str
     _pieces: _Parts
     _segments: _Parts
@@ -76,25 +70,18 @@ class ConfusionCounts:
         return self._summed(parts, amounts)
 
     def numbers(self, unit: Unit = "time") -> NDArray[np.int64]:
-        """In how many places each cell's content lies, shape (k, k + 1)."""
+        """Number of stretches in each cell, shape (k, k + 1)."""
         parts = self._parts(unit)
         return self._summed(parts, np.ones(len(parts.ticks))).astype(np.int64)
 
     def places(
         self, human: str, predicted: str | None, unit: Unit = "time", most: int = MOST_PLACES
     ) -> tuple[Interval, ...]:
-        """The places of a cell, by duration times confidence, the largest first.
+        """The intervals of a cell, by duration times confidence, the largest first.
 
-        Parameters
-        ----------
-        human : str
-            The row.
-        predicted : str or None
-            The column; None for unlabelled, which has no confidence: there duration decides.
-        unit : {"time", "segments"}
-            Stretches of the cell's time, or whole human segments.
-        most : int
-            Only so many of the longest are given.
+        `predicted` is None for unlabelled, which has no confidence: there duration decides. By unit
+        they are stretches of the cell's time, or whole human segments; only the `most` longest are
+        given.
         """
         parts = self._parts(unit)
         column = len(self.actions) if predicted is None else self.actions.index(predicted)
@@ -115,7 +102,7 @@ class ConfusionCounts:
         return Interval(item.id, start, end, human, predicted, confidence)
 
     def _parts(self, unit: Unit) -> _Parts:
-        """What is counted."""
+        """The stretches that a unit counts."""
         return self._pieces if unit == "time" else self._segments
 
     def _summed(self, parts: _Parts, amounts: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -129,20 +116,7 @@ class ConfusionCounts:
 def count_confusion(
     run: RunResult, stage: str = "filtered"
 ) -> Generator[Progress, None, ConfusionCounts]:
-    """Lay predictions over human tracks.
-
-    Parameters
-    ----------
-    outcome : RunResult
-        Its tested demonstrations are counted.
-    stage : str
-        Of the predictions.
-
-    Yields
-    ------
-    Progress
-        After each demonstration.
-    """
+    """Count a stage of a run's predictions against the human tracks."""
     demonstrations = tuple(item for item in run.tested if stage in item.stages)
     pieces, segments = [], []
     for number, item in enumerate(demonstrations):
@@ -200,5 +174,5 @@ def _count_demonstration(
 
 
 def _weight(place: Interval) -> float:
-    """How much a place matters: its duration, weighted where a confidence is known."""
+    """The weight of an interval: its duration, times its confidence where that is known."""
     return place.duration * (1.0 if place.confidence is None else place.confidence)

@@ -1,8 +1,8 @@
-"""One track made from two: what both say is taken, and every difference is decided by a person.
+"""The consensus of two coders: what both agree on is taken, a person decides every difference.
 
 The consensus is the track of an author of its own. Every decision is an edit of it: stored at once,
 kept for ever, to be undone. What is still undecided follows from the three tracks, and, for time
-that was left unlabelled on purpose, from the edits of the consensus that stand.
+that was left unlabelled on purpose, from the effective edits of the consensus.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ _Parts = list[tuple[float, float, str | None]]
 
 
 def effective_edits(edits: Iterable[Edit]) -> tuple[Edit, ...]:
-    """The edits of a track that were not undone, or were redone, in the order of their making."""
+    """The edits of a track that were not undone, or were redone, in order."""
     effective: dict[int, Edit] = {}
     undone: dict[int, Edit] = {}  # by the undo that took the edit back
     for edit in edits:
@@ -48,7 +48,7 @@ def effective_edits(edits: Iterable[Edit]) -> tuple[Edit, ...]:
 
 
 def _can_redo(edits: Iterable[Edit]) -> bool:
-    """Whether an edit was undone and nothing was made in its place since."""
+    """Whether an edit was undone and no other was made since."""
     undone = 0
     for edit in edits:
         undone = max(0, undone + {"undo": 1, "redo": -1}.get(edit.kind, -undone))
@@ -58,30 +58,9 @@ def _can_redo(edits: Iterable[Edit]) -> bool:
 class Consensus:
     """Two coders' tracks over a demonstration, and the track that is made from them.
 
-    Every verb gives the edit that it made, or None where there was nothing to change.
-
-    Parameters
-    ----------
-    project : Project
-    demonstration : str
-        Its id.
-    a, b : str
-        The coders.
-    author : str
-        Who the consensus is by.
-
-    Attributes
-    ----------
-    can_undo, can_redo : bool
-        Whether there is an edit to take back, or one that was taken back.
-
-    Raises
-    ------
-    InputError
-        If the three are not three, or one of the coders labelled nothing. Verbs: as of
-        :meth:`Project.edit`.
-    StaleTrackError
-        Verbs: if the consensus was changed elsewhere; :meth:`refresh` and repeat.
+    Every verb returns its edit, or None where there was nothing to change, and may raise what
+    :meth:`Project.edit` does; after a StaleTrackError :meth:`refresh` and repeat. An InputError
+    says that the three authors are not three, or one of the coders labelled nothing.
     """
 
     def __init__(
@@ -103,7 +82,7 @@ class Consensus:
                 raise InputError(f"'{name}' labelled nothing here; choose another demonstration.")
 
     def refresh(self) -> None:
-        """Read the three tracks again, and what was left unlabelled on purpose."""
+        """Read the three tracks again, and which stretches were left unlabelled on purpose."""
         read = self.project.track
         before = self.track_a, self.track_b
         self.track_a = read(self.demonstration, self.a).segments
@@ -118,7 +97,7 @@ class Consensus:
 
     @property
     def begun(self) -> bool:
-        """Whether there is a consensus to go on with."""
+        """Whether the consensus holds a decision already."""
         return bool(self.segments) or bool(self._left)
 
     @property
@@ -127,13 +106,13 @@ class Consensus:
         return tuple(difference for difference in self.differences if not self.decided(difference))
 
     def decided(self, difference: CoderDifference) -> bool:
-        """Whether the consensus says anything there, or was left unlabelled there on purpose."""
+        """Whether the consensus labels anything there, or was left unlabelled there on purpose."""
         return bool(_cut(self.segments, difference.start, difference.end)) or (
             _left_text(difference) in self._left
         )
 
     def begin(self) -> Edit | None:
-        """Take what both say, wherever the consensus says nothing yet."""
+        """Take what both agree on, wherever the consensus is still empty."""
         agreed = self._agreed()
         after = self.segments
         for segment in agreed:
@@ -160,13 +139,7 @@ class Consensus:
         return self._decide([(difference, parts)], _left_text(difference), force=True)
 
     def mean(self, difference: CoderDifference) -> Edit | None:
-        """Set the boundary to the middle between the two coders' edges.
-
-        Raises
-        ------
-        InputError
-            If it is no boundary.
-        """
+        """Set the boundary to the middle between the two coders' edges."""
         if not difference.edge:
             raise InputError("Only a boundary has a mean; here the actions differ.")
         what = f"edge in {_span_text(difference)} set to the mean"
@@ -190,13 +163,13 @@ class Consensus:
         return self._moved(self.project.redo)
 
     def _moved(self, verb: Callable[[str, str], Edit | None]) -> Edit | None:
-        """Undo or redo, and look again."""
+        """Undo or redo, and refresh."""
         edit = verb(self.demonstration, self.author)
         self.refresh()
         return edit
 
     def _halves(self, difference: CoderDifference) -> _Parts:
-        """What was before up to the middle, what comes after from there on."""
+        """The action before up to the middle, the action after from there on."""
         middle = difference.start + difference.duration / 2
         ending = _cut(self.track_a, difference.start - 3 * SLIVER, difference.start)
         before = ending[0].action if ending else None
@@ -208,8 +181,7 @@ class Consensus:
     ) -> Edit | None:
         """Write parts in the place of differences, as one edit.
 
-        With `force` the edit is made even if the track stays as it is: that it was decided is
-        what is to be remembered.
+        With `force` the edit is stored even if the track stays as it is, to remember the decision.
         """
         after = self.segments
         for difference, parts in decisions:
@@ -221,7 +193,7 @@ class Consensus:
         return self._store(after, what, force=force and not decided)
 
     def _store(self, after: Segments, what: str, force: bool = False) -> Edit | None:
-        """Write the consensus down."""
+        """Store the consensus as an edit."""
         if after == self.segments and not force:
             return None
         edit = self.project.edit(self.demonstration, self.author, self.segments, after, what)
@@ -229,7 +201,7 @@ class Consensus:
         return edit
 
     def _agreed(self) -> Segments:
-        """What both say, in order."""
+        """What both coders agree on, in order."""
         actions = actions_of((self.track_a, self.track_b))
         laid = overlay_tracks((self.track_a, self.track_b), actions)
         same = laid.joined(laid.codes[0] == laid.codes[1])
@@ -238,7 +210,7 @@ class Consensus:
 
 
 def _cut(segments: Segments, start: float, end: float) -> Segments:
-    """The segments of which more than dust lies in a stretch."""
+    """The segments of which more than float dust lies in a stretch."""
     first = bisect_right(segments, start + SLIVER, key=_end)
     last = bisect_left(segments, end - SLIVER, key=_start)
     return segments[first:last]

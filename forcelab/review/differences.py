@@ -1,6 +1,6 @@
-"""Every interval over which a human's track and a prediction differ, told apart by kind.
+"""Differences of a human's track and a prediction, as intervals of a kind.
 
-Both tracks together cut time into pieces over which neither changes; what differs is found by
+Both tracks together cut time into pieces over which neither changes; differences are found by
 arithmetic on the edges of segments, whatever the rate of the samples.
 """
 
@@ -22,25 +22,17 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Interval:
-    """A stretch of a demonstration, and what human and model make of it.
+    """A stretch of a demonstration with its human and its predicted action."""
 
-    Parameters
-    ----------
-    demonstration : str
-        Its id.
-    start, end : float
-        Seconds, ``start < end``.
-    human, predicted : str, optional
-        The action that each sees there; None where it is unlabelled or nothing is known.
-    confidence : float, optional
-        Mean probability, 0 to 1, that the model gives to what it predicts.
-    """
-
-    demonstration: str
+    demonstration: str  # its id
+    #: start, end: seconds, ``start < end``
     start: float
     end: float
+    #: human, predicted: the action that each sees there; None where it is unlabelled or nothing is
+    #: known
     human: str | None = None
     predicted: str | None = None
+    #: Mean probability, 0 to 1, that the model gives to what it predicts
     confidence: float | None = None
 
     @property
@@ -62,16 +54,7 @@ def action_over(segments: Segments, start: float, end: float) -> str | None:
 def interval_of(
     result: DemonstrationResult, start: float, end: float, human: str | None = None
 ) -> Interval:
-    """A stretch of a demonstration with what human and model mostly make of it.
-
-    Parameters
-    ----------
-    reviewed : DemonstrationResult
-    start, end : float
-        Seconds.
-    human : str, optional
-        What the human makes of it, where that is known better.
-    """
+    """A stretch with the actions that cover most of it; `human` where that is known better."""
     predicted = action_over(result.predicted, start, end)
     confidence = None
     if predicted is not None and result.probability_trace is not None:
@@ -81,7 +64,7 @@ def interval_of(
 
 
 def interval_at(result: DemonstrationResult, time: float) -> Interval | None:
-    """The stretch around a time (s) in which neither human nor model changes their mind.
+    """The stretch around a time (s) in which neither human nor prediction changes.
 
     None where nothing is labelled and nothing is predicted there.
     """
@@ -107,26 +90,21 @@ EDGE_SHARE = 0.25
 
 @dataclass(frozen=True, slots=True)
 class Difference(Interval):
-    """A place where human and model differ.
+    """A stretch where human and model differ.
 
     `confidence` is the mean probability that the model gives to what it predicts there; where it
-    predicts nothing, one minus that of the action that the human sees.
-
-    Parameters
-    ----------
-    kind : "action", "missed", "invented" or "boundary"
-        Both name an action, not the same one; only the human does; only the model does; both see
-        the same actions one after the other and only the edge between them differs.
-    suspicion : float
-        How much speaks for an error of the coder, 0 to 1; see :mod:`forcelab.review.label_errors`.
+    predicts nothing, one minus that of the human's action.
     """
 
+    #: Both name an action, not the same one; only the human does; only the model does; both see the
+    #: same actions one after the other and only the edge between them differs
     kind: DifferenceKind = "action"
+    #: How much speaks for an error of the coder, 0 to 1; see :mod:`forcelab.review.label_errors`
     suspicion: float = 0.0
 
     @property
     def score(self) -> float:
-        """Seconds times confidence: what is worth the first look; seconds if nothing is known."""
+        """Seconds times confidence, which orders the queue; seconds where that is unknown."""
         return self.duration * (1.0 if self.confidence is None else self.confidence)
 
 
@@ -144,7 +122,7 @@ class _Piece(NamedTuple):
 
 
 def current_tracks(project: Project, run: RunResult) -> dict[str, Segments]:
-    """The tracks of an outcome's coder as they are now, spelt as they were trained.
+    """The current tracks of a run's coder, with the actions as they were trained.
 
     Demonstrations that have left the project since are left out.
     """
@@ -157,7 +135,7 @@ def current_tracks(project: Project, run: RunResult) -> dict[str, Segments]:
 
 
 def as_trained(segments: Segments, run: RunResult, result: DemonstrationResult) -> Segments:
-    """Segments of a demonstration with the actions as the outcome trained them."""
+    """Segments of a demonstration with the actions as the run trained them."""
     merged = run.settings.merge.apply_segments(segments)
     if not run.apart:
         return merged
@@ -165,7 +143,7 @@ def as_trained(segments: Segments, run: RunResult, result: DemonstrationResult) 
 
 
 def action_as_coded(action: str, run: RunResult, result: DemonstrationResult) -> str:
-    """What a coder writes for an action that a recogniser has learnt, perhaps in another task."""
+    """The coder's spelling of an action that a recogniser has learnt, perhaps in another task."""
     if not run.apart:
         return action
     # A task's name may end with another one's.
@@ -186,17 +164,7 @@ def find_differences(
     predicted: Sequence[Segment],
     trace: ProbabilityTrace | None = None,
 ) -> tuple[Difference, ...]:
-    """The differences of two tracks over one demonstration: they tile the time that differs.
-
-    Parameters
-    ----------
-    demonstration : str
-        Its id.
-    human, predicted : sequence of Segment
-        In order, never overlapping.
-    probability_trace : ProbabilityTrace, optional
-        The model's.
-    """
+    """The differences of two tracks over one demonstration: they tile the time that differs."""
     pieces = list(_pieces(human, predicted))
     edges = _edges(pieces)
     return tuple(
@@ -215,14 +183,14 @@ def find_differences(
 
 
 def _kind(piece: _Piece) -> DifferenceKind:
-    """What a piece is that differs by more than an edge."""
+    """The kind of a piece that differs by more than an edge."""
     if piece.human is None:
         return "invented"
     return "missed" if piece.predicted is None else "action"
 
 
 def _confidence(piece: _Piece, trace: ProbabilityTrace | None) -> float | None:
-    """How sure the model is that the human is not right."""
+    """The model's confidence that the human is wrong."""
     if trace is None:
         return None
     if piece.predicted is None:
@@ -255,7 +223,7 @@ def _pieces(human: Sequence[Segment], predicted: Sequence[Segment]) -> Iterator[
 
 
 def _actions_between(segments: Sequence[Segment], times: Sequence[float]) -> Iterator[str | None]:
-    """What a track has between each two neighbouring times, which hold all of its edges."""
+    """A track's action between each two neighbouring times, which hold all of its edges."""
     following = iter(segments)
     current = next(following, None)
     for start in times[:-1]:
@@ -265,12 +233,12 @@ def _actions_between(segments: Sequence[Segment], times: Sequence[float]) -> Ite
 
 
 def _edges(pieces: Sequence[_Piece]) -> set[int]:
-    """Which pieces differ by a displaced edge only.
+    """Indices of the pieces that differ by a displaced edge only.
 
-    Between two stretches over which both see A, and both see B, lies a transition. In it an edge
-    is displaced if both go from A to B without a third action and without turning back; either may
+    Between two stretches over which both see A, and both see B, lies a transition. In it an edge is
+    displaced if both go from A to B without a third action and without turning back; either may
     leave unlabelled time in between. Before the first and after the last stretch on which both
-    agree, nothing is what both see.
+    agree, both have nothing.
     """
     agreed = [i for i, p in enumerate(pieces) if p.human is not None and not p.differs]
     found: set[int] = set()

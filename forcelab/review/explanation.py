@@ -1,28 +1,23 @@
-"""Why a recogniser saw an action somewhere: what spoke for it, and what it resembles.
+"""Explanations: why a recogniser predicted an action, and which training segments are alike.
 
-The training segments that are most like a stretch of a demonstration. A segment is known by a few
-numbers: mean and standard deviation of the log magnitudes of each channel and scale, the mean level
-of each channel, and the logarithm of its duration. Each is divided by its standard deviation over
-all training segments, so that none outweighs the others by its unit; the distance of two segments
-is Euclidean.
+*The held-out model.* A run stores no recogniser of its folds. To explain what one of them predicted
+it is trained again with the labels, the settings and the seed of the run, so that it is the same
+one; whether it predicts the same is checked.
 
-The recogniser that judged a demonstration without having seen it, made once more. A run keeps no
-recogniser of its folds. To explain what one of them made of a demonstration it is trained again
-with the labels, the settings and the seed of the run, so that it is the same one; whether it
-predicts the same is checked.
+*Attribution.* The log-odds of the predicted action against the human's, averaged over the time
+steps of an interval, are shared out among channels and scales; where the two do not differ, or one
+of them is unknown, the most probable other action takes the place of the missing one. For the MLP
+by integrated gradients from the mean of all training time steps
+(:mod:`forcelab.recognition.attribution`): they add up to the change of the log-odds, and the gap
+says what is missing from that. For every other classifier by permutation: magnitude and phase of
+one channel and scale are replaced by those of random training time steps, and the loss of log-odds
+is what they contributed. Its error is the standard error over repetitions; such losses need not add
+up, and bands that carry the same information hide each other.
 
-How much each channel and scale speaks for one action and against another. Two methods.
-**Gradient**, for the MLP: how the log-odds grow along the straight line from the mean of all
-training time steps to each time step of the place, shared out among the features; see
-:mod:`forcelab.recognition.attribution`. The shares add up to the change of the log-odds, and what
-is missing from that is told as the gap. **Permutation**, for every other classifier: the magnitude
-and the phase of one channel and scale are replaced by those of random training time steps; what the
-log-odds lose by it is what they owed to them. Its error is the standard error over repetitions;
-such losses need not add up, and bands that know the same hide each other.
-
-What is explained are the log-odds of two actions, averaged over the time steps of a place: of
-the predicted action against the human's. Where the two do not differ, or one of them is not
-known, the most probable other action takes the place of the missing one.
+*Neighbours.* A segment is described by mean and standard deviation of the log magnitudes of each
+channel and scale, the mean level of each channel, and the logarithm of its duration. Each is
+divided by its standard deviation over all training segments, so that none outweighs the others by
+its unit; the distance of two segments is Euclidean.
 """
 
 from __future__ import annotations
@@ -74,34 +69,18 @@ NEIGHBOURS = 3
 
 @dataclass(frozen=True)
 class Neighbour:
-    """A training segment and how far it is.
+    """A training segment and its distance."""
 
-    Parameters
-    ----------
-    place : Place
-        Of another demonstration; ``human`` is its action.
-    distance : float
-        In standard deviations of training segments, over all numbers together.
-    """
-
-    place: Interval
-    distance: float
+    place: Interval  # of another demonstration; ``human`` is its action
+    distance: float  # in standard deviations of training segments, over all numbers together
 
 
 @dataclass(frozen=True, eq=False)
 class SegmentFeatures:
-    """The training segments of one or several demonstrations in numbers.
+    """The training segments of one or several demonstrations in numbers."""
 
-    Parameters
-    ----------
-    places : tuple of Place, length m
-        ``human`` is the action.
-    values : ndarray, shape (m, d)
-        Not yet divided by anything.
-    """
-
-    places: tuple[Interval, ...]
-    values: Real
+    places: tuple[Interval, ...]  # m; ``human`` is the action
+    values: Real  # (m, d); not yet divided by anything
 
     @classmethod
     def joined(cls, parts: Sequence[SegmentFeatures]) -> SegmentFeatures:
@@ -113,23 +92,9 @@ class SegmentFeatures:
 def summarise(
     examples: Examples, demonstration: Demonstration, scales: int, start: float, end: float
 ) -> Real | None:
-    """The numbers by which ``[start, end)`` seconds of a demonstration are known, shape (d,).
+    """The numbers (d,) that describe ``[start, end)`` seconds of a demonstration.
 
-    Parameters
-    ----------
-    examples : Examples
-        The demonstration's features.
-    demonstration : Demonstration
-        With the levels of its channels.
-    scales : int
-        How many scales the features have.
-    start, end : float
-        Seconds.
-
-    Returns
-    -------
-    ndarray, shape (d,), or None
-        None where the stretch has no time step, or only some in gaps.
+    None where the stretch has no time step, or only some in gaps.
     """
     steps = slice(*np.searchsorted(examples.times, (start, end)))
     rows = examples.features[steps][examples.valid[steps]]
@@ -155,7 +120,7 @@ def summarise(
 def summarise_segments(
     examples: Examples, demonstration: Demonstration, scales: int
 ) -> SegmentFeatures:
-    """All human segments of a demonstration in numbers; parameters as of :func:`summarise`."""
+    """The numbers of all human segments of a demonstration."""
     places, values = [], []
     for segment in examples.segments:
         found = summarise(examples, demonstration, scales, segment.start, segment.end)
@@ -173,24 +138,10 @@ def nearest_segments(
     count: int = NEIGHBOURS,
     without: Collection[str] = (),
 ) -> tuple[Neighbour, ...]:
-    """The training segments of one action that are nearest to a stretch.
+    """The training segments of one action nearest to a stretch (d,), the nearest one first.
 
-    Parameters
-    ----------
-    wanted : ndarray, shape (d,)
-        The stretch, as of :func:`summarise`.
-    training : Summaries
-        Of all actions: the standard deviations are theirs.
-    action : str
-    count : int
-        How many at most.
-    without : collection of str
-        Ids of demonstrations to leave out, such as the one that the stretch is of.
-
-    Returns
-    -------
-    tuple of Neighbour
-        The nearest one first; of equally near ones the one that comes first in `training`.
+    The standard deviations are those of the training segments of all actions. Of equally near ones
+    the first in `training` comes first; demonstrations in `without` are left out.
     """
     chosen = [
         i
@@ -212,22 +163,14 @@ COLUMNS, WIDTH = 160, 192
 
 @dataclass(frozen=True, eq=False)
 class ForcePreview:
-    """A stretch in little.
+    """Forces and video frame of a stretch, for a thumbnail."""
 
-    Parameters
-    ----------
-    name : str
-        Of the demonstration.
-    low, high : ndarray, shape (m, c)
-        Least and greatest sample of each column of time and each recorded channel, in the
-        channel's unit; NaN where there is none.
-    frame : ndarray of uint8, shape (h, w, 3), or None
-        The video's frame in the middle, made small; None without a video.
-    """
-
-    name: str
+    name: str  # of the demonstration
+    #: low, high: (m, c); least and greatest sample of each column of time and each recorded
+    #: channel, in the channel's unit; NaN where there is none
     low: Real
     high: Real
+    #: (h, w, 3); the video's frame in the middle, made small; None without a video
     frame: NDArray[np.uint8] | None = None
 
 
@@ -248,18 +191,7 @@ def force_preview(
 def preview_job(
     path: Path, places: Sequence[Interval]
 ) -> Generator[Progress, None, list[ForcePreview]]:
-    """The traces of some places, in their order; a video that cannot be read has no frame.
-
-    Parameters
-    ----------
-    path : Path
-        Of the project.
-    places : sequence of Place
-
-    Yields
-    ------
-    Progress
-    """
+    """Previews of intervals of a project; a video that cannot be read gives no frame."""
     found = []
     with Project.open(path) as project:
         for place in places:
@@ -307,56 +239,28 @@ TrainedHow = Literal["left out", "other task", "final"]
 
 @dataclass(frozen=True, eq=False)
 class HeldOutModel:
-    """A recogniser that has not seen a demonstration, and that demonstration as it sees it.
+    """A recogniser that has not seen a demonstration, and that demonstration's examples."""
 
-    Parameters
-    ----------
-    run : int
-        Number of the run that this is about.
-    how : "left out", "other task" or "final"
-        Trained on all others, or all but its group; trained on another task; or the final
-        recogniser, of a demonstration that was never labelled.
-    demonstration : Demonstration
-        The one that was not seen.
-    examples : Examples
-        Its features; f of them at each of n time steps.
-    judge : Network or BlackBoxScorer
-        The classifier.
-    hertz : ndarray, shape (k,)
-        Of the scales or windows, the smallest first.
-    probability_trace : ProbabilityTrace or None
-        Of the run if it kept any, else of `judge`; None if that gives no probabilities.
-    kept : bool
-        Whether `certainty` is the run's.
-    same : float
-        The share of samples, 0 to 1, that this recogniser labels as the run did.
-    mean : ndarray, shape (f,)
-        Of the features over all time steps that were trained on.
-    sample : ndarray, shape (m, f)
-        Some of those time steps, drawn at random.
-    training : Summaries
-        The segments that were trained on.
-    seconds : dict of str to float
-        Run time of ``features`` and ``fit``.
-    """
-
-    run: int
+    run: int  # number of the run that this is about
+    #: Trained on all others, or all but its group; trained on another task; or the final
+    #: recogniser, of a demonstration that was never labelled
     how: TrainedHow
-    demonstration: Demonstration
-    examples: Examples
+    demonstration: Demonstration  # the one that was not seen
+    examples: Examples  # its features; f of them at each of n time steps
     scorer: MlpScorer | BlackBoxScorer
-    hertz: Real
+    hertz: Real  # (k,); of the scales or windows, the smallest first
+    #: Of the run if it kept any, else of `judge`; None if that gives no probabilities
     probability_trace: ProbabilityTrace | None
     trace_from_run: bool
     same_share: float
-    mean: Real
-    sample: Real
-    training: SegmentFeatures
-    seconds: dict[str, float]
+    mean: Real  # (f,); of the features over all time steps that were trained on
+    sample: Real  # (m, f); some of those time steps, drawn at random
+    training: SegmentFeatures  # the segments that were trained on
+    seconds: dict[str, float]  # run time of ``features`` and ``fit``
 
     @property
     def bytes(self) -> int:
-        """About the memory that it takes, with all of a classifier that keeps what it saw."""
+        """About the memory that it takes."""
         arrays = (self.examples.features, self.sample, self.training.values)
         return sum(array.nbytes for array in arrays) + self.demonstration.signals.nbytes
 
@@ -377,24 +281,8 @@ def track_after_edit(project: Project, used: LabelsUsed) -> Segments:
 def train_held_out(path: Path, run: RunResult, id_: str) -> Generator[Progress, None, HeldOutModel]:
     """Train the recogniser of a run that has not seen a demonstration.
 
-    Parameters
-    ----------
-    path : Path
-        Of the project.
-    outcome : RunResult
-        The run.
-    id_ : str
-        Of a demonstration that the run tested or proposed labels for.
-
-    Yields
-    ------
-    Progress
-        Of features, a demonstration each; then of the fit, an epoch each.
-
-    Raises
-    ------
-    InputError
-        If the run has nothing to do with the demonstration, or it cannot be trained any more.
+    Progress over features, a demonstration each; then over the fit, an epoch each. An InputError
+    says that the run has nothing to do with the demonstration, or it cannot be trained any more.
     """
     result = run.find(id_)
     if result is None:
@@ -466,7 +354,7 @@ def train_held_out(path: Path, run: RunResult, id_: str) -> Generator[Progress, 
 
 
 def _labelled(project: Project, run: RunResult) -> list[LabelledDemonstration]:
-    """What the run had labels of, as they were then and in the run's order."""
+    """The demonstrations that the run had labels of, as they were then and in the run's order."""
     items, tasks = [], []
     for used in run.labels:
         segments = track_after_edit(project, used)
@@ -513,33 +401,24 @@ BLOCK = 4096
 
 @dataclass(frozen=True, eq=False)
 class Attribution:
-    """How much each band and channel speaks for one action and against another.
-
-    Parameters
-    ----------
-    method : "gradient" or "permutation"
-    bands, bands_error : ndarray, shape (q, k)
-        Log-odds, means over time steps, of each channel and scale; positive speaks for the
-        favoured action. Errors are standard errors over repetitions, 0 for the gradient.
-    channels, channels_error : ndarray, shape (q,)
-        The same of all scales of a channel together.
-    log_odds, reference : float
-        Mean log-odds at the place, and at the mean of what was trained on (of a permutation: with
-        every feature replaced).
-    gap : float
-        Of the gradient: by how much the bands together miss ``log_odds - reference``.
-    steps, repeats : int
-        Time steps that were looked at, and how often each band was replaced (gradient: 0).
-    """
+    """How much each of k bands of q channels speaks for one action and against another."""
 
     method: Literal["gradient", "permutation"]
+    #: bands, bands_error: (q, k); log-odds, means over time steps, of each channel and scale;
+    #: positive speaks for the favoured action. Errors are standard errors over repetitions, 0 for
+    #: the gradient.
     bands: Real
     bands_error: Real
+    #: channels, channels_error: (q,); the same of all scales of a channel together
     channels: Real
     channels_error: Real
+    #: log_odds, reference: mean log-odds at the place, and at the mean of what was trained on (of a
+    #: permutation: with every feature replaced)
     log_odds: float
     reference: float
-    gap: float
+    gap: float  # of the gradient: by how much the bands together miss ``log_odds - reference``
+    #: steps, repeats: time steps that were looked at, and how often each band was replaced
+    #: (gradient: 0)
     steps: int
     repeats: int
 
@@ -555,23 +434,10 @@ def attribute_bands(
     sample: Real,
     seed: int = 0,
 ) -> Generator[Progress, None, Attribution]:
-    """How much each band speaks for an action; by gradient where that can be had.
+    """How much each band speaks for an action, of time steps (n, f); by gradient where possible.
 
-    Parameters
-    ----------
-    judge : Scorer
-    rows : ndarray, shape (n, f)
-        Features of the time steps that are explained.
-    favoured, against : str
-        Two of the judge's actions.
-    shape : (int, int)
-        Channels q and scales k; f is q k, or 2 q k with phases.
-    mean : ndarray, shape (f,)
-        What the gradient compares with.
-    sample : ndarray, shape (m, f)
-        What permutation replaces by.
-    seed : int
-        Of the permutation.
+    `shape` are channels q and scales k; f is q k, or 2 q k with phases. The gradient compares with
+    `mean` (f,), permutation replaces by rows of `sample` (m, f).
     """
     if isinstance(scorer, MlpScorer):
         return (yield from _by_gradient(scorer, rows, favoured, against, shape, mean))
@@ -581,7 +447,7 @@ def attribute_bands(
 def _by_gradient(
     network: MlpScorer, rows: Real, favoured: str, against: str, shape: tuple[int, int], mean: Real
 ) -> Generator[Progress, None, Attribution]:
-    """The shares of all features, gathered by band."""
+    """The integrated gradients of all features, summed by band."""
     total = np.zeros(rows.shape[1])
     for first in range(0, len(rows), BLOCK):
         block = rows[first : first + BLOCK]
@@ -615,7 +481,7 @@ def _by_permutation(
     sample: Real,
     seed: int,
 ) -> Generator[Progress, None, Attribution]:
-    """What the log-odds lose when a band, or a whole channel, is replaced."""
+    """The loss of log-odds when a band, or a whole channel, is replaced."""
     random = np.random.default_rng(seed)
     chosen = np.unique(np.linspace(0, len(rows) - 1, STEPS).round().astype(np.int64))
     chosen_rows = rows[chosen]
@@ -649,66 +515,35 @@ def _by_permutation(
 
 @dataclass(frozen=True, slots=True)
 class Band:
-    """One channel at one scale, and how much it speaks for the favoured action.
-
-    Parameters
-    ----------
-    channel : str
-    hertz : float
-        Of the scale.
-    weight, error : float
-        Log-odds, natural logarithm; the error is a standard error.
-    """
+    """One channel at one scale, and how much it speaks for the favoured action."""
 
     channel: str
-    hertz: float
+    hertz: float  # of the scale
+    #: weight, error: log-odds, natural logarithm; the error is a standard error
     weight: float
     error: float
 
 
 @dataclass(frozen=True, eq=False)
 class Explanation:
-    """An explanation of one place.
+    """An explanation of one interval."""
 
-    Parameters
-    ----------
-    place : Place
-        What is explained.
-    favoured, against : str
-        What bands speak for, and against.
-    channels : tuple of str, length q
-    hertz : ndarray, shape (k,)
-        Of the scales, the highest first.
-    influence : Attribution
-    probability_trace : ProbabilityTrace or None
-        How probable each action is over the whole demonstration.
-    kept : bool
-        Whether that is the run's own; otherwise it was computed with the recogniser trained anew.
-    how : str
-        Which recogniser it was; see :class:`~forcelab.review.explanation.HeldOutModel`.
-    same : float
-        The share of samples that it labels as the run did.
-    neighbours : mapping of str to tuple of Neighbour
-        The nearest training segments of `favoured` and of `against`.
-    seconds : mapping of str to float
-        Run time of ``features`` and ``fit``.
-    remarks : tuple of str
-        A sentence for each thing that is not as one might think.
-    """
-
-    place: Interval
+    place: Interval  # what is explained
+    #: favoured, against: what bands speak for, and against
     favoured: str
     against: str
-    channels: tuple[str, ...]
-    hertz: Real
+    channels: tuple[str, ...]  # q
+    hertz: Real  # (k,); of the scales, the highest first
     attribution: Attribution
+    #: How probable each action is over the whole demonstration
     probability_trace: ProbabilityTrace | None
     trace_from_run: bool
-    how: str
+    how: str  # which recogniser it was; see :class:`~forcelab.review.explanation.HeldOutModel`
     same_share: float
+    #: The nearest training segments of `favoured` and of `against`
     neighbours: Mapping[str, tuple[Neighbour, ...]]
-    seconds: Mapping[str, float]
-    remarks: tuple[str, ...] = ()
+    seconds: Mapping[str, float]  # run time of ``features`` and ``fit``
+    remarks: tuple[str, ...] = ()  # A sentence for each thing that is not as one might think
 
     def strongest(self, count: int = 3) -> tuple[Band, ...]:
         """The bands that weigh most, for or against, the heaviest first."""
@@ -767,27 +602,7 @@ class Explanation:
 def explain(
     held_out: HeldOutModel, run: RunResult, place: Interval, hidden: Collection[str] = ()
 ) -> Generator[Progress, None, Explanation]:
-    """Explain a place.
-
-    Parameters
-    ----------
-    withheld : HeldOutModel
-        Of the place's demonstration.
-    outcome : RunResult
-        The run.
-    place : Place
-    hidden : collection of str
-        Ids of demonstrations that must not be shown, as somebody codes them blind.
-
-    Yields
-    ------
-    Progress
-
-    Raises
-    ------
-    InputError
-        If there is no sample at the place.
-    """
+    """Explain an interval, without neighbours in the `hidden` demonstrations."""
     examples, scorer = held_out.examples, held_out.scorer
     steps = slice(*np.searchsorted(examples.times, (place.start, place.end)))
     rows = examples.features[steps][examples.valid[steps]]
@@ -872,7 +687,7 @@ def explain_at(
 
 
 def _sides(scorer: Scorer, rows: Real, place: Interval) -> tuple[str, str]:
-    """Which action is spoken for, and which one against."""
+    """The favoured action, and the one that it is compared with."""
     known, scores = scorer.actions, scorer.scores(rows).mean(axis=0)
     order = [known[i] for i in np.argsort(-scores, kind="stable")]
     favoured = place.predicted if place.predicted in known else order[0]
@@ -883,7 +698,7 @@ def _sides(scorer: Scorer, rows: Real, place: Interval) -> tuple[str, str]:
 
 
 def _neighbour_with_prediction(run: RunResult, found: Neighbour) -> Neighbour:
-    """A neighbour with what was predicted there."""
+    """A neighbour with its predicted action."""
     place, result = found.place, run.find(found.place.demonstration)
     if result is None:
         return found
@@ -892,7 +707,7 @@ def _neighbour_with_prediction(run: RunResult, found: Neighbour) -> Neighbour:
 
 
 def _remarks(held_out: HeldOutModel, place: Interval) -> tuple[str, ...]:
-    """What is not as one might think."""
+    """Remarks on an unknown action, and on a model that predicts otherwise than the run."""
     remarks = []
     if place.human is not None and place.human not in held_out.scorer.actions:
         remarks.append(
@@ -900,14 +715,14 @@ def _remarks(held_out: HeldOutModel, place: Interval) -> tuple[str, ...]:
         )
     if held_out.same_share < 1:
         remarks.append(
-            f"The recogniser trained anew labels {100 * held_out.same_share:.1f} % of the samples as "
-            f"the run did; the rest was made by another version or other settings."
+            f"The recogniser trained anew labels {100 * held_out.same_share:.1f} % of the samples "
+            f"as the run did; the rest was made by another version or other settings."
         )
     return tuple(remarks)
 
 
 def _interval_json(place: Interval) -> dict[str, Any]:
-    """A place as plain values."""
+    """An interval as plain values."""
     return {
         "demonstration": place.demonstration,
         "start": place.start,

@@ -1,26 +1,22 @@
-"""Suspected coding errors: segments that a model which has not seen them contradicts.
+"""Suspected coding errors: segments, parts of them and edges that a held-out model contradicts.
 
-Parts of a human's segments that the model contradicts, while the rest may be right. So it is where
-a coder ends an action far too early, or overlooks a short one. A part is what the prediction cuts
-off a segment called x and calls y. The evidence is a log ratio as in
-:mod:`forcelab.recognition.label_noise`,
+*Segments.* The evidence is that of :mod:`forcelab.recognition.label_noise`. It counts only for an
+action that is more probable than the coder's and of which the prediction has more there: what is
+unusual, but predicted as well, is no error.
+
+*Parts* are what the prediction cuts off a segment called x and calls y, where a coder ends an
+action far too early, or overlooks a short one. The evidence is the log ratio
 
     log E = sum_k r_k log(P[k | y] / P[k | x]) + w (log P[the order with y] - log P[as coded]),
 
-with `r` the mean probability of each action over the part and the order as a Markov chain; all
-this is learnt from the other segments, and w is how much the order tells at all. If a share of the
+with `r` the mean probability of each action over the part and the order as a Markov chain; all this
+is learnt from the other segments, and w is the mutual information of the order. If a share of the
 other segments of x hold such a part too, P[y | x] is no less than that: what happens everywhere is
 the model's weakness. The suspicion is q E / (1 + E), with q the mean probability of y, times the
-length as a share of the median length of y, where it is shorter: so neither a stretch that the
-model is not sure of nor an edge that is a little displaced makes anybody suspicious.
+length as a share of the median length of y, where it is shorter: so neither an uncertain stretch
+nor an edge that is a little displaced is suspicious.
 
-Suspected coding errors: human segments that the model, not having seen them, contradicts. Of
-segments the evidence is that of :mod:`forcelab.recognition.label_noise`: what the recogniser says
-that was trained without the demonstration, and the neighbours. It counts only for an action that is
-more probable than the coder's and of which the prediction has more there: what is unusual, but seen
-by the model as well, is nobody's error. Of parts of segments it is that above.
-
-An edge is suspect if the model puts it elsewhere, is sure of what it sees on either side and
+*Edges* are suspect if the model puts them elsewhere, is sure of both sides and of what lies
 between, and is far more off than usual where the same two meet: with q the least of the three mean
 probabilities, d the displacement and u its median over that transition, q min(1, d / (4 u))^2,
 which counts from 2 u on.
@@ -57,29 +53,13 @@ Real = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class ModelEvidence:
-    """What the model says about one demonstration; K actions.
+    """The model's probabilities over the segments of one demonstration; m segments, K actions."""
 
-    Parameters
-    ----------
-    demonstration : str
-        Its id.
-    segments : tuple of Segment
-        The human's, m of them.
-    said : ndarray of float64, shape (m, K)
-        Mean probability of each action over the middle of each segment.
-    predicted : ndarray of float64, shape (m, K)
-        Share of the same that the prediction gives to each action.
-    parts : tuple of Difference
-        The stretches of kind "action", p of them.
-    of_parts : ndarray of float64, shape (p, K)
-        The same over each of these.
-    """
-
-    demonstration: str
-    segments: Segments
+    demonstration: str  # its id
+    segments: Segments  # the human's, m of them
     probabilities: Real
-    predicted: Real
-    parts: tuple[Difference, ...]
+    predicted: Real  # (m, K); share of the same that the prediction gives to each action
+    parts: tuple[Difference, ...]  # the stretches of kind "action", p of them
     part_probabilities: Real
 
 
@@ -89,19 +69,10 @@ def gather_evidence(
     actions: Sequence[str],
     differences: Iterable[Difference] = (),
 ) -> ModelEvidence:
-    """Gather what the model says about a human's segments.
+    """Gather the model's probabilities over a human's segments, and over the differences within.
 
-    Without probabilities its word is the share of time that it gives to each action.
-
-    Parameters
-    ----------
-    reviewed : DemonstrationResult
-    segments : tuple of Segment
-        The human's.
-    actions : sequence of str
-        The outcome's.
-    differences : iterable of Difference
-        Between these segments and the prediction; without any, only whole segments are judged.
+    Without probabilities the share of time that it gives to each action stands for them. Without
+    `differences` only whole segments are judged.
     """
     parts = tuple(d for d in differences if d.kind == "action")
     probabilities = _said(result, [(s.start, s.end) for s in segments], actions)
@@ -155,28 +126,16 @@ ALIKE = 0.5
 
 @dataclass(frozen=True)
 class _SuspectPart:
-    """A part, in numbers.
-
-    Parameters
-    ----------
-    difference : Difference
-    number : int
-        Of its segment, among all.
-    start : float
-        Of its segment, in seconds.
-    x, y : int
-        The codes of what human and model see.
-    said : ndarray of float64, shape (K,)
-    coded, instead : tuple of int
-        The order of actions around it as it was coded, and with y.
-    """
+    """A part with its codes."""
 
     difference: Difference
-    number: int
-    start: float
+    number: int  # of its segment, among all
+    start: float  # of its segment, in seconds
+    #: x, y: the codes of what human and model see
     x: int
     y: int
     probabilities: Real
+    #: coded, instead: the order of actions around it as it was coded, and with y
     coded: tuple[int, ...]
     instead: tuple[int, ...]
 
@@ -186,11 +145,7 @@ def suspect_parts(
 ) -> Mapping[tuple[str, float], list[Difference]]:
     """The parts with their suspicion, by demonstration and start of their segment.
 
-    Parameters
-    ----------
-    everything : sequence of Heard
-    actions : sequence of str, length K
-        The columns of what was heard; parts that are called otherwise are left out.
+    `actions` are the columns of the evidence; parts with other actions are left out.
     """
     codes = {action: code for code, action in enumerate(actions)}
     parts = list(_numbered_parts(everything, codes))
@@ -249,7 +204,7 @@ def _code_sequence(evidence: ModelEvidence, codes: Mapping[str, int]) -> list[in
 
 
 class _ProbabilityEvidence:
-    """How the model speaks of each action."""
+    """The model's usual probabilities over segments of each action."""
 
     def __init__(
         self,
@@ -270,7 +225,7 @@ class _ProbabilityEvidence:
             known[part.number] = max(known.get(part.number, 0.0), length)
 
     def evidence(self, part: _SuspectPart) -> float:
-        """Log ratio of what it says over a part."""
+        """Log ratio of the probabilities over a part."""
         x, y, spread = part.x, part.y, 1.0 / len(part.probabilities)
         called_y = (self._totals[y] + spread) / (self._counts[y] + 1)
         without = np.maximum(self._totals[x] - self._said[part.number], 0.0)
@@ -283,7 +238,7 @@ class _ProbabilityEvidence:
 
 
 class _OrderEvidence:
-    """Which action follows which."""
+    """Counts of which action follows which."""
 
     def __init__(self, everything: Sequence[ModelEvidence], codes: Mapping[str, int]) -> None:
         self._met = np.zeros((len(codes) + 1, len(codes) + 1))
@@ -315,19 +270,9 @@ def suspect_segments(
 ) -> tuple[Difference, ...]:
     """Every human segment, or part of one, that the model would rather call something else.
 
-    Parameters
-    ----------
-    all_heard : iterable of Heard
-        Of each demonstration.
-    actions : sequence of str
-        The outcome's.
-
-    Returns
-    -------
-    tuple of Difference
-        The most suspect first. `suspicion` is as told above, `confidence` the mean probability of
-        the other action. A segment is listed as a whole where that is suspected, and otherwise
-        as what is more suspect: the whole, or its parts.
+    The most suspect first; `confidence` is the mean probability of the other action. A segment is
+    listed as a whole where that is suspected, and otherwise as what is more suspect: the whole, or
+    its parts.
     """
     everything = [evidence for evidence in everything_in if evidence.segments]
     if not everything:
@@ -362,7 +307,7 @@ def suspect_segments(
 
 
 def _segments(everything: Sequence[ModelEvidence], actions: Sequence[str]) -> list[Difference]:
-    """The whole segments of which anything is suspected."""
+    """The whole segments with a suspicion."""
     probabilities = np.concatenate([h.probabilities for h in everything])
     number = {action: code for code, action in enumerate(actions)}
     sequence = SegmentSequence([[number.get(s.action, -1) for s in h.segments] for h in everything])
@@ -389,14 +334,9 @@ def _segments(everything: Sequence[ModelEvidence], actions: Sequence[str]) -> li
 def suspect_edges(
     differences: Sequence[Difference], traces: Mapping[str, ProbabilityTrace | None]
 ) -> tuple[Difference, ...]:
-    """The same differences; those of kind "boundary" with their suspicion.
+    """The differences of all demonstrations, those of kind "boundary" with their suspicion.
 
-    Parameters
-    ----------
-    differences : sequence of Difference
-        Of all demonstrations: what is usual is learnt from them.
-    certainties : mapping of str to ProbabilityTrace or None
-        By the demonstration's id; without probabilities no edge is suspect.
+    What is usual is learnt from them; without a probability trace no edge is suspect.
     """
     lengths: dict[frozenset[str | None], list[float]] = {}
     for difference in differences:
@@ -412,12 +352,12 @@ def suspect_edges(
 
 
 def _transition(difference: Difference) -> frozenset[str | None]:
-    """The two that meet at a displaced edge, whichever comes first."""
+    """The two actions that meet at a displaced edge, in either order."""
     return frozenset((difference.human, difference.predicted))
 
 
 def _edge(difference: Difference, usual: float, trace: ProbabilityTrace | None) -> float:
-    """How suspect a displaced edge is."""
+    """The suspicion of a displaced edge."""
     if trace is None or difference.confidence is None:
         return 0.0
     far = min(1.0, difference.duration / (FAR * usual))

@@ -1,4 +1,4 @@
-"""The queue: what is to be looked at, and in which order."""
+"""The review queue: differences to look at, in the order in which they matter."""
 
 from __future__ import annotations
 
@@ -26,33 +26,26 @@ LEAST = 0.02
 
 @dataclass(frozen=True)
 class Queue:
-    """What is to be looked at, section by section, each with the most urgent first.
+    """Differences and suspected errors by section, each with the most urgent first."""
 
-    Parameters
-    ----------
-    suspected : tuple of Difference
-        Human segments, parts of them and edges whose suspicion is :data:`SUSPECT` or more, by
-        suspicion. What differs inside them stands in no other section.
-    actions, missed, boundaries, invented : tuple of Difference
-        The differences of each kind, by seconds times confidence.
-    judged : tuple of StoredVerdict
-        What was said already, the latest first.
-    """
-
+    #: Human segments, parts of them and edges whose suspicion is :data:`SUSPECT` or more, by
+    #: suspicion. What differs inside them stands in no other section.
     suspected: tuple[Difference, ...] = ()
+    #: actions, missed, boundaries, invented: the differences of each kind, by seconds times
+    #: confidence
     actions: tuple[Difference, ...] = ()
     missed: tuple[Difference, ...] = ()
     boundaries: tuple[Difference, ...] = ()
     invented: tuple[Difference, ...] = ()
-    judged: tuple[StoredVerdict, ...] = ()
+    judged: tuple[StoredVerdict, ...] = ()  # what was said already, the latest first
 
     @property
     def open(self) -> tuple[Difference, ...]:
-        """All that nobody has judged, in the order in which it is looked at."""
+        """All that is not judged, in the order in which it is looked at."""
         return self.suspected + self.actions + self.missed + self.boundaries + self.invented
 
     def after(self, verdict: StoredVerdict, difference: Difference) -> Queue:
-        """The queue when this difference is judged."""
+        """The queue after a verdict on a difference."""
 
         def rest(section: tuple[Difference, ...]) -> tuple[Difference, ...]:
             return tuple(d for d in section if d != difference)
@@ -69,7 +62,7 @@ class Queue:
 
 @dataclass(frozen=True)
 class ComparedDemonstration:
-    """A demonstration as it was compared last, so that an edit costs no other one's comparison."""
+    """The last comparison of a demonstration, so that an edit costs no other one's comparison."""
 
     reviewed: DemonstrationResult
     segments: Segments
@@ -105,31 +98,11 @@ def arrange_queue(
     known: Mapping[str, ComparedDemonstration] | None = None,
     invented: bool = False,
 ) -> Generator[Progress, None, tuple[Queue, dict[str, ComparedDemonstration]]]:
-    """Compare all demonstrations and put what differs in order.
+    """Compare all demonstrations and arrange their differences.
 
-    Parameters
-    ----------
-    outcome : RunResult
-    tracks : mapping of str to tuple of Segment
-        As of :func:`~forcelab.review.differences.current_tracks`; demonstrations that are not in
-        it are left out altogether, judged ones as well.
-    verdicts : collection of StoredVerdict
-        Those that count.
-    known : mapping of str to ComparedDemonstration, optional
-        What an earlier call returned; demonstrations whose tracks are the same are not compared
-        again.
-    invented : bool
-        As of :func:`review_queue`.
-
-    Yields
-    ------
-    Progress
-
-    Returns
-    -------
-    queue : Queue
-    known : dict of str to ComparedDemonstration
-        For the next call.
+    Demonstrations that `tracks` (see :func:`~forcelab.review.differences.current_tracks`) lacks are
+    left out altogether, verdicts as well. Of those that are unchanged since `known`, which an
+    earlier call returned, nothing is compared again.
     """
     now: dict[str, ComparedDemonstration] = {}
     shown = [d for d in run.tested if tracks.get(d.id)]
@@ -165,7 +138,7 @@ def _arrange(
     verdicts: Collection[StoredVerdict],
     invented: bool,
 ) -> Queue:
-    """Put differences into sections."""
+    """Sort differences into sections."""
     by_demonstration: dict[str, list[StoredVerdict]] = {}
     for verdict in verdicts:
         by_demonstration.setdefault(verdict.demonstration, []).append(verdict)

@@ -1,4 +1,4 @@
-"""Two runs side by side: what differs in their settings, and what that did to the scores."""
+"""Two runs compared: settings that differ, and the scores over what both tested."""
 
 from __future__ import annotations
 
@@ -18,37 +18,23 @@ STAGES = ("raw", "filtered")
 
 @dataclass(frozen=True)
 class Comparison:
-    """Two runs over the demonstrations that both tested.
-
-    Parameters
-    ----------
-    one, other : RunResult
-    shared : tuple of str
-        Ids of the demonstrations that both tested, in the order of `one`.
-    names : mapping of str to str
-        Their names by id.
-    pooled : mapping of str to (mapping, mapping)
-        By stage the scores of both, pooled over the shared demonstrations, as of
-        ``forcelab evaluate --json``.
-    each : mapping of str to mapping of str to (mapping, mapping)
-        The same for each shared demonstration, by stage and id.
-    intervals : mapping of str to Intervals
-        By stage, of `other` minus `one`: a paired bootstrap over the shared demonstrations.
-    settings : tuple of (str, str, str)
-        Name and both values of what was asked for differently.
-    relabelled : tuple of str
-        Ids of shared demonstrations whose human labels differ between the runs: there the
-        difference is not the recognisers' alone.
-    """
+    """Two runs over the demonstrations that both tested."""
 
     one: RunResult
     other: RunResult
-    shared: tuple[str, ...]
-    names: Mapping[str, str]
+    shared: tuple[str, ...]  # ids of the demonstrations that both tested, in the order of `one`
+    names: Mapping[str, str]  # their names by id
+    #: By stage the scores of both, pooled over the shared demonstrations, as of ``forcelab evaluate
+    #: --json``
     pooled: Mapping[str, tuple[Mapping[str, Any], Mapping[str, Any]]]
+    #: The same for each shared demonstration, by stage and id
     each: Mapping[str, Mapping[str, tuple[Mapping[str, Any], Mapping[str, Any]]]]
+    #: By stage, of `other` minus `one`: a paired bootstrap over the shared demonstrations
     intervals: Mapping[str, Intervals]
+    #: Name and both values of what was asked for differently
     settings: tuple[tuple[str, str, str], ...]
+    #: Ids of shared demonstrations whose human labels differ between the runs: there the difference
+    #: is not the recognisers' alone
     relabelled: tuple[str, ...]
 
 
@@ -71,16 +57,8 @@ def compare_runs(first: RunResult, second: RunResult) -> Comparison:
 def comparison_job(first: RunResult, second: RunResult) -> Generator[Progress, None, Comparison]:
     """Compare two runs over what both tested.
 
-    Scores are those that the runs hold; where one of them tested more than the other, pooled
-    scores are made anew from the segments of the shared demonstrations.
-
-    Parameters
-    ----------
-    one, other : RunResult
-
-    Yields
-    ------
-    Progress
+    Scores are those that the runs store; where one of them tested more than the other, pooled
+    scores are computed anew from the segments of the shared demonstrations.
     """
     theirs = {each.id: each for each in second.tested}
     pairs = [(mine, theirs[mine.id]) for mine in first.tested if mine.id in theirs]
@@ -113,7 +91,7 @@ def comparison_job(first: RunResult, second: RunResult) -> Generator[Progress, N
 
 
 def settings_that_differ(first: RunResult, second: RunResult) -> tuple[tuple[str, str, str], ...]:
-    """Name and both values, as text, of everything that the runs were asked for differently."""
+    """Name and both values, as text, of every setting and selection in which the runs differ."""
     mine, yours = _requested(first), _requested(second)
     return tuple(
         (name, as_text(mine.get(name)), as_text(yours.get(name)))
@@ -123,7 +101,7 @@ def settings_that_differ(first: RunResult, second: RunResult) -> tuple[tuple[str
 
 
 def _requested(run: RunResult) -> dict[str, Any]:
-    """What an outcome was made with, by name."""
+    """A run's settings and selection, by name."""
     return run.settings.to_json() | {
         "tasks": list(run.tasks),
         "test task": run.test_task,

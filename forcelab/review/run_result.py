@@ -1,4 +1,4 @@
-"""The result of a run, made ready to be looked at, and how its actions look."""
+"""The result of a stored run, loaded for review, and the styles of its actions."""
 
 from __future__ import annotations
 
@@ -24,34 +24,22 @@ _NO_STAGE = ("demonstration", "start", "end", "human", "certainty", "typicality"
 
 @dataclass(frozen=True)
 class DemonstrationResult:
-    """One demonstration in an outcome.
+    """The predictions of a run for one demonstration."""
 
-    Parameters
-    ----------
-    id, name, task : str
-        Of the demonstration.
-    start, end : float
-        Its first sample and the end of its last one, in seconds.
-    human : tuple of Segment
-        What was trained and scored with, spelt as there; empty in a proposal.
-    stages : dict of str to tuple of Segment
-        Predictions after each step: ``"raw"``, ``"threshold"``, ``"median"`` as far as they are
-        switched on and were kept, and always ``"filtered"``.
-    probability_trace : ProbabilityTrace, optional
-        None where the run kept no probabilities.
-    typicality : float, optional
-        Of a proposal: how typical it is of all of the run's, 0 to 1, as
-        :func:`forcelab.review.active_learning.typicality` tells; None in runs that did not keep it.
-    """
-
+    #: id, name, task: of the demonstration
     id: str
     name: str
     task: str
+    #: start, end: its first sample and the end of its last one, in seconds
     start: float
     end: float
-    human: Segments
+    human: Segments  # what was trained and scored with, spelt as there; empty in a proposal
+    #: Predictions after each step: ``"raw"``, ``"threshold"``, ``"median"`` as far as they are
+    #: switched on and were kept, and always ``"filtered"``
     stages: Mapping[str, Segments]
-    probability_trace: ProbabilityTrace | None = None
+    probability_trace: ProbabilityTrace | None = None  # none where the run kept no probabilities
+    #: Of a proposal: how typical it is of all of the run's, 0 to 1, as
+    #: :func:`forcelab.review.active_learning.typicality` tells; None in runs that did not keep it
     typicality: float | None = None
 
     @property
@@ -198,19 +186,13 @@ def edits_since(project: Project, run: RunResult) -> int:
 
 
 def tasks_of(settings: Mapping[str, Any]) -> tuple[tuple[str, ...], str | None]:
-    """What a run was trained on, and what it was tested on instead of leaving one out.
-
-    Parameters
-    ----------
-    settings : mapping
-        Of the run: everything it was told.
-    """
+    """The tasks that a run was trained on, and the one that it was tested on instead, if any."""
     selection = settings.get("choice", {})
     return tuple(selection.get("tasks", ())), selection.get("test_task")
 
 
 def _run_result(project: Project, run: StoredRun) -> RunResult:
-    """A run as an outcome; whatever is raised over what it holds, it is damaged."""
+    """The result of a run; whatever is raised while reading it, the run is damaged."""
     result = run.result
     infos = {info.id: info for info in project.demonstrations()}
     traces = result.get("certainty", {})
@@ -271,7 +253,7 @@ def _scores(
     tested: Sequence[Mapping[str, Any]],
     existing: Sequence[Mapping[str, Any]],
 ) -> Mapping[str, Any]:
-    """Scores of a stage; those of each demonstration stand in the order of those that are kept."""
+    """Scores of a stage without those of demonstrations that were removed since."""
     if len(existing) == len(tested) or "demonstrations" not in stage:
         return stage
     ids = {plain["demonstration"] for plain in existing}
@@ -283,7 +265,7 @@ def _scores(
 
 
 def _is_id(plain: Mapping[str, Any]) -> bool:
-    """Whether what a run tells is of a demonstration, be it one that was removed since."""
+    """Whether a row is of a demonstration, be it one that was removed since."""
     return re.fullmatch("[0-9a-f]{32}", plain["demonstration"]) is not None
 
 
@@ -293,7 +275,7 @@ def _demonstration_result(
     plain: Mapping[str, Any],
     trace: Mapping[str, Any] | None,
 ) -> DemonstrationResult:
-    """One demonstration of a run."""
+    """The result of one demonstration of a run."""
     if "start" in plain:
         start, end = float(plain["start"]), float(plain["end"])
     else:  # of a run that was made on the command line
@@ -324,16 +306,11 @@ def _segments(rows: Sequence[Sequence[Any]]) -> Segments:
 
 
 def action_styles(project: Project, run: RunResult) -> Vocabulary:
-    """All actions of an outcome, each with the look that it has where it is labelled.
+    """All actions of a run, each with its colour and texture in the tasks' vocabularies.
 
     The task that is tested comes first, so that its tracks look as when they are labelled. Two
-    actions of the same look, from two tasks, keep the colour and differ in texture; so do those
+    actions of the same style, from two tasks, keep the colour and differ in texture; so do those
     that are kept apart by their task, like ``grab_hard`` and ``grab_soft``.
-
-    Raises
-    ------
-    ForcelabError
-        If the project cannot be read.
     """
     tasks = dict.fromkeys(([run.test_task] if run.test_task else []) + [*run.tasks])
     found = joined({task: project.vocabulary(task) for task in tasks}, apart=run.apart)

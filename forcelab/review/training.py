@@ -1,9 +1,9 @@
-"""Training as the window does it: everything that a review shows, with its progress.
+"""Training for the Review workspace: evaluation, final fit and proposals as one stored run.
 
-It works on the labels as they are when it begins, reads them once and never writes a track: what
-is edited meanwhile stays, and is counted by :func:`forcelab.review.run_result.edits_since`. The run
-and the recogniser are stored together at the very end, as soon as no other program keeps the
-project busy, or not at all.
+It works on the labels as they are when it begins, reads them once and never writes a track: later
+edits stay, and :func:`forcelab.review.run_result.edits_since` counts them. The run and the
+recogniser are stored together at the very end, as soon as no other program keeps the project busy,
+or not at all.
 """
 
 from __future__ import annotations
@@ -47,41 +47,23 @@ PARTS = 100
 
 @dataclass(frozen=True, slots=True)
 class TrainingStep(Progress):
-    """How far a training is.
+    """Progress of a training."""
 
-    Parameters
-    ----------
-    phase : "features", "fold", "final fit", "proposals" or "storing"
-        What is being done; of the features, both for testing and for the final fit.
-    fold, folds : int
-        Which recogniser for testing is trained, from 1, of how many; 0 before the first.
-    epoch : int or None
-        Of the fit; None where it has none.
-    loss : float or None
-        After that epoch; None for classifiers that have none.
-    seconds_left : float or None
-        Estimated from what the fits before took; None until one is done.
-    """
-
+    #: What is being done; of the features, both for testing and for the final fit
     phase: Phase = "features"
+    #: fold, folds: which recogniser for testing is trained, from 1, of how many; 0 before the first
     fold: int = 0
     folds: int = 0
-    epoch: int | None = None
-    loss: float | None = None
+    epoch: int | None = None  # of the fit; None where it has none
+    loss: float | None = None  # after that epoch; None for classifiers that have none
+    #: Estimated from what the fits before took; None until one is done
     seconds_left: float | None = None
 
 
 class TrainingProgress:
     """Turns the progress of the parts of a training into that of the whole.
 
-    Parameters
-    ----------
-    folds : int
-        Recognisers that are trained for testing.
-    fit : bool
-        Whether one is trained at the end.
-    clock : callable
-        Gives seconds.
+    `folds` recognisers are trained for testing, and one more at the end if `fit`.
     """
 
     def __init__(self, folds: int, fit: bool, clock: Callable[[], float] = monotonic) -> None:
@@ -97,7 +79,7 @@ class TrainingProgress:
     def test(
         self, job: Generator[Progress, None, ResultT]
     ) -> Generator[TrainingStep, None, ResultT]:
-        """An evaluation as steps."""
+        """The progress of an evaluation as steps."""
         result = yield from self._of(job, "fold")
         self._fold = self.folds
         return result
@@ -105,7 +87,7 @@ class TrainingProgress:
     def fit(
         self, job: Generator[Progress, None, ResultT]
     ) -> Generator[TrainingStep, None, ResultT]:
-        """The final fit as steps."""
+        """The progress of the final fit as steps."""
         # Testing may have been given up in the middle of it.
         self._done, self._text = self.folds, ""
         return (yield from self._of(job, "final fit"))
@@ -122,7 +104,7 @@ class TrainingProgress:
     def _of(
         self, job: Generator[Progress, None, ResultT], phase: Phase
     ) -> Generator[TrainingStep, None, ResultT]:
-        """The steps of a job."""
+        """The progress of a job as steps."""
         try:
             while True:
                 try:
@@ -135,7 +117,7 @@ class TrainingProgress:
             job.close()
 
     def _step_of(self, progress: Progress, phase: Phase) -> TrainingStep:
-        """The step that a progress is."""
+        """A progress as a step."""
         if not isinstance(progress, FitProgress):
             if progress.text != "features":
                 self._end_fit()
@@ -167,7 +149,7 @@ class TrainingProgress:
         epoch: int | None = None,
         loss: float | None = None,
     ) -> TrainingStep:
-        """A step, with what is left."""
+        """A step, with the time left."""
         return TrainingStep(
             done=round(PARTS * fits),
             total=PARTS * (self._fits + 1),
@@ -193,19 +175,11 @@ class TrainingProgress:
 
 @dataclass(frozen=True)
 class _Snapshot:
-    """What is trained and tested on, as it was when the training began.
-
-    Parameters
-    ----------
-    tasks : tuple of str
-    corpora : list of Dataset
-        Of the tasks; and of the task that is tested on, if there is one.
-    new : tuple of DemonstrationInfo
-        The demonstrations of all these tasks that the coder has not labelled.
-    """
+    """The data to train and test on, as it was when the training began."""
 
     tasks: tuple[str, ...]
-    corpora: list[Dataset]
+    corpora: list[Dataset]  # of the tasks; and of the task that is tested on, if there is one
+    #: The demonstrations of all these tasks that the coder has not labelled
     new: tuple[DemonstrationInfo, ...]
 
     @property
@@ -222,37 +196,12 @@ class _Snapshot:
 def review_job(
     path: Path, settings: Settings, selection: DataSelection, name: str, fit: bool = True
 ) -> Generator[TrainingStep, None, int]:
-    """Evaluate, train, and propose labels; kept in the project as one run.
+    """Evaluate, train, and propose labels; returns the number of the stored run.
 
-    Made for :func:`forcelab.process.elsewhere`, so it opens the project by itself.
-
-    Parameters
-    ----------
-    path : Path
-        The project's.
-    settings : Settings
-    choice : DataSelection
-        What is trained on together; with no task chosen, the only one that there is.
-    name : str
-        What the recogniser is called in the project.
-    fit : bool
-        Whether a recogniser is trained on all that is labelled, which then proposes labels for
-        what is not. Without, there is only the evaluation.
-
-    Yields
-    ------
-    FitStep
-
-    Returns
-    -------
-    int
-        The run's number.
-
-    Raises
-    ------
-    InputError
-        If there is nothing to learn from, or the project cannot keep the run. What only stands in
-        the way of testing is a remark of the run.
+    Made for :func:`forcelab.process.elsewhere`, so it opens the project by itself. Without `fit`
+    there is only the evaluation. With no task selected the only one is trained on. An InputError
+    says that there is nothing to learn from, or the project cannot store the run; what only stands
+    in the way of testing is a remark of the run.
     """
     selection.check()
     with Project.open(path) as project:
@@ -294,7 +243,7 @@ def review_job(
 
 
 def _snapshot(project: Project, settings: Settings, selection: DataSelection) -> _Snapshot:
-    """Read what is labelled and what is not."""
+    """Read the labelled demonstrations, and list those without labels."""
     tasks = tuple(dict.fromkeys(selection.tasks)) or project.tasks()
     if len(tasks) > 1 and not selection.tasks:
         raise InputError(
@@ -325,7 +274,7 @@ def _check(found: Dataset, settings: Settings, tasks: Sequence[str]) -> None:
 
 
 def _folds(snapshot: _Snapshot, selection: DataSelection) -> int:
-    """How many recognisers are trained for testing."""
+    """The number of recognisers that are trained for testing."""
     if selection.test_task is not None:
         return 1
     labelled = [item.demonstration for item in snapshot.found.labelled if item.segments]
@@ -339,9 +288,9 @@ def _evaluate(
     steps: TrainingProgress,
     fit: bool,
 ) -> Generator[TrainingStep, None, tuple[Evaluation | None, tuple[str, ...]]]:
-    """Evaluate; where that cannot be, None and a remark that says why.
+    """Evaluate; where that is not possible, None and a remark that says why.
 
-    What stands in the way of training, too, is then told by that.
+    What stands in the way of training, too, is left to the training to report.
     """
     if not steps.folds and fit:
         whose = f" by {selection.author}" if selection.author else ""
@@ -362,7 +311,7 @@ def _evaluate(
 
 
 def _empty_record(title: str, settings: Settings) -> dict[str, Any]:
-    """What a run keeps where nothing was tested."""
+    """The record of a run that tested nothing."""
     return {
         "digest": run_summary(title, {}),
         "title": title,
@@ -381,10 +330,9 @@ def _empty_record(title: str, settings: Settings) -> dict[str, Any]:
 def _proposals(
     project: Project, snapshot: _Snapshot, recogniser: Recogniser, steps: TrainingProgress
 ) -> Generator[TrainingStep, None, tuple[list[dict[str, Any]], tuple[str, ...]]]:
-    """What the recogniser makes of the demonstrations that the coder has not labelled.
+    """Predictions for the demonstrations that the coder has not labelled, each with its typicality.
 
-    Also of those that are blind for the coder: it is the window that hides them. Each is stored
-    with how typical it is of all of them.
+    Also for those that are blind for the coder: the window hides them.
     """
     proposals, remarks, samples = [], [], []
     for i, info in enumerate(snapshot.new):
@@ -409,7 +357,7 @@ def _proposals(
 
 
 def _proposal(demonstration: Demonstration, prediction: Prediction) -> dict[str, Any]:
-    """A prediction as plain values, as tracks are kept, with its certainty."""
+    """A prediction as plain values, as a run stores tracks, with its probability trace."""
     where = {
         "demonstration": demonstration.id,
         "start": demonstration.start,
@@ -436,7 +384,7 @@ def _store(
     name: str,
     recogniser: Recogniser | None,
 ) -> int:
-    """Keep everything, at once."""
+    """Store the run and its recogniser in one transaction."""
     seed, labels = result["seed"], project.still_there(snapshot.labels)
     if recogniser is None:
         return project.add_run(

@@ -1,4 +1,4 @@
-"""Verdicts on differences: what people say about them, and what becomes of it."""
+"""Verdicts on differences: who is right, as people judge, and the edits that follow."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ COVERED = 0.5
 
 @dataclass(frozen=True, slots=True)
 class VerdictCount:
-    """How often who was right where a human and a model see a certain pair of actions."""
+    """How often human or model was right where they see a certain pair of actions."""
 
     human: str | None
     predicted: str | None
@@ -41,7 +41,7 @@ def applies_to(verdict: Verdict, difference: Difference) -> bool:
 
 
 def covers(place: Verdict | Difference, difference: Difference) -> bool:
-    """Whether a place of the same demonstration covers most of a difference."""
+    """Whether a stretch of the same demonstration covers most of a difference."""
     shared = min(place.end, difference.end) - max(place.start, difference.start)
     return shared >= COVERED * difference.duration
 
@@ -54,19 +54,9 @@ def record_verdict(
     author: str,
     edit: Edit | None = None,
 ) -> StoredVerdict:
-    """Keep what somebody says about a difference; no label changes (see :func:`model_action`).
+    """Store an author's verdict on a difference; no label changes (see :func:`model_action`).
 
-    Parameters
-    ----------
-    project : Project
-    outcome : RunResult
-        Where the difference was found.
-    difference : Difference
-    verdict : "human", "model" or "ambiguous"
-    author : str
-        Who judges.
-    edit : Edit, optional
-        What gave the coder's track what the model sees; the verdict is undone with it.
+    `edit` is the one that gave the coder's track the model's action; the verdict is undone with it.
     """
     return project.add_verdict(
         Verdict(
@@ -85,14 +75,14 @@ def record_verdict(
 
 
 def withdraw_verdict(project: Project, verdict: StoredVerdict, author: str) -> StoredVerdict:
-    """Let a verdict count no more; what it was on is open again."""
+    """Withdraw a verdict; its difference is open again."""
     fields = {name: getattr(verdict, name) for name in Verdict.__dataclass_fields__}
     fields |= {"author": author, "verdict": "withdrawn", "time": None}
     return project.add_verdict(Verdict(**fields))
 
 
 def model_action(run: RunResult, difference: Difference) -> str | None:
-    """What the model sees over a difference, spelt as the coder spells it; None is nothing."""
+    """The model's action over a difference, as the coder spells it; None for unlabelled."""
     action, result = difference.predicted, run.find(difference.demonstration)
     if action is None or result is None:
         return action
@@ -100,13 +90,7 @@ def model_action(run: RunResult, difference: Difference) -> str | None:
 
 
 def count_verdicts(verdicts: Iterable[Verdict]) -> tuple[VerdictCount, ...]:
-    """Who was right how often, by pair of actions; the pair with the most verdicts first.
-
-    Parameters
-    ----------
-    verdicts : iterable of Verdict
-        Those that count, as of :meth:`~forcelab.project.Project.verdicts`.
-    """
+    """How often human and model were right, by pair of actions; the most frequent first."""
     counts: dict[tuple[str | None, str | None], Counter[str]] = {}
     for verdict in verdicts:
         pair = (verdict.human, verdict.predicted)

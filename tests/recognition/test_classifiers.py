@@ -195,24 +195,25 @@ def make(y, seed, probabilities):
     return LinearDiscriminantAnalysis()
 
 kind = classifiers.ClassifierKind(
-    "Discriminant", classifiers.fitting_at_once(make), "LinearDiscriminantAnalysis", random=False
+    "Discriminant", classifiers.fit_in_one_step(make), "LinearDiscriminantAnalysis", random=False
 )
 classifiers.REGISTRY = {**classifiers.REGISTRY, "discriminant": kind}
 
 import numpy as np
 from synthetic import synthetic_set
-from forcelab.recognition.examples import Labelled
+from forcelab.recognition.examples import LabelledDemonstration
 from forcelab.cli import main
 from forcelab.recognition.setting_fields import FIELDS
 from forcelab.recognition.presets import preset
-from forcelab.recognition.storage import load, save
+from forcelab.recognition.storage import load_recogniser, save_recogniser
 from forcelab.recognition.training import train
 
-three = [Labelled(*pair) for pair in synthetic_set(3, rate=100.0)]
+three = [LabelledDemonstration(*pair) for pair in synthetic_set(3, rate=100.0)]
 made = train(three[:2], preset("paper").replace(classifier="discriminant", max_scale=64.0))
-save(made, sys.argv[1])
+save_recogniser(made, sys.argv[1])
 unseen = three[2].demonstration
-np.testing.assert_array_equal(load(sys.argv[1]).predict(unseen).raw, made.predict(unseen).raw)
+loaded = load_recogniser(sys.argv[1])
+np.testing.assert_array_equal(loaded.predict(unseen).raw, made.predict(unseen).raw)
 (options,) = [dict(field.options) for field in FIELDS if field.name == "classifier"]
 assert options["discriminant"] == "Discriminant"
 main(["train", "--help"])

@@ -160,9 +160,9 @@ sys.path.insert(0, "tests")
 from synthetic import synthetic_set
 from forcelab.jobs import finish
 from forcelab.recognition.cross_validation import leave_one_out
-from forcelab.recognition.examples import Labelled
+from forcelab.recognition.examples import LabelledDemonstration
 from forcelab.recognition.settings import Settings
-items = [Labelled(*pair) for pair in synthetic_set(6, rate=100.0)][:3]
+items = [LabelledDemonstration(*pair) for pair in synthetic_set(6, rate=100.0)][:3]
 settings = Settings.from_json(json.loads(sys.argv[1]))
 print(json.dumps(finish(leave_one_out(items, settings, jobs=2)).to_json()))
 stopped = leave_one_out(items, settings, jobs=2)

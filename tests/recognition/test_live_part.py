@@ -363,7 +363,7 @@ def test_a_recording_that_is_there_twice_is_left_out_as_a_whole_as_a_stream(thre
         return training_job(labelled, settings)
 
     monkeypatch.setattr(ensemble, "TREES", 2)
-    monkeypatch.setattr(cross_validation, "training", watched)
+    monkeypatch.setattr(cross_validation, "training_job", watched)
     items = [*three, LabelledDemonstration(twin, moved)]
     found = finish(leave_one_out_live(items, preset("fast"), 0.1))
     _, second, third = (item.demonstration.name for item in three)

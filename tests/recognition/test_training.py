@@ -40,7 +40,7 @@ def fitted_to(monkeypatch):
         given.update(name=name, X=X, y=y, seed=seed, probabilities=probabilities, care=care)
         yield FitStep(1, 1, None, None)
 
-    monkeypatch.setattr(training_module, "fitting", fitting)
+    monkeypatch.setattr(training_module, "fit_classifier", fitting)
     return given
 
 
@@ -179,9 +179,9 @@ def test_what_follows_streams_is_learnt_of_no_more_samples_than_may_be(three, mo
 
         return watching
 
-    monkeypatch.setattr(live_model, "fitting_averaged", watched(every))
+    monkeypatch.setattr(live_model, "fit_ensemble", watched(every))
     train(three, preset("fast").replace(stride=1))
-    monkeypatch.setattr(live_model, "fitting_averaged", watched(fewer))
+    monkeypatch.setattr(live_model, "fit_ensemble", watched(fewer))
     monkeypatch.setattr(ensemble, "MOST", 60)
     train(three, preset("fast").replace(stride=1))
     for (X, y, groups), given in zip(every, fewer, strict=True):

@@ -153,7 +153,7 @@ def taught_live(monkeypatch):
         given.extend(labelled)
         return fitting(labelled, *others)
 
-    monkeypatch.setattr(training_module, "fitting_live", watched)
+    monkeypatch.setattr(training_module, "fit_live_models", watched)
     return given
 
 
@@ -232,7 +232,7 @@ def test_demonstrations_of_one_name_are_told_apart(wrong, mistaken, monkeypatch,
         kept[WRONG] = replace(kept[WRONG], segments=rest)
         return kept, contradicted[0]
 
-    monkeypatch.setattr(training_module, "trimming", first_only)
+    monkeypatch.setattr(training_module, "drop_contradicted", first_only)
     train(items, FAST)
     assert mistaken.segment not in taught_live[WRONG].segments
     assert mistaken.segment in taught_live[-1].segments

@@ -37,7 +37,9 @@ BAYES = FAST.replace(classifier="naive-bayes")
 @pytest.fixture(scope="module", autouse=True)
 def short_fits():
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(training, "fitting", lambda *given: islice(fit_classifier(*given), EPOCHS))
+        patch.setattr(
+            training, "fit_classifier", lambda *given: islice(fit_classifier(*given), EPOCHS)
+        )
         yield
 
 
@@ -239,8 +241,8 @@ def test_segments_that_were_not_trained_on_are_not_shown_as_if(bayes, monkeypatc
         fits.append([example.segments for example in examples])
         return training.fit_cleaned(examples, *others)
 
-    monkeypatch.setattr(explanation, "trimming", trimmed)
-    monkeypatch.setattr(explanation, "fit_trimmed", watched)
+    monkeypatch.setattr(explanation, "drop_contradicted", trimmed)
+    monkeypatch.setattr(explanation, "fit_cleaned", watched)
     after = finish(train_held_out(path, outcome, id_))
     homes = {place.demonstration for place in before.training.places}
     assert len(after.training.places) == len(before.training.places) - len(homes)

@@ -146,7 +146,8 @@ def _method(why: Explanation) -> str:
         return f"{how}\nThe final recogniser, which was not trained on this demonstration."
     return (
         f"{how}\nThe recogniser of the run that has not seen this demonstration, trained once more "
-        f"in {spent:.1f} s;\n{100 * why.same_share:.1f} % of its samples are labelled as by the run."
+        f"in {spent:.1f} s;\n"
+        f"{100 * why.same_share:.1f} % of its samples are labelled as by the run."
     )
 
 
