@@ -17,7 +17,7 @@ from forcelab.demonstration import Channel, Demonstration
 from forcelab.labels import Segment
 from forcelab.project import LabelsUsed, Project
 from forcelab.recognition.presets import preset
-from forcelab.recognition.probability_trace import ProbabilityTrace
+from forcelab.recognition.probabilities import ProbabilityTrace
 from forcelab.review.run_result import DemonstrationResult, RunResult
 from forcelab.review.training import TrainingStep
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from forcelab.labels import Segment
 from forcelab.recognition.metrics import count_segments, pool
-from forcelab.recognition.probability_trace import ProbabilityTrace
+from forcelab.recognition.probabilities import ProbabilityTrace
 from forcelab.recognition.settings import Settings
 from forcelab.review.run_result import DemonstrationResult, RunResult
 

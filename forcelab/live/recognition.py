@@ -23,8 +23,7 @@ from forcelab.labels import UNLABELLED, Segment, model_author
 from forcelab.project import Project
 from forcelab.recognition.live import EarlyScale, LiveLabels, OnlineRecogniser
 from forcelab.recognition.live_model import needs_live_model
-from forcelab.recognition.probability_trace import RATE, ProbabilityTrace
-from forcelab.recognition.rates import rate_remarks_at
+from forcelab.recognition.probabilities import RATE, ProbabilityTrace
 from forcelab.recognition.recogniser import Recogniser
 
 
@@ -180,7 +179,7 @@ class SnapshotBuffer:
         )
 
     def _add(self, bins: NDArray[np.int64], probabilities: NDArray[np.float64]) -> None:
-        """Add probabilities to their bins; bins that nobody filled are empty."""
+        """Add probabilities to their bins; skipped bins are empty."""
         last = int(bins[-1])
         if self._newest is not None and last > self._newest:
             fresh = np.arange(max(self._newest + 1, last - self._length + 1), last + 1)
@@ -239,7 +238,7 @@ def latency_budget(recogniser: Recogniser, latency: float) -> LatencyBudget:
 LATENCY = 0.3
 #: Blocks whose ages are kept for the figures at the end: half an hour of them.
 AGES = 100_000
-#: Seconds over which the cost is told.
+#: Seconds over which the cost is averaged.
 COSTED = 2.0
 
 
@@ -266,9 +265,7 @@ class LiveRecognition:
         rate = self._following.rate if self._following.rate > 0 else None
         self._online = OnlineRecogniser(recogniser, latency, self._following.channels, rate)
         slow = (
-            ()
-            if rate is None
-            else rate_remarks_at(recogniser, rate, "The samples come", "they have")
+            () if rate is None else recogniser.rate_remarks(rate, "The samples come", "they have")
         )
         self.remarks = (*recogniser.unit_remarks(self._following.channels), *slow)
         self._segments = SegmentBuilder(self._online)

@@ -20,7 +20,6 @@ from forcelab.jobs import Progress, finish
 from forcelab.labels import UNLABELLED, to_codes
 from forcelab.parallel import shared
 from forcelab.recognition.adaptation import estimate_adaptation
-from forcelab.recognition.calibration import Reliability
 from forcelab.recognition.examples import (
     Examples,
     LabelledDemonstration,
@@ -31,6 +30,7 @@ from forcelab.recognition.examples import (
 from forcelab.recognition.groups import find_duplicates, fold_groups
 from forcelab.recognition.label_noise import DroppedSegment, dropped_remarks
 from forcelab.recognition.live import LiveLabels, check_latency, recognise_with_latency
+from forcelab.recognition.probabilities import Reliability
 from forcelab.recognition.recogniser import Prediction, Recogniser
 from forcelab.recognition.results import Evaluation, HeldOutPrediction, empty_prediction_remarks
 from forcelab.recognition.settings import Settings

@@ -145,7 +145,7 @@ class DataSelection:
     folds : int, optional
         In how many groups demonstrations are left out, as
         :func:`~forcelab.recognition.groups.fold_groups` parts them; 0: each by itself. None where
-        nobody said: as :func:`~forcelab.recognition.dataset.usual_folds` has it.
+        it was not chosen: :func:`default_fold_count`.
     """
 
     tasks: tuple[str, ...] = ()

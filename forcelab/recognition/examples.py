@@ -22,7 +22,7 @@ from forcelab.recognition.settings import Settings
 from forcelab.signals.channels import channel_map
 from forcelab.signals.grid import on_grid
 
-#: Names that are told before it is only said how many more there are.
+#: Names that a remark lists before it only counts the rest.
 NAMED = 3
 #: What can be done where units differ.
 CURE = "readings without a unit may be raw counts, which become newtons by a calibration"

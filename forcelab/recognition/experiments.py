@@ -144,7 +144,7 @@ def evaluate_tasks(
             result=run_record(evaluation, probability_trace=probability_trace),
         )
     if not evaluations:
-        if unclear is not None:  # said once, not for every task
+        if unclear is not None:  # once, not for every task
             raise unclear
         raise InputError(f"No task can be evaluated. {' '.join(refusals)}")
     remarks = (

@@ -32,7 +32,7 @@ def _pending_right_sides(leaf: NDArray[np.bool_]) -> Whole:
 
 
 def are_complete_trees(leaf: NDArray[np.bool_]) -> bool:
-    """Whether nodes, told which are leaves, make complete trees, at least one."""
+    """Whether nodes, given which are leaves, make complete trees, at least one."""
     steps = _pending_right_sides(leaf)
     return len(leaf) > 0 and bool(steps[-1] < steps[:-1].min())
 

@@ -11,9 +11,9 @@ import numpy as np
 from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
 
-#: More labelled demonstrations than `MANY` are left out in so many groups unless somebody says
-#: otherwise: half an hour of training for each by itself is minutes then, and each is still
-#: recognised by a recogniser that has not seen it.
+#: More labelled demonstrations than `MANY` are left out in so many groups by default: half
+#: an hour of training for each by itself is minutes then, and each is still recognised by a
+#: recogniser that has not seen it.
 MANY, GROUPS = 20, 10
 
 

@@ -662,11 +662,11 @@ def decode(
     """The best sequence of actions: codes (n,) of log probabilities (n, K).
 
     A constant added to a step changes nothing. Unlabelled in gaps (not `valid`) and where a step
-    holds no number; what lies between two gaps is decoded by itself. `step` is in seconds; 0.02 is fine enough. `use` says how much of the grammar
-    counts: "none" but a cost of changes, "durations", or with the "order" also which action follows
-    which and how demonstrations start. `changes` (n,) are finite log ratios in nats of how much
-    likelier than usual a change is near; they count for nothing with "none". Of equally good
-    sequences it is always the same one.
+    holds no number; what lies between two gaps is decoded by itself. `step` is in seconds; 0.02 is
+    fine enough. `use` says how much of the grammar counts: "none" but a cost of changes,
+    "durations", or with the "order" also which action follows which and how demonstrations start.
+    `changes` (n,) are finite log ratios in nats of how much likelier than usual a change is near;
+    they count for nothing with "none". Of equally good sequences it is always the same one.
     """
     codes = np.full(len(log_probabilities), UNLABELLED, dtype=np.int64)
     for part, scores, evidence, after in prepare_runs(

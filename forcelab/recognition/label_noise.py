@@ -49,7 +49,7 @@ Real = NDArray[np.float64]
 
 #: From this suspicion on a segment or an edge counts as suspected: more likely wrong than right.
 SUSPECT = 0.5
-#: What is left out at either end of a segment, as a share of it: edges are nobody's error.
+#: What is left out at either end of a segment, as a share of it: edges are no coding errors.
 MARGIN = 0.1
 #: A label to which the classifier gives this mean probability is not suspected.
 SUPPORTED = 0.9
@@ -181,7 +181,7 @@ SURE = 0.9
 ONE_IN = 3
 #: Fewer demonstrations than that cannot outvote one of them.
 FEWEST = 3
-#: Demonstrations, or groups of them, that are heard through trees grown on the others, and trees.
+#: Folds in which demonstrations are recognised by trees grown on the others, and trees of each.
 FOLDS, TREES = 5, 20
 #: Seconds from one sample that a tree is grown on to the next, and how many it takes at most.
 APART, MOST = 0.1, 20_000

@@ -492,7 +492,7 @@ class ModelStages:
 
 #: Samples of a demonstration that are pushed at once.
 BLOCK = 4096
-#: Greatest latency in seconds: what has been heard by then is kept in memory.
+#: Greatest latency in seconds: the samples of that time are kept in memory.
 LONGEST = 600.0
 
 

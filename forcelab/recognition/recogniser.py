@@ -23,7 +23,7 @@ from forcelab.recognition.examples import (
 )
 from forcelab.recognition.hsmm import decode, marginals
 from forcelab.recognition.label_noise import DroppedSegment
-from forcelab.recognition.probability_trace import ProbabilityTrace
+from forcelab.recognition.probabilities import ProbabilityTrace
 from forcelab.recognition.settings import Settings
 from forcelab.recognition.task_grammar import BoundaryModel, TaskGrammar
 from forcelab.runtime import one_blas_thread
@@ -31,6 +31,8 @@ from forcelab.runtime import one_blas_thread
 if TYPE_CHECKING:
     from forcelab.recognition.live_model import LiveModel
 
+#: A rate that is lower by less than this share is the same one: clocks differ by far less.
+SAME_RATE = 0.01
 #: Time steps classified at once, so that the hidden layer's activations stay small.
 BLOCK = 100_000
 
@@ -57,9 +59,9 @@ class Prediction:
         Codes after the filters before the last one, ``"threshold"`` and ``"median"``, as far as
         they are switched on.
     probability_trace : ProbabilityTrace, optional
-        The probabilities, coarsely; None where nobody asked, or the classifier has none.
+        The probabilities, coarsely; None where not requested, or the classifier has none.
     unaided : ndarray of int64, shape (n,), optional
-        Decoded without any choreography; None where nobody asked, or there is no choreography.
+        Decoded without the grammar; None where not requested, or there is no grammar.
     """
 
     times: NDArray[np.float64]
@@ -146,7 +148,7 @@ class Recogniser:
         }
 
     def unit_remarks(self, channels: Sequence[Channel]) -> tuple[str, ...]:
-        """What is to be said before it recognises some recorded channels: that units differ.
+        """A remark where recorded channels have other units than those that it learnt.
 
         Raises
         ------
@@ -154,6 +156,32 @@ class Recogniser:
             If it looks at a channel that is not there.
         """
         return unit_remarks(self.units, self.channels, channels)
+
+    def rate_remarks(
+        self, rate: float, come: str = "It was sampled", have: str = "this recording has"
+    ) -> tuple[str, ...]:
+        """A remark where samples come at too low a rate for its smallest scales or windows.
+
+        A recording is put onto the recogniser's grid, but no interpolation brings back what lies
+        above half the rate of its samples.
+
+        Parameters
+        ----------
+        rate : float
+            Samples a second, Hz.
+        come, have : str
+            What the remark says of the samples before the rate, and before "nothing".
+        """
+        bands = self.settings.bands(self.rate)
+        lost = bands[bands > rate / 2]
+        if rate >= (1 - SAME_RATE) * self.rate or not len(lost):
+            return ()
+        kind = "scales" if self.settings.features == "wavelets" else "windows"
+        return (
+            f"{come} at {rate:.4g} Hz, and the recogniser learnt at {self.rate:.4g} Hz: "
+            f"{len(lost)} of its {len(bands)} {kind} look above {rate / 2:.4g} Hz, where {have} "
+            f"nothing, so expect poor labels; train one with --rate {rate:.4g}.",
+        )
 
     def prepare(self, demonstration: Demonstration) -> Examples:
         """Compute the features of a demonstration that this recogniser looks at.

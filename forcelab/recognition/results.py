@@ -11,10 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.labels import Segments, from_codes
-from forcelab.recognition.calibration import Reliability
 from forcelab.recognition.intervals import Intervals, score_intervals
 from forcelab.recognition.metrics import Counts, Scores, count, pool
-from forcelab.recognition.probability_trace import ProbabilityTrace
+from forcelab.recognition.probabilities import ProbabilityTrace, Reliability
 from forcelab.recognition.recogniser import Prediction
 from forcelab.recognition.settings import Settings
 from forcelab.resources import versions
@@ -39,7 +38,7 @@ class HeldOutPrediction:
     #: (n,); codes after the filters before the last one, ``"threshold"`` and ``"median"``, as far
     #: as they are switched on
     stages: dict[str, NDArray[np.int64]] = field(default_factory=dict)
-    #: Probabilities of the actions that the recogniser knew; None where nobody asked
+    #: Probabilities of the actions that the recogniser knew; None where not requested
     probability_trace: ProbabilityTrace | None = None
     #: (n,); codes decoded without any choreography; None without a decoder
     unaided: NDArray[np.int64] | None = None

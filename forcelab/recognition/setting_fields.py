@@ -38,7 +38,7 @@ class SettingField:
     default: float | None = None
 
     def applies(self, values: FormValues) -> bool:
-        """Whether it is used, told from all values of the form."""
+        """Whether it changes anything, given all values of the form."""
         return applies(self.name, values)
 
 

@@ -32,7 +32,7 @@ from numpy.typing import NDArray
 
 from forcelab.labels import UNLABELLED, Segments, to_codes
 from forcelab.recognition.examples import Examples
-from forcelab.recognition.probability_trace import ProbabilityTrace
+from forcelab.recognition.probabilities import ProbabilityTrace
 from forcelab.review.differences import Interval
 
 if TYPE_CHECKING:
@@ -116,7 +116,6 @@ class ConfidenceCalibration:
 class Proposal:
     """An unlabelled demonstration that could be labelled next."""
 
-    #: id, name, task: of the demonstration
     id: str
     name: str
     task: str

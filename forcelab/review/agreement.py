@@ -45,7 +45,6 @@ from forcelab.segment_edits import SLIVER
 class CoderTracks:
     """A demonstration with the tracks of its coders, of those who labelled anything."""
 
-    #: id, name, task: of the demonstration
     id: str
     name: str
     task: str
@@ -811,7 +810,7 @@ def agreement(
         From :func:`~forcelab.review.agreement.coded_demonstrations`.
     same : tuple of str, optional
         Two names of one coder, who labelled demonstrations twice: compared with each other only,
-        and the second with nobody else.
+        and the second with no other.
     hidden : int
         Told in the result.
 

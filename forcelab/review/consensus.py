@@ -20,7 +20,7 @@ from forcelab.review.agreement import CoderDifference, actions_of, coder_differe
 from forcelab.segment_edits import SLIVER, erase, paint
 from forcelab.text import counted
 
-#: Who the consensus is by, unless said otherwise.
+#: The default author of a consensus.
 CONSENSUS = "consensus"
 #: Seconds up to which edges may be set to their mean all at once.
 TOLERANCE = 0.1

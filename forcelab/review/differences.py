@@ -16,7 +16,7 @@ from forcelab.labels import Segment, Segments
 from forcelab.project import Project
 
 if TYPE_CHECKING:
-    from forcelab.recognition.probability_trace import ProbabilityTrace
+    from forcelab.recognition.probabilities import ProbabilityTrace
     from forcelab.review.run_result import DemonstrationResult, RunResult  # loads SciPy
 
 

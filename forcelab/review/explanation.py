@@ -52,7 +52,7 @@ from forcelab.recognition.examples import (
 )
 from forcelab.recognition.groups import fold_groups
 from forcelab.recognition.label_noise import drop_contradicted
-from forcelab.recognition.probability_trace import ProbabilityTrace
+from forcelab.recognition.probabilities import ProbabilityTrace
 from forcelab.recognition.recogniser import Recogniser
 from forcelab.recognition.storage import load_recogniser
 from forcelab.recognition.training import fit_cleaned, prepare_all
@@ -654,7 +654,7 @@ def explain_at(
     ----------
     path : path-like
         The project's.
-    outcome : RunResult
+    run : RunResult
         The run.
     id_ : str
         The demonstration's.

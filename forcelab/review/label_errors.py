@@ -44,7 +44,7 @@ from forcelab.recognition.label_noise import (
     neighbour_information,
     score_suspicions,
 )
-from forcelab.recognition.probability_trace import ProbabilityTrace
+from forcelab.recognition.probabilities import ProbabilityTrace
 from forcelab.review.differences import Difference
 from forcelab.review.run_result import DemonstrationResult
 
@@ -75,27 +75,27 @@ def gather_evidence(
     `differences` only whole segments are judged.
     """
     parts = tuple(d for d in differences if d.kind == "action")
-    probabilities = _said(result, [(s.start, s.end) for s in segments], actions)
-    of_parts = _said(result, [(d.start, d.end) for d in parts], actions)
+    probabilities = _span_probabilities(result, [(s.start, s.end) for s in segments], actions)
+    of_parts = _span_probabilities(result, [(d.start, d.end) for d in parts], actions)
     predicted = np.zeros_like(probabilities)
     for row, s in enumerate(segments):
         predicted[row] = _shares(result.predicted, *_middle(s.start, s.end), actions)
     return ModelEvidence(result.id, segments, probabilities, predicted, parts, of_parts)
 
 
-def _said(
+def _span_probabilities(
     result: DemonstrationResult, spans: Sequence[tuple[float, float]], actions: Sequence[str]
 ) -> Real:
     """Mean probability of each action over the middle of each span, shape (spans, K)."""
-    said = np.zeros((len(spans), len(actions)))
+    means = np.zeros((len(spans), len(actions)))
     raw = result.stages.get("raw", result.predicted)
     for row, (start, end) in enumerate(spans):
         inside = _middle(start, end)
         if result.probability_trace is None:
-            said[row] = _shares(raw, *inside, actions)
+            means[row] = _shares(raw, *inside, actions)
         else:
-            said[row] = _means(result.probability_trace, *inside, actions)
-    return said
+            means[row] = _means(result.probability_trace, *inside, actions)
+    return means
 
 
 def _middle(start: float, end: float) -> tuple[float, float]:

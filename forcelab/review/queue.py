@@ -20,7 +20,7 @@ from forcelab.review.label_errors import (
 from forcelab.review.run_result import DemonstrationResult, RunResult
 from forcelab.review.verdicts import applies_to, covers
 
-#: Differences that last less, in seconds, are not listed: nobody sees a fiftieth of a second.
+#: Differences that last less, in seconds, are not listed: a fiftieth of a second cannot be seen.
 LEAST = 0.02
 
 
@@ -37,7 +37,7 @@ class Queue:
     missed: tuple[Difference, ...] = ()
     boundaries: tuple[Difference, ...] = ()
     invented: tuple[Difference, ...] = ()
-    judged: tuple[StoredVerdict, ...] = ()  # what was said already, the latest first
+    judged: tuple[StoredVerdict, ...] = ()  # the latest first
 
     @property
     def open(self) -> tuple[Difference, ...]:
@@ -76,7 +76,7 @@ def review_queue(project: Project, run: RunResult, invented: bool = False) -> Qu
     Parameters
     ----------
     project : Project
-    outcome : RunResult
+    run : RunResult
     invented : bool
         Whether to list what the model predicts where the human left time unlabelled, which is
         never scored.
@@ -84,7 +84,7 @@ def review_queue(project: Project, run: RunResult, invented: bool = False) -> Qu
     Returns
     -------
     Queue
-        Its ``open`` is all that nobody has judged, the most urgent first. The human or the model
+        Its ``open`` is all that is not judged, the most urgent first. The human or the model
         of a difference is None where that one left the time unlabelled.
     """
     tracks = current_tracks(project, run)

@@ -11,7 +11,7 @@ from typing import Any
 from forcelab.errors import InputError
 from forcelab.labels import Segment, Segments
 from forcelab.project import DemonstrationInfo, LabelsUsed, Project, StoredRun
-from forcelab.recognition.probability_trace import ProbabilityTrace
+from forcelab.recognition.probabilities import ProbabilityTrace
 from forcelab.recognition.settings import Settings
 from forcelab.vocabulary import Vocabulary, joined
 
@@ -26,7 +26,6 @@ _NO_STAGE = ("demonstration", "start", "end", "human", "certainty", "typicality"
 class DemonstrationResult:
     """The predictions of a run for one demonstration."""
 
-    #: id, name, task: of the demonstration
     id: str
     name: str
     task: str
@@ -167,7 +166,7 @@ def latest_run(project: Project, tasks: Sequence[str] | None = None) -> RunResul
         requested = set(tasks)
         trained = [(run, test) for run, of, test in candidates if set(of) == requested]
         runs = (
-            # Whoever asks for a task wants its own demonstrations, and not those of another one.
+            # A task's own demonstrations come first, before tests on those of another one.
             *(run for run, test in trained if test is None),
             *(run for run, _, test in candidates if {test} == requested),
             *(run for run, _ in trained),

@@ -22,7 +22,7 @@ from forcelab.gui.figures.tracks import (
     opacity,
 )
 from forcelab.labels import Segment, ordered, to_codes
-from forcelab.recognition.probability_trace import ProbabilityTrace
+from forcelab.recognition.probabilities import ProbabilityTrace
 from forcelab.review.differences import find_differences
 from forcelab.vocabulary import Vocabulary
 

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from forcelab.recognition.probability_trace import RATE, ProbabilityTrace
+from forcelab.recognition.probabilities import RATE, ProbabilityTrace
 
 ACTIONS = ("grab", "hold")
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from forcelab.recognition.calibration import Reliability
+from forcelab.recognition.probabilities import Reliability
 
 ACTIONS = ("grab", "hold", "pull")
 

@@ -14,7 +14,7 @@ from forcelab.project import Incoming, Project
 from forcelab.recognition.dataset import DataSelection
 from forcelab.recognition.experiments import evaluate_tasks
 from forcelab.recognition.metrics import count
-from forcelab.recognition.probability_trace import ProbabilityTrace
+from forcelab.recognition.probabilities import ProbabilityTrace
 from forcelab.recognition.settings import Settings
 from forcelab.review.confusion import count_confusion, normalise
 from forcelab.review.run_result import DemonstrationResult, RunResult, load_run

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from forcelab.label_map import MergeMap
 from forcelab.labels import Segment
-from forcelab.recognition.probability_trace import ProbabilityTrace
+from forcelab.recognition.probabilities import ProbabilityTrace
 from forcelab.recognition.settings import Settings
 from forcelab.review.differences import action_as_coded, as_trained, find_differences
 from forcelab.review.run_result import DemonstrationResult, RunResult

@@ -13,7 +13,7 @@ from forcelab.formats.archive import read_archive, write_archive
 from forcelab.jobs import finish
 from forcelab.project import Project
 from forcelab.recognition.experiments import evaluate_tasks
-from forcelab.recognition.probability_trace import ProbabilityTrace
+from forcelab.recognition.probabilities import ProbabilityTrace
 from forcelab.review.run_result import edits_since, latest_run, load_run
 from forcelab.review.training import review_job
 

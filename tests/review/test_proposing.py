@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from forcelab.labels import Segment
-from forcelab.recognition.probability_trace import ProbabilityTrace
+from forcelab.recognition.probabilities import ProbabilityTrace
 from forcelab.recognition.settings import Settings
 from forcelab.review.active_learning import (
     BINS,

@@ -14,7 +14,7 @@ from forcelab.labels import Segment
 from forcelab.recognition import ensemble
 from forcelab.recognition.examples import LabelledDemonstration, actions_of
 from forcelab.recognition.presets import preset
-from forcelab.recognition.probability_trace import ProbabilityTrace
+from forcelab.recognition.probabilities import ProbabilityTrace
 from forcelab.recognition.settings import Settings
 from forcelab.recognition.training import fit_examples, prepare_all
 from forcelab.review.differences import find_differences

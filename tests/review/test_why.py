@@ -21,7 +21,7 @@ from forcelab.recognition import training
 from forcelab.recognition.attribution import BlackBoxScorer, MlpScorer, log_odds, make_scorer
 from forcelab.recognition.classifiers import fit_classifier
 from forcelab.recognition.dataset import DataSelection
-from forcelab.recognition.probability_trace import ProbabilityTrace
+from forcelab.recognition.probabilities import ProbabilityTrace
 from forcelab.recognition.recogniser import Recogniser
 from forcelab.review import explanation
 from forcelab.review.differences import Interval, action_over, interval_at, interval_of

@@ -22,7 +22,6 @@ from forcelab.formats.recording import ReadOptions
 from forcelab.formats.track_text import COLUMNS, plain_times, table_text, to_audacity, to_csv
 from forcelab.io import write_atomically
 from forcelab.labels import Track, model_author
-from forcelab.recognition.rates import rate_remarks
 from forcelab.recognition.results import empty_prediction_remarks
 from forcelab.recognition.storage import load_recogniser
 
@@ -75,7 +74,7 @@ def run(arguments: argparse.Namespace) -> None:
         # First, as it names the demonstration that lacks a channel.
         made = recogniser.predict(demonstration)
         told = [
-            *rate_remarks(recogniser, demonstration),
+            *recogniser.rate_remarks(1.0 / demonstration.period),
             *recogniser.unit_remarks(demonstration.channels),
         ]
         told += empty_prediction_remarks([made], recogniser.settings, recogniser.rate)

@@ -23,7 +23,7 @@ from forcelab.labels import Segment, Segments, to_codes
 from forcelab.vocabulary import Vocabulary
 
 if TYPE_CHECKING:
-    from forcelab.recognition.probability_trace import ProbabilityTrace
+    from forcelab.recognition.probabilities import ProbabilityTrace
     from forcelab.review.differences import Difference, Interval
 
 

@@ -32,7 +32,7 @@ from forcelab.jobs import Progress
 from forcelab.review.differences import Interval, interval_at, interval_of
 
 if TYPE_CHECKING:
-    from forcelab.recognition.probability_trace import ProbabilityTrace
+    from forcelab.recognition.probabilities import ProbabilityTrace
     from forcelab.review.differences import Interval
     from forcelab.review.explanation import Explanation, HeldOutModel
     from forcelab.review.run_result import RunResult

@@ -41,7 +41,7 @@ from forcelab.vocabulary import Vocabulary
 
 if TYPE_CHECKING:
     from forcelab.jobs import Progress
-    from forcelab.recognition.probability_trace import ProbabilityTrace
+    from forcelab.recognition.probabilities import ProbabilityTrace
     from forcelab.review.differences import Interval
     from forcelab.review.explanation import Band, Explanation, ForcePreview, Neighbour
     from forcelab.review.run_result import RunResult

@@ -11,7 +11,7 @@ from PySide6.QtTest import QTest
 from forcelab.gui.figures.confusion import ConfusionMatrix
 from forcelab.gui.review.confusion import ConfusionView, fit_figure
 from forcelab.gui.theme import DARK
-from forcelab.recognition.probability_trace import ProbabilityTrace
+from forcelab.recognition.probabilities import ProbabilityTrace
 
 ACTIONS = ("grab", "hold", "release")
 SURE = ProbabilityTrace(0.0, 50.0, ACTIONS, np.full((500, 3), 204, dtype=np.uint8))

@@ -25,7 +25,7 @@ from forcelab.gui.review.reviewed_run import with_keys
 from forcelab.label_map import MergeMap
 from forcelab.labels import Segment
 from forcelab.project import Project
-from forcelab.recognition.probability_trace import ProbabilityTrace
+from forcelab.recognition.probabilities import ProbabilityTrace
 from forcelab.recognition.settings import Settings
 from forcelab.review.differences import Interval
 from forcelab.review.run_result import DemonstrationResult, RunResult, action_styles

@@ -18,7 +18,7 @@ from forcelab.gui.key_events import guard_typing
 from forcelab.gui.review.queue import QueueView
 from forcelab.gui.review.queue_list import QueueSection
 from forcelab.labels import Segment
-from forcelab.recognition.probability_trace import ProbabilityTrace
+from forcelab.recognition.probabilities import ProbabilityTrace
 from forcelab.recognition.settings import Settings
 from forcelab.review.differences import Difference, Interval
 from forcelab.review.queue import Queue
