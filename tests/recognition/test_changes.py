@@ -137,7 +137,9 @@ def test_what_is_left_out_has_no_say_in_where_actions_change(clicks):
             nonsense = np.full_like(examples[i].features, 7.0)
             poisoned[i] = replace(examples[i], features=nonsense, segments=wrong)
         one, other = (
-            finish(fit_examples(make_folds(given, parts)[at].train, QUICK)).changes.ratios(rows)
+            finish(fit_examples(make_folds(given, parts)[at].train, QUICK)).boundary_model.ratios(
+                rows
+            )
             for given in (examples, poisoned)
         )
         np.testing.assert_array_equal(one, other)
@@ -148,7 +150,7 @@ def test_what_is_left_out_has_no_say_in_where_actions_change(clicks):
 @pytest.mark.parametrize("off", [{"changes": False}, {"decoder": "filters"}])
 def test_nothing_is_learnt_that_nobody_asks_for(clicks, off):
     assert learnt([item for item, _ in clicks], QUICK.replace(**off)) is None
-    assert train([item for item, _ in clicks[:3]], QUICK.replace(**off)).changes is None
+    assert train([item for item, _ in clicks[:3]], QUICK.replace(**off)).boundary_model is None
 
 
 def test_where_no_action_gives_way_to_another_training_goes_on_without(clicks):
@@ -197,7 +199,7 @@ def test_a_file_from_before_predicts_without(best, tmp_path):
     content = skops_io.loads(pack(best), trusted=list(TRUSTED))
     del content["changes"], content["settings"]["changes"]
     (tmp_path / "older").write_bytes(skops_io.dumps(content))
-    assert load_recogniser(tmp_path / "older").changes is None
+    assert load_recogniser(tmp_path / "older").boundary_model is None
 
 
 def test_one_of_other_features_is_refused(best, clicks, tmp_path):

@@ -220,7 +220,9 @@ def test_devices_whose_clocks_differ_a_little_are_learnt_from_together(monkeypat
             synthetic_set(2, rate=125.0), (124.9, 125.1), strict=True
         )
     )
-    one, other = (train(order, preset("fast")).live for order in ([slow, quick], [quick, slow]))
+    one, other = (
+        train(order, preset("fast")).live_models for order in ([slow, quick], [quick, slow])
+    )
     for part, same in zip(one, other, strict=True):
         assert np.allclose(part.classifier.mean, same.classifier.mean, rtol=1e-9, atol=1e-12)
 
@@ -313,7 +315,7 @@ def test_memory_stays_the_same(trained, three):
 def test_a_file_keeps_what_follows_streams(trained, three, tmp_path):
     save_recogniser(trained, tmp_path / "r.skops")
     again = load_recogniser(tmp_path / "r.skops")
-    assert [part.windows.look for part in again.live] == list(LOOKS)
+    assert [part.windows.look for part in again.live_models] == list(LOOKS)
     demonstration = three[2].demonstration
     for one, other in zip(
         streamed(trained, demonstration, 0.1, [50]),
@@ -380,13 +382,13 @@ def test_probabilities_of_a_stream_are_calibrated_where_those_offline_are(three,
     monkeypatch.setattr(ensemble, "TREES", 4)
     plain = preset("fast").replace(stride=1)
     bare, calibrated = (train(three, plain.replace(calibrated=on)) for on in (False, True))
-    assert {part.classifier.exponent for part in bare.live} == {1.0}
-    (exponent,) = {part.classifier.exponent for part in calibrated.live}
+    assert {part.classifier.exponent for part in bare.live_models} == {1.0}
+    (exponent,) = {part.classifier.exponent for part in calibrated.live_models}
     assert exponent != 1.0
-    assert [part.windows.look for part in calibrated.live] == list(LOOKS)
+    assert [part.windows.look for part in calibrated.live_models] == list(LOOKS)
     # Only how sure it is changes: what learns is the same.
-    X = np.random.default_rng(0).standard_normal((50, bare.live[0].windows.width))
-    for one, other in zip(bare.live, calibrated.live, strict=True):
+    X = np.random.default_rng(0).standard_normal((50, bare.live_models[0].windows.width))
+    for one, other in zip(bare.live_models, calibrated.live_models, strict=True):
         known = one.classifier.predict_proba(X)
         assert np.allclose(other.classifier.predict_proba(X), sharpen(known, exponent))
 
