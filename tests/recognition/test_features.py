@@ -1,3 +1,5 @@
+"""Features against plain definitions: wavelets, windows, and distances from the extremes."""
+
 from __future__ import annotations
 
 import tracemalloc
@@ -7,10 +9,23 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
-from synthetic import synthetic_demonstration
+from synthetic import synthetic_demonstration, synthetic_set
 
 from forcelab.errors import InputError
-from forcelab.recognition.features import BLOCK, wavelet_features
+from forcelab.recognition import ensemble
+from forcelab.recognition.examples import LabelledDemonstration
+from forcelab.recognition.features import (
+    BLOCK,
+    PEAKS,
+    SPANS,
+    own_amplitude,
+    peak_features,
+    wavelet_features,
+    window_features,
+    window_moments,
+)
+from forcelab.recognition.presets import preset
+from forcelab.recognition.training import train
 from forcelab.signals.channels import channel_map
 from forcelab.signals.conditioning import noise_level
 from forcelab.signals.cwt import cwt, frequencies, geometric_scales
@@ -310,3 +325,164 @@ def test_a_grab_stands_out_in_the_features_of_the_normal_force():
         for segment in segments[:2]
     }
     assert means["grab"] > means["still"] + 3
+
+
+WINDOWS = (0.01, 0.04, 0.16)
+WINDOWS_RATE = 500.0
+
+
+def by_quadrature(channel, rate, window, place):
+    """Level, slope and rms as sums over the samples, those beyond the ends held."""
+    reach = int(10 * window * rate)
+    u = np.arange(-reach, reach + 1) / rate
+    weights = np.exp(-0.5 * (u / window) ** 2)
+    weights /= weights.sum()
+    held = channel[np.clip(place + np.arange(-reach, reach + 1), 0, len(channel) - 1)]
+    level = weights @ held
+    slope = (weights * u / window**2) @ held
+    return level, slope, np.sqrt(weights @ (held - level) ** 2)
+
+
+def test_features_are_those_of_direct_sums():
+    random = np.random.default_rng(0)
+    channels = np.cumsum(random.normal(size=(2, 600)), axis=1) + 40.0
+    places = np.array([0, 3, 250, 599])
+    found = window_features(channels, WINDOWS_RATE, WINDOWS, places).reshape(4, 3, 2, 3)
+    for p, place in enumerate(places):
+        for i, channel in enumerate(channels):
+            for j, window in enumerate(WINDOWS):
+                expected = by_quadrature(channel, WINDOWS_RATE, window, place)
+                # A window is cut off after four standard deviations, beyond the ends at least.
+                size = np.ptp(channel)
+                errors = np.abs(found[p, :, i, j] - expected)
+                assert np.all(errors <= size * np.array([3e-4, 3e-3 / window, 3e-3]))
+
+
+def test_a_sine_has_the_level_slope_and_rms_of_the_closed_form():
+    t = np.arange(4000) / WINDOWS_RATE
+    omega, s = 2 * np.pi * 3.0, 0.04
+    place = np.array([2000])
+    level, slope, rms = window_features(3.0 * np.sin(omega * t)[None], WINDOWS_RATE, (s,), place)[0]
+    fade, now = np.exp(-0.5 * (omega * s) ** 2), omega * t[2000]
+    assert level == pytest.approx(3 * fade * np.sin(now), abs=1e-9)
+    assert slope == pytest.approx(3 * omega * fade * np.cos(now), abs=1e-7)
+    power = 4.5 * (1 - np.exp(-2 * (omega * s) ** 2) * np.cos(2 * now))
+    assert rms == pytest.approx(np.sqrt(power - level**2), abs=1e-7)
+
+
+def test_a_constant_channel_has_its_level_and_nothing_else():
+    channels = np.array([np.full(300, -7.25), np.sin(np.arange(300) / 20)])
+    found = window_features(channels, 100.0, WINDOWS, np.arange(300), "both")
+    found = found.reshape(300, 2, 3, 2, 3)
+    np.testing.assert_allclose(found[:, 0, 0, 0], -7.25)
+    assert np.all(found[:, :, 1:, 0] == 0)  # slope and rms
+    assert np.all(found[:, 1, 0, 0] == 0)  # from its rest, in its own unit
+    assert np.isfinite(found).all()
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.floats(0.01, 100.0), st.floats(-50.0, 50.0))
+def test_the_own_amplitude_takes_out_gain_and_offset(gain, offset):
+    channels = np.random.default_rng(1).normal(size=(2, 200)).cumsum(axis=1)
+    places = np.arange(0, 200, 7)
+    plain = window_features(channels, 100.0, WINDOWS, places, "own")
+    changed = window_features(gain * channels + offset, 100.0, WINDOWS, places, "own")
+    np.testing.assert_allclose(changed, plain, rtol=1e-6, atol=1e-6)
+
+
+def test_both_are_the_absolute_features_beside_the_own_ones():
+    channels = np.random.default_rng(2).normal(size=(3, 200)).cumsum(axis=1)
+    places = np.arange(5, 200, 10)
+    both = window_features(channels, 100.0, WINDOWS, places, "both")
+    parts = [window_features(channels, 100.0, WINDOWS, places, a) for a in ("absolute", "own")]
+    np.testing.assert_array_equal(both, np.concatenate(parts, axis=1))
+
+
+def test_rare_peaks_leave_the_own_amplitude_alone():
+    channels = np.tile(np.linspace(0, 1, 1000), (2, 1))
+    channels[1, 500:510] = 1e6
+    rest, size = own_amplitude(channels, 100.0)
+    assert size[1] == pytest.approx(size[0], rel=0.05)
+    assert rest[0] == rest[1]
+
+
+def test_missing_samples_are_bridged():
+    channels = np.linspace(0, 1, 400)[None].copy()
+    whole = window_features(channels, 100.0, WINDOWS, np.arange(400))
+    channels[0, 100:120] = np.nan
+    np.testing.assert_allclose(window_features(channels, 100.0, WINDOWS, np.arange(400)), whole)
+
+
+WINDOW = 0.02
+PEAKS_RATE = 100.0
+
+
+def walk(seed, channels=2, n=300):
+    return np.random.default_rng(seed).normal(size=(channels, n)).cumsum(axis=1) + 30.0
+
+
+def test_features_are_those_of_direct_searches():
+    channels, places = walk(0), np.array([0, 1, 17, 150, 298, 299])
+    found = peak_features(channels, PEAKS_RATE, WINDOW, places).reshape(6, 4, 2, 3)
+    for i, channel in enumerate(channels):
+        level = window_moments(channel, PEAKS_RATE, (WINDOW,), np.arange(300))[0][0]
+        for j, span in enumerate(SPANS):
+            reach = round(span * PEAKS_RATE)
+            for p, place in enumerate(places):
+                before = level[max(place - reach, 0) : place + 1]
+                after = level[place : place + reach + 1]
+                expected = [before.max(), after.max(), before.min(), after.min()]
+                np.testing.assert_allclose(found[p, :, i, j], np.array(expected) - level[place])
+
+
+def test_a_peak_is_ahead_until_it_is_behind():
+    t = np.arange(400) / PEAKS_RATE
+    channels = np.exp(-0.5 * ((t - 2.0) / 0.2) ** 2)[None]
+    before, after = peak_features(channels, PEAKS_RATE, WINDOW, np.array([180, 220])).T[[1, 4]]
+    assert (before[0], after[1]) == pytest.approx((0.0, 0.0), abs=1e-9)
+    assert min(after[0], before[1]) > 0.3
+
+
+@pytest.mark.parametrize("gain", [0.03, 1.0, 40.0, 1e148])
+def test_in_own_units_a_gain_and_offsets_do_not_matter(gain):
+    channels, places = walk(1, 3), np.arange(0, 300, 7)
+    plain = peak_features(channels, PEAKS_RATE, WINDOW, places, own=True)
+    offset = gain * np.array([[0.0], [5.0], [-9.0]])
+    changed = peak_features(gain * channels + offset, PEAKS_RATE, WINDOW, places, own=True)
+    np.testing.assert_allclose(changed, plain, rtol=1e-6, atol=1e-6)
+
+
+def test_in_own_units_channels_keep_their_proportion():
+    channels, places = walk(2), np.arange(300)
+    absolute = peak_features(channels, PEAKS_RATE, WINDOW, places)
+    own = peak_features(channels, PEAKS_RATE, WINDOW, places, own=True)
+    moved = absolute != 0
+    assert np.ptp(own[moved] / absolute[moved]) < 1e-9
+
+
+def test_a_constant_channel_and_a_single_sample_have_no_peaks():
+    channels = np.array([np.full(200, -7.3), np.sin(np.arange(200) / 20)])
+    found = peak_features(channels, PEAKS_RATE, WINDOW, np.arange(200), own=True)
+    assert np.all(found.reshape(200, 4, 2, 3)[:, :, 0] == 0)
+    assert np.all(peak_features(channels[:, :1], PEAKS_RATE, WINDOW, np.array([0]), own=True) == 0)
+
+
+def test_missing_samples_are_bridged_for_peaks():
+    channels = np.linspace(0, 1, 400)[None].copy()
+    whole = peak_features(channels, PEAKS_RATE, WINDOW, np.arange(400))
+    channels[0, 100:120] = np.nan
+    found = peak_features(channels, PEAKS_RATE, WINDOW, np.arange(400))
+    np.testing.assert_allclose(found, whole, atol=1e-12)
+
+
+@pytest.mark.parametrize("amplitude", ["absolute", "both"])
+def test_a_recogniser_looks_at_peaks_whatever_the_unit(monkeypatch, amplitude):
+    monkeypatch.setattr(ensemble, "TREES", 5)
+    settings = preset("fast").replace(amplitude=amplitude, peaks=True)
+    items = [LabelledDemonstration(*pair) for pair in synthetic_set(3, rate=100.0)]
+    recogniser = train(items, settings)
+    channels = len(recogniser.channels)
+    first = settings.replace(peaks=False).width(channels)
+    peaks = np.arange(first, settings.width(channels))
+    assert len(peaks) == len(PEAKS) * len(SPANS) * channels
+    assert np.isin(peaks, recogniser.classifier.columns).all()

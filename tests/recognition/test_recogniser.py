@@ -1,3 +1,5 @@
+"""The recogniser: predictions, what each filter leads to, and what it remarks."""
+
 from __future__ import annotations
 
 import dataclasses
@@ -6,14 +8,16 @@ import numpy as np
 import pytest
 from synthetic import synthetic_demonstration, synthetic_set
 from threadpoolctl import threadpool_info, threadpool_limits
+from trained_project import FAST
 
 from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
 from forcelab.labels import UNLABELLED, to_codes
-from forcelab.recognition import filters
+from forcelab.recognition import filters, results
 from forcelab.recognition import recogniser as recogniser_module
 from forcelab.recognition.examples import LabelledDemonstration, prepare_examples
 from forcelab.recognition.recogniser import Recogniser
+from forcelab.recognition.results import empty_prediction_remarks
 from forcelab.recognition.settings import CLASSIFIERS, Settings
 from forcelab.recognition.training import train
 from forcelab.runtime import one_blas_thread
@@ -254,3 +258,99 @@ def test_examples_of_other_channels_are_refused_by_name(bayes, three):
     other = prepare_examples(three[2], OFF.replace(channels=("normal 1",)))
     with pytest.raises(InputError, match="'foam 03' has the channels normal 1; the recogniser"):
         bayes.predict_examples(other)
+
+
+@pytest.fixture(scope="module")
+def labelled():
+    return [LabelledDemonstration(demo, segments) for demo, segments in synthetic_set(3, 100.0)]
+
+
+@pytest.mark.parametrize("threshold", [None, 0.9])
+@pytest.mark.parametrize("median", [None, 5])
+@pytest.mark.parametrize("drop", [None, 0.5])
+def test_each_stage_is_the_filter_applied_to_the_one_before(labelled, threshold, median, drop):
+    recogniser = train(labelled[:2], FAST.replace(threshold=threshold, median=median, drop=drop))
+    made = recogniser.predict(labelled[2].demonstration, probability_trace=True)
+    codes, expected = made.raw, {}
+    if threshold is not None:
+        best = made.probabilities.max(axis=1)
+        expected["threshold"] = codes = np.where(best >= threshold, codes, UNLABELLED)
+    if median is not None:
+        expected["median"] = codes = filters.median(codes, median)
+    assert list(made.stages) == list(expected)
+    for name, stage in expected.items():
+        assert np.array_equal(made.stages[name], stage)
+    if drop is None:
+        assert np.array_equal(made.filtered, codes)
+    else:
+        changed = made.filtered != codes
+        assert (made.filtered[changed] == UNLABELLED).all()
+
+
+def test_gaps_have_no_certainty(labelled):
+    from dataclasses import replace
+
+    demonstration = labelled[2].demonstration
+    keep = np.abs(demonstration.times - 2.0) > 0.3
+    gappy = replace(
+        demonstration, times=demonstration.times[keep], signals=demonstration.signals[keep]
+    )
+    made = train(labelled[:2], FAST).predict(gappy, probability_trace=True)
+    inside = np.abs(made.probability_trace.times - 2.0) < 0.25
+    assert inside.any()
+    assert (made.probability_trace.values[inside] == 0).all()
+    outside = np.abs(made.probability_trace.times - 2.0) > 0.32
+    # Probabilities add up to one, in 255ths that are rounded each.
+    assert np.abs(made.probability_trace.values[outside].sum(axis=1, dtype=int) - 255).max() <= 2
+
+
+N = 100
+NOTHING = Settings(threshold=None, median=None, drop=None)
+
+
+def reviewed(left, **stages):
+    """A demonstration of which so many steps are left after the filters, and after each stage."""
+
+    def codes(number):
+        found = np.full(N, UNLABELLED)
+        found[:number] = 0
+        return found
+
+    times, stages = np.arange(N) / 100, {name: codes(n) for name, n in stages.items()}
+    return results.HeldOutPrediction(
+        "a", "a", times, ("grab",), codes(N), codes(N), codes(left), stages
+    )
+
+
+@pytest.mark.parametrize(
+    ("stages", "taken"),
+    [
+        ({"threshold": 2, "median": 2}, "less probable than 0.8 (threshold)"),
+        ({"threshold": 90, "median": 80}, "lasts less than 0.125 of the shortest segment"),
+    ],
+)
+def test_what_left_nothing_is_told_with_the_scales_in_seconds(stages, taken):
+    (told,) = empty_prediction_remarks([reviewed(1, **stages)], Settings(), 20_000.0)
+    assert told.startswith("The filters left 1.0 % of the predicted time")
+    assert taken in told
+    assert "at 20000 Hz the scales are 0.1 to 51.2 ms" in told
+    assert "or another rate, such as 1000 Hz; or train" in told
+
+
+def test_the_usual_rate_is_not_advised_where_it_is_that():
+    (told,) = empty_prediction_remarks([reviewed(0, threshold=0)], Settings(), 1000.0)
+    assert "the scales are 2 to 1,020 ms, so try others or another rate; or train" in told
+
+
+def test_windows_have_no_scales_to_blame():
+    (told,) = empty_prediction_remarks(
+        [reviewed(0, threshold=0)], Settings(features="windows"), 50.0
+    )
+    assert "scales" not in told
+
+
+@pytest.mark.parametrize(
+    ("left", "settings"), [(50, Settings()), (0, NOTHING), (0, Settings(decoder="semi-markov"))]
+)
+def test_nothing_is_said_where_much_is_left_or_no_filter_took_it(left, settings):
+    assert empty_prediction_remarks([reviewed(left, threshold=left)], settings, 1000.0) == ()

@@ -1,11 +1,13 @@
-"""Probabilities over time, kept coarsely."""
+"""Probabilities over time, kept coarsely; Brier score and calibration error as defined."""
+
+from __future__ import annotations
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from forcelab.recognition.probabilities import RATE, ProbabilityTrace
+from forcelab.recognition.probabilities import RATE, ProbabilityTrace, Reliability
 
 ACTIONS = ("grab", "hold")
 
@@ -54,3 +56,44 @@ def test_it_is_kept_to_the_last_bit_and_damage_is_refused():
     for damage in ({"count": 7}, {"values": "!"}, {"values": plain["values"][:-8]}):
         with pytest.raises(ValueError, match=r".+"):
             ProbabilityTrace.from_json(plain | damage)
+
+
+THREE = ("grab", "hold", "pull")
+
+
+@pytest.fixture
+def drawn():
+    random = np.random.default_rng(0)
+    return random.dirichlet(np.ones(3), 400), random.integers(-1, 3, 400)
+
+
+def test_figures_are_their_definitions(drawn):
+    P, human = drawn
+    found = Reliability.of(P, THREE, human, THREE)
+    squares, gaps = [], {}
+    for p, h in zip(P, human, strict=True):
+        if h < 0:
+            continue
+        squares.append(sum((p[k] - (k == h)) ** 2 for k in range(3)))
+        gaps.setdefault(min(int(10 * p.max()), 9), []).append(p.max() - (p.argmax() == h))
+    assert found.brier == pytest.approx(np.mean(squares))
+    assert found.ece == pytest.approx(sum(abs(sum(g)) for g in gaps.values()) / len(squares))
+
+
+def test_parts_add_up_to_the_whole(drawn):
+    P, human = drawn
+    whole = Reliability.of(P, THREE, human, THREE).to_json()
+    parts = [Reliability.of(P[s], THREE, human[s], THREE) for s in (np.s_[:90], np.s_[90:])]
+    added = (parts[0] + parts[1]).to_json()
+    assert added["brier"] == pytest.approx(whole["brier"])
+    np.testing.assert_allclose(added["bins"], whole["bins"])
+
+
+def test_an_action_that_is_not_known_is_wrong_however_sure():
+    found = Reliability.of(np.array([[1.0, 0.0]]), ("grab", "hold"), np.array([2]), THREE)
+    assert (found.brier, found.ece) == (2.0, 1.0)
+
+
+def test_nothing_labelled_has_no_figures():
+    found = Reliability.of(np.full((4, 3), 1 / 3), THREE, np.full(4, -1), THREE)
+    assert found.to_json() == {"brier": None, "ece": None, "bins": []}
