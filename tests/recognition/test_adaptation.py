@@ -23,7 +23,7 @@ OFFSET = np.array([0.4, -0.3, 0.6, -0.2, 0.1, -0.5])
 SETTINGS = preset("fast").replace(amplitude="absolute", decoder="filters", classifier="logistic")
 
 
-def made(item, change):
+def labelled_with(item, change):
     demonstration = item.demonstration
     return replace(
         item,
@@ -40,7 +40,7 @@ def made(item, change):
 @pytest.fixture(scope="module")
 def people():
     items = [LabelledDemonstration(*item) for item in synthetic_set(10, RATE)]
-    uneven = [made(item, lambda signals: signals * UNEVEN) for item in items]
+    uneven = [labelled_with(item, lambda signals: signals * UNEVEN) for item in items]
     return uneven[:6], uneven[6:]
 
 
@@ -50,7 +50,9 @@ def accuracy(evaluation, which="filtered"):
 
 def test_accuracy_is_restored_where_sensors_are_swapped_and_scaled(people):
     train, test = people
-    turned = [made(item, lambda signals: signals[:, SWAP] * GAIN + OFFSET) for item in test]
+    turned = [
+        labelled_with(item, lambda signals: signals[:, SWAP] * GAIN + OFFSET) for item in test
+    ]
     right = accuracy(finish(train_and_test(train, test, SETTINGS)))
     evaluation = finish(train_and_test(train, turned, SETTINGS, adapt=True))
     assert accuracy(evaluation, "unadapted") == accuracy(
@@ -58,10 +60,10 @@ def test_accuracy_is_restored_where_sensors_are_swapped_and_scaled(people):
     )
     assert accuracy(evaluation, "unadapted") < right - 0.1
     assert accuracy(evaluation) > right - 0.03
-    (said,) = [sentence for sentence in evaluation.remarks if "Adapted" in sentence]
-    assert "sensors are swapped (2 for 1 and 1 for 2" in said
-    whole = evaluation.to_json()
-    assert whole["unadapted"]["pooled"]["accuracy"] < whole["filtered"]["pooled"]["accuracy"]
+    (remark,) = [sentence for sentence in evaluation.remarks if "Adapted" in sentence]
+    assert "sensors are swapped (2 for 1 and 1 for 2" in remark
+    record = evaluation.to_json()
+    assert record["unadapted"]["pooled"]["accuracy"] < record["filtered"]["pooled"]["accuracy"]
     # What is tested stays the recording: its id, its stamps and its labels.
     assert [one.id for one in evaluation.tested] == [item.demonstration.id for item in turned]
 
@@ -72,7 +74,7 @@ def test_with_matching_sensors_nothing_is_swapped(people):
         assert not found.swapped
         assert found.log_ratio < 0
         assert "no sensor is swapped" in found.summary
-    scaled = [made(item, lambda signals: signals * GAIN + OFFSET) for item in people[1]]
+    scaled = [labelled_with(item, lambda signals: signals * GAIN + OFFSET) for item in people[1]]
     assert not estimate_adaptation(people[0], scaled).swapped
     even = [LabelledDemonstration(*item) for item in synthetic_set(6, RATE)]
     assert not estimate_adaptation(even[:3], even[3:]).swapped
@@ -89,16 +91,18 @@ def test_alike_demonstrations_stay_as_they_are(people):
 
 def test_levels_and_scales_come_to_those_of_training(people):
     train, _ = people
-    turned = [made(item, lambda signals: signals[:, SWAP] * GAIN + OFFSET) for item in train]
+    turned = [
+        labelled_with(item, lambda signals: signals[:, SWAP] * GAIN + OFFSET) for item in train
+    ]
     found = estimate_adaptation(train, turned)
     assert found.log_ratio > MARGIN
-    for item, wanted in zip(turned, train, strict=True):
+    for item, expected in zip(turned, train, strict=True):
         again = found.apply(item).demonstration
         assert again.channels == item.demonstration.channels
         # Normal forces are set right to the sample; a hypotenuse of unequal gains nearly so.
         for column in (2, 5):
             assert np.allclose(
-                again.signals[:, column], wanted.demonstration.signals[:, column], atol=1e-9
+                again.signals[:, column], expected.demonstration.signals[:, column], atol=1e-9
             )
 
 
@@ -117,7 +121,7 @@ def test_a_dead_channel_is_not_blown_up(people):
         signals[:, 2] = 1e-6 * np.random.default_rng(0).standard_normal(len(signals))
         return signals
 
-    found = estimate_adaptation(train, [made(item, dead) for item in test])
+    found = estimate_adaptation(train, [labelled_with(item, dead) for item in test])
     assert found.gain["fz1"] == 1.0
 
 
@@ -128,7 +132,7 @@ def test_missing_samples_stay_missing(people):
         signals[50:60, 1] = np.nan
         return signals
 
-    again = estimate_adaptation(train, test).apply(made(test[0], holed)).demonstration
+    again = estimate_adaptation(train, test).apply(labelled_with(test[0], holed)).demonstration
     assert np.isnan(again.signals[50:60, 1]).all()
     assert np.isfinite(again.signals[:, 0]).all()
 

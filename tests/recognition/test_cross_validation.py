@@ -102,8 +102,10 @@ def test_an_action_of_a_single_group_is_told(six):
     juggled = [relabelled(six[i], ["juggle", "still", "grab", "juggle", "hold"]) for i in (0, 3)]
     items = [juggled[0], *six[1:3], juggled[1], *six[4:]]
     name = six[0].demonstration.name
-    (told,) = [r for r in finish(leave_one_out(items, FAST, folds=3)).remarks if "juggle" in r]
-    assert told == f"Cannot be recognised when its only group is left out: juggle (only in {name})."
+    (remark,) = [r for r in finish(leave_one_out(items, FAST, folds=3)).remarks if "juggle" in r]
+    assert (
+        remark == f"Cannot be recognised when its only group is left out: juggle (only in {name})."
+    )
     assert not any("juggle" in r for r in finish(leave_one_out(items, FAST)).remarks)
 
 
@@ -133,10 +135,10 @@ def test_labels_without_a_meaning_are_recognised_no_better_than_by_chance(six, e
     random = np.random.default_rng(0)
     shuffled = [relabelled(item, random.permutation(ACTIONS)[[0, 1, 2, 3, 0]]) for item in six]
     chance = finish(leave_one_out(shuffled, RAW)).scores("raw")[0]
-    meant = evaluation.scores("raw")[0]
+    scores = evaluation.scores("raw")[0]
     assert chance.balanced_accuracy < 0.4
-    assert meant.balanced_accuracy > 0.8
-    assert meant.accuracy > 0.8
+    assert scores.balanced_accuracy > 0.8
+    assert scores.accuracy > 0.8
 
 
 def test_two_evaluations_of_one_seed_differ_in_their_run_times_only(six):
@@ -148,9 +150,9 @@ def test_two_evaluations_of_one_seed_differ_in_their_run_times_only(six):
 def test_progress_counts_the_folds(six):
     progress = []
     finish(leave_one_out(six[:3], FAST), progress.append)
-    told = [(step.text, step.done, step.total) for step in progress]
-    assert told[:3] == [("features", 1, 3), ("features", 2, 3), ("features", 3, 3)]
-    assert told[3:] == [("fit 1 of 3", 1, 1), ("fit 2 of 3", 1, 1), ("fit 3 of 3", 1, 1)]
+    steps = [(step.text, step.done, step.total) for step in progress]
+    assert steps[:3] == [("features", 1, 3), ("features", 2, 3), ("features", 3, 3)]
+    assert steps[3:] == [("fit 1 of 3", 1, 1), ("fit 2 of 3", 1, 1), ("fit 3 of 3", 1, 1)]
 
 
 # One process a fold is started for real: warnings, results and the end of the program.
@@ -311,8 +313,8 @@ def test_a_recording_that_is_there_twice_is_left_out_as_a_whole(six, count):
     assert [tested.name for tested in found.tested] == names_of(items, range(len(items)))
     every = set(names_of(items, range(len(items))))
     assert fitted == [every - set(names_of(items, part)) for part in parts]
-    told = [remark for remark in found.remarks if "left out together" in remark]
-    assert [remark.split(" hold the same recording")[0] for remark in told] == [
+    remarks = [remark for remark in found.remarks if "left out together" in remark]
+    assert [remark.split(" hold the same recording")[0] for remark in remarks] == [
         " and ".join(names_of(items, same)) for same in ((0, 3), (2, 5))
     ]
 
@@ -336,12 +338,12 @@ def test_a_number_of_groups_that_nothing_can_be_left_out_in_is_refused(six, grou
 
 def test_a_recording_that_is_trained_on_under_another_name_is_told(six):
     twin = later(six[0], "twin")
-    (said,) = [
+    (remark,) = [
         remark
         for remark in finish(train_and_test(six[:3], [*six[3:5], twin], FAST)).remarks
         if "same recording" in remark
     ]
-    assert said.startswith(f"'twin' holds the same recording as '{six[0].demonstration.name}'")
+    assert remark.startswith(f"'twin' holds the same recording as '{six[0].demonstration.name}'")
     clean = finish(train_and_test(six[:3], six[3:5], FAST)).remarks
     assert not any("same recording" in remark for remark in clean)
 

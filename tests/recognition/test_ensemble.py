@@ -62,10 +62,10 @@ def test_arrays_answer_as_scikit_learn_does(counts):
 @pytest.mark.parametrize("name", NAMES)
 def test_what_is_stored_as_arrays_answers_the_same(name):
     X, y = clouds((40, 50, 30))
-    made = fitted(name, X, y)
-    again = CalibratedEnsemble.from_plain(made.plain(), X.shape[1], 3)
-    np.testing.assert_array_equal(again.predict_proba(X), made.predict_proba(X))
-    np.testing.assert_array_equal(again.predict(X), made.predict(X))
+    ensemble = fitted(name, X, y)
+    again = CalibratedEnsemble.from_plain(ensemble.plain(), X.shape[1], 3)
+    np.testing.assert_array_equal(again.predict_proba(X), ensemble.predict_proba(X))
+    np.testing.assert_array_equal(again.predict(X), ensemble.predict(X))
 
 
 def broken(plain, member, part, change):
@@ -129,15 +129,15 @@ def test_arrays_that_do_not_fit_are_refused_before_anything_follows_them(member,
 @pytest.mark.parametrize("name", ["extra-trees", "boosting"])
 def test_a_forest_of_format_1_answers_the_same_and_is_kept_small(name):
     X, y = clouds((400, 500, 300), distance=0.5)
-    made = fitted(name, X, y)
-    older = made.plain() | {"members": [as_in_format_1(made.members[0])]}
+    ensemble = fitted(name, X, y)
+    older = ensemble.plain() | {"members": [as_in_format_1(ensemble.members[0])]}
     again = CalibratedEnsemble.from_plain(older, 4, 3)
-    np.testing.assert_array_equal(again.predict_proba(X), made.predict_proba(X))
+    np.testing.assert_array_equal(again.predict_proba(X), ensemble.predict_proba(X))
     twice = CalibratedEnsemble.from_plain(again.plain(), 4, 3)
-    np.testing.assert_array_equal(twice.predict_proba(X), made.predict_proba(X))
+    np.testing.assert_array_equal(twice.predict_proba(X), ensemble.predict_proba(X))
     sizes = [
         sum(part.nbytes for part in one["members"][0].values() if isinstance(part, np.ndarray))
-        for one in (older, again.plain(), made.plain())
+        for one in (older, again.plain(), ensemble.plain())
     ]
     assert sizes[2] <= sizes[1] < sizes[0] / 3
 

@@ -190,22 +190,22 @@ def recogniser(four):
 
 @pytest.fixture
 def project(tmp_path, four):
-    with Project.create(tmp_path / "mixed.forcelab") as made:
+    with Project.create(tmp_path / "mixed.forcelab") as created:
         for i, (demonstration, segments) in enumerate(four[:3]):
             given = in_counts(demonstration) if i == 1 else demonstration
-            made.add(given, [Track("Ann", segments)])
-        yield made
+            created.add(given, [Track("Ann", segments)])
+        yield created
 
 
 def test_demonstrations_in_counts_among_newtons_are_named_with_the_cure(four):
     demonstrations = [demonstration for demonstration, _ in four]
     assert mixed_unit_remarks(demonstrations, BAYES) == ()
     demonstrations[2] = in_counts(demonstrations[2])
-    [said] = mixed_unit_remarks(demonstrations, BAYES)
+    [remark] = mixed_unit_remarks(demonstrations, BAYES)
     odd, others = demonstrations[2].name, [demonstrations[i].name for i in (0, 1, 3)]
-    assert f"without a unit in '{odd}'" in said
-    assert f"in N in {', '.join(f'{chr(39)}{name}{chr(39)}' for name in others)}" in said
-    assert "by a calibration" in said
+    assert f"without a unit in '{odd}'" in remark
+    assert f"in N in {', '.join(f'{chr(39)}{name}{chr(39)}' for name in others)}" in remark
+    assert "by a calibration" in remark
     assert mixed_unit_remarks([], BAYES) == ()
 
 
@@ -221,9 +221,9 @@ def test_a_recogniser_tells_what_it_learnt_in_other_units(recogniser, four):
     demonstration = four[3][0]
     assert recogniser.units == ("N",) * 4
     assert recogniser.unit_remarks(demonstration.channels) == ()
-    [said] = recogniser.unit_remarks(in_counts(demonstration).channels)
-    assert "without a unit" in said
-    assert "learnt it in N" in said
+    [remark] = recogniser.unit_remarks(in_counts(demonstration).channels)
+    assert "without a unit" in remark
+    assert "learnt it in N" in remark
 
 
 def test_units_are_kept_in_its_file_and_older_files_still_load(recogniser, four, tmp_path):

@@ -84,14 +84,14 @@ def refused(items, settings):
     """The sentence that refuses a training; exactly one."""
     with pytest.raises(InputError) as error:
         train(items, settings)
-    said = str(error.value)
-    assert said.endswith(".")
-    assert ". " not in said
-    return said
+    message = str(error.value)
+    assert message.endswith(".")
+    assert ". " not in message
+    return message
 
 
-def only(labelled, kept):
-    return replace(labelled, segments=tuple(s for s in labelled.segments if kept(s.action)))
+def only(labelled, is_kept):
+    return replace(labelled, segments=tuple(s for s in labelled.segments if is_kept(s.action)))
 
 
 def test_two_identical_demonstrations(settings):
@@ -104,9 +104,9 @@ def test_two_identical_demonstrations(settings):
 
 
 def test_one_action_only(settings):
-    said = refused([only(item, lambda action: action == "hold") for item in THREE], settings)
-    assert "two actions" in said
-    assert "only hold" in said
+    message = refused([only(item, lambda action: action == "hold") for item in THREE], settings)
+    assert "two actions" in message
+    assert "only hold" in message
 
 
 def test_all_samples_unlabelled(settings):

@@ -209,16 +209,16 @@ def test_channels_of_any_size_stay_finite_beside_any_noise(size):
 
 def test_the_noise_of_the_whole_gives_a_part_the_features_it_has_in_the_whole():
     step = 0.01 * noise(6000) * (np.arange(6000) > 3500) + tone(3, 6000)
-    whole = step[np.newaxis]
-    level = noise_level(whole)
+    full = step[np.newaxis]
+    level = noise_level(full)
     scales = np.array([4.0, 8.0, 16.0])
     np.testing.assert_array_equal(
-        wavelet_features(whole, scales, MORLET, noise=level),
-        wavelet_features(whole, scales, MORLET),
+        wavelet_features(full, scales, MORLET, noise=level),
+        wavelet_features(full, scales, MORLET),
     )
-    part = wavelet_features(whole[:, :3000], scales, MORLET, noise=level)
+    part = wavelet_features(full[:, :3000], scales, MORLET, noise=level)
     inner = slice(200, 2800)
-    expected = wavelet_features(whole, scales, MORLET)[inner]
+    expected = wavelet_features(full, scales, MORLET)[inner]
     np.testing.assert_allclose(part[inner, :3], expected[:, :3], atol=1e-6)
 
 
@@ -408,9 +408,9 @@ def test_rare_peaks_leave_the_own_amplitude_alone():
 
 def test_missing_samples_are_bridged():
     channels = np.linspace(0, 1, 400)[None].copy()
-    whole = window_features(channels, 100.0, WINDOWS, np.arange(400))
+    full = window_features(channels, 100.0, WINDOWS, np.arange(400))
     channels[0, 100:120] = np.nan
-    np.testing.assert_allclose(window_features(channels, 100.0, WINDOWS, np.arange(400)), whole)
+    np.testing.assert_allclose(window_features(channels, 100.0, WINDOWS, np.arange(400)), full)
 
 
 WINDOW = 0.02
@@ -469,10 +469,10 @@ def test_a_constant_channel_and_a_single_sample_have_no_peaks():
 
 def test_missing_samples_are_bridged_for_peaks():
     channels = np.linspace(0, 1, 400)[None].copy()
-    whole = peak_features(channels, PEAKS_RATE, WINDOW, np.arange(400))
+    full = peak_features(channels, PEAKS_RATE, WINDOW, np.arange(400))
     channels[0, 100:120] = np.nan
     found = peak_features(channels, PEAKS_RATE, WINDOW, np.arange(400))
-    np.testing.assert_allclose(found, whole, atol=1e-12)
+    np.testing.assert_allclose(found, full, atol=1e-12)
 
 
 @pytest.mark.parametrize("amplitude", ["absolute", "both"])

@@ -31,9 +31,9 @@ def random_grammar(rng: np.random.Generator, K: int, median: float = 0.3) -> Tas
     )
 
 
-def some_logs(rng: np.random.Generator, n: int, K: int, sure: float = 0.5) -> np.ndarray:
+def some_logs(rng: np.random.Generator, n: int, K: int, confidence: float = 0.5) -> np.ndarray:
     with np.errstate(divide="ignore"):
-        return np.log(rng.dirichlet(np.full(K, sure), n) if n else np.empty((0, K)))
+        return np.log(rng.dirichlet(np.full(K, confidence), n) if n else np.empty((0, K)))
 
 
 def everywhere(logs: np.ndarray) -> np.ndarray:
@@ -83,11 +83,11 @@ class Plainly:
     def lengths(self):
         """Scores of whole and of cut off segments of 1, 2, ... steps, each shape (K, n)."""
         K, n = self.K, len(self.evidence)
-        whole = [self._lines(k, lambda d, s: d.logpdf(s) + math.log(0.5), True) for k in range(K)]
+        middle = [self._lines(k, lambda d, s: d.logpdf(s) + math.log(0.5), True) for k in range(K)]
         cut = [self._lines(k, lambda d, s: d.logsf(s)) for k in range(K)]
         short = np.arange(1, n + 1) < self.limits.shortest[:, None]
-        whole = np.where(short, -np.inf, self.emphasis * np.array(whole))
-        return whole, self.emphasis * np.array(cut)
+        middle = np.where(short, -np.inf, self.emphasis * np.array(middle))
+        return middle, self.emphasis * np.array(cut)
 
     def first(self, k):
         return math.log(self.c.start[k] if self.use == "order" else 1 / self.K)
@@ -263,8 +263,8 @@ def a_known_one(K: int = 3) -> TaskGrammar:
 def test_a_flickering_classifier_gives_whole_segments(use):
     rng = np.random.default_rng(0)
     truth = np.repeat([0, 1, 2, 0], 50)
-    seen = np.where(rng.random(200) < 0.2, rng.integers(0, 3, 200), truth)
-    logs = np.log(np.where(np.eye(3)[seen] > 0, 0.7, 0.15))
+    flickering = np.where(rng.random(200) < 0.2, rng.integers(0, 3, 200), truth)
+    logs = np.log(np.where(np.eye(3)[flickering] > 0, 0.7, 0.15))
     codes = decode(logs, everywhere(logs), 0.02, a_known_one(), use)
     assert codes[np.flatnonzero(np.diff(codes, prepend=-1))].tolist() == [0, 1, 2, 0]
     assert np.mean(codes == truth) > 0.95
@@ -404,7 +404,7 @@ def test_finer_steps_that_say_the_same_decide_the_same(monkeypatch, use):
 
 
 @pytest.mark.parametrize(
-    ("wrong", "said"),
+    ("wrong", "message"),
     [
         ({"step": 0.0}, "longer than 0 s"),
         ({"use": "everything"}, "none, durations or order"),
@@ -412,14 +412,14 @@ def test_finer_steps_that_say_the_same_decide_the_same(monkeypatch, use):
         ({"valid": np.ones(4, dtype=bool)}, "5 steps"),
     ],
 )
-def test_what_cannot_be_decoded_is_refused(wrong, said):
+def test_what_cannot_be_decoded_is_refused(wrong, message):
     given_ = {
         "log_probabilities": np.zeros((5, 3)),
         "valid": np.ones(5, dtype=bool),
         "step": 0.02,
         "grammar": a_known_one(),
     }
-    with pytest.raises(InputError, match=said):
+    with pytest.raises(InputError, match=message):
         decode(**(given_ | wrong))
 
 
@@ -428,8 +428,8 @@ def test_what_cannot_be_decoded_is_refused(wrong, said):
 
 def with_lag(logs, valid, t, lag, grammar, use):
     """The plain definition: decode all that is seen by then, and look at the step in question."""
-    seen = slice(0, t + lag + 1)
-    return decode(logs[seen], valid[seen], 0.02, grammar, use)[t]
+    steps = slice(0, t + lag + 1)
+    return decode(logs[steps], valid[steps], 0.02, grammar, use)[t]
 
 
 @pytest.mark.parametrize(("use", "lag"), [("none", 3), ("durations", 0), ("order", 5)])

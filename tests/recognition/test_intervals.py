@@ -28,8 +28,8 @@ def demonstration(seed: int, n: int = 300, right: float = 0.7) -> Counts:
     random = np.random.default_rng(seed)
     human = np.repeat(random.integers(-1, 3, n // 20), 20)
     noise = np.repeat(random.integers(-1, 3, n // 10), 10)
-    kept = np.repeat(random.random(n // 10) < right, 10)
-    return count(human, np.where(kept, human, noise), np.arange(n) / 100, ACTIONS)
+    right_steps = np.repeat(random.random(n // 10) < right, 10)
+    return count(human, np.where(right_steps, human, noise), np.arange(n) / 100, ACTIONS)
 
 
 def eight() -> list[Counts]:
@@ -154,7 +154,7 @@ def test_runs_of_different_demonstrations_are_not_paired():
 
 def test_boundaries_are_resampled_in_parts_alike(monkeypatch):
     parts = eight()
-    whole = score_intervals(parts)["boundary_ms.p90"]
+    full = score_intervals(parts)["boundary_ms.p90"]
     assert len(reduce(add, parts).boundaries) > 20
     monkeypatch.setattr("forcelab.recognition.intervals.AT_ONCE", 100)
-    assert score_intervals(parts)["boundary_ms.p90"] == whole
+    assert score_intervals(parts)["boundary_ms.p90"] == full

@@ -83,12 +83,12 @@ def test_labels_are_those_stated_whatever_comes(trained, channels, kind, latency
     codes = np.concatenate([part.codes for part in parts])
     probabilities = np.concatenate([part.probabilities for part in parts])
     assert np.isfinite(probabilities).all()
-    wanted = stated(
+    expected = stated(
         trained, Demonstration("d", "t", times, values.astype(float), channels), latency
     )
     assert len(codes) == n
-    assert np.abs(probabilities - wanted.probabilities).max() < 1e-3
-    assert np.array_equal(codes, wanted.codes)
+    assert np.abs(probabilities - expected.probabilities).max() < 1e-3
+    assert np.array_equal(codes, expected.codes)
 
 
 def featured(x, transform):

@@ -76,10 +76,10 @@ def test_features_are_those_of_each_window_by_itself(hop, look, own):
     n = 60 * hop + 13 % hop
     signals = np.cumsum(np.random.default_rng(hop).standard_normal((2, n)), axis=1)
     what = CausalWindows((0.0005, *WINDOWS), look, np.array([1.0, 30.0]), own)
-    wanted = window_features(what, signals, RATE, hop)
+    expected = window_features(what, signals, RATE, hop)
     found = what.of(signals, RATE, hop)
-    assert found.shape == wanted.shape
-    assert np.allclose(found, wanted, atol=1e-9, rtol=1e-9)
+    assert found.shape == expected.shape
+    assert np.allclose(found, expected, atol=1e-9, rtol=1e-9)
 
 
 def test_a_window_seen_whole_is_the_gaussian_one():
@@ -127,17 +127,17 @@ def test_own_units_hear_nothing_of_a_glitch_once_it_has_passed(size, rate, hop, 
 @pytest.mark.parametrize("latency", [0.0, 0.03, 0.1, 1.0])
 def test_labels_are_those_stated_for_the_latency(trained, three, latency):
     demonstration = three[2].demonstration
-    wanted = stated(trained, demonstration, latency)
-    assert np.array_equal(wanted.times, demonstration.times)
+    expected = stated(trained, demonstration, latency)
+    assert np.array_equal(expected.times, demonstration.times)
     for blocks in ([5], [1, 40, 3, 700]):
         times, codes, probabilities = streamed(trained, demonstration, latency, blocks)
-        assert np.array_equal(times, wanted.times)
-        assert np.array_equal(codes, wanted.codes)
-        assert np.allclose(probabilities, wanted.probabilities, atol=1e-6)
+        assert np.array_equal(times, expected.times)
+        assert np.array_equal(codes, expected.codes)
+        assert np.allclose(probabilities, expected.probabilities, atol=1e-6)
 
 
 def test_labels_do_not_depend_on_the_blocks(trained, three):
-    whole = three[2].demonstration
+    demonstration = three[2].demonstration
 
     @settings(max_examples=15, deadline=None)
     @given(
@@ -148,7 +148,14 @@ def test_labels_do_not_depend_on_the_blocks(trained, three):
     def check(sizes, latency, length):
         piece = slice(500, 500 + length)
         short = [
-            streamed_pieces(trained, whole.times[piece], whole.signals[piece], latency, cuts, whole)
+            streamed_pieces(
+                trained,
+                demonstration.times[piece],
+                demonstration.signals[piece],
+                latency,
+                cuts,
+                demonstration,
+            )
             for cuts in (sizes, [length])
         ]
         for one, other in zip(*short, strict=True):
@@ -181,9 +188,9 @@ def test_a_label_is_what_the_decoder_says_of_all_that_the_latency_lets_it_see(tr
     with np.errstate(divide="ignore"):
         logs = np.log(steps)
     for step in range(0, len(steps) - lag, 7):
-        seen = logs[: step + lag + 1]
-        wanted = decode(seen, np.ones(len(seen), dtype=bool), 0.02, trained.grammar)
-        assert codes[step * hop + hop // 2] == wanted[step]
+        past = logs[: step + lag + 1]
+        expected = decode(past, np.ones(len(past), dtype=bool), 0.02, trained.grammar)
+        assert codes[step * hop + hop // 2] == expected[step]
 
 
 def test_a_label_comes_no_later_than_the_latency_and_needs_no_later_sample(trained, three):
@@ -236,10 +243,10 @@ def test_a_gap_is_never_labelled(trained, three):
     signals[600:640, 0] = np.nan
     holed = changed(demonstration, demonstration.times[keep], signals[keep])
     for latency in (0.0, 0.1):
-        wanted = stated(trained, holed, latency)
+        expected = stated(trained, holed, latency)
         for blocks in ([7], [5000]):
             times, codes, known = streamed(trained, holed, latency, blocks)
-            assert np.array_equal(codes, wanted.codes)
+            assert np.array_equal(codes, expected.codes)
             bare = ((times > 1.6) & (times < 1.839)) | ((times >= 2.4) & (times < 2.559))
             assert np.all(codes[bare] == UNLABELLED)
             assert np.all(known[bare] == 0)
@@ -410,12 +417,12 @@ def test_a_recogniser_from_before_says_what_to_do(trained, three):
 
 
 def test_more_latency_looks_farther_ahead_and_what_is_promised_is_what_is_done(trained):
-    looks = []
+    looks_ahead = []
     for latency in (0.0, 0.05, 0.1, 0.3, 3.0):
         promise = latency_budget(trained, latency)
-        looks.append(promise.ahead)
+        looks_ahead.append(promise.ahead)
         assert promise.ahead + promise.filters <= latency
         assert promise.early == ()
-    assert looks == sorted(looks)
-    assert looks[0] == 0.0
-    assert looks[-1] == pytest.approx(LOOKS[-1], abs=0.5 / RATE)
+    assert looks_ahead == sorted(looks_ahead)
+    assert looks_ahead[0] == 0.0
+    assert looks_ahead[-1] == pytest.approx(LOOKS[-1], abs=0.5 / RATE)

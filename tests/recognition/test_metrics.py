@@ -253,8 +253,8 @@ def test_the_numbering_of_the_actions_changes_nothing(tracks, order):
     plain = score("d", human, predicted, times, actions)
     moved = score("d", renumber[human], renumber[predicted], times, actions)
     assert dict(flat(numbers(moved))) == pytest.approx(dict(flat(numbers(plain))), nan_ok=False)
-    there = np.array(plain.confusion)
-    assert np.array_equal(np.array(moved.confusion)[order][:, [*order, 4]], there)
+    plain_confusion = np.array(plain.confusion)
+    assert np.array_equal(np.array(moved.confusion)[order][:, [*order, 4]], plain_confusion)
 
 
 @settings(max_examples=40, deadline=None)
@@ -648,13 +648,13 @@ def test_errors_and_right_time_account_for_all_labelled_time(track):
     both = list(zip(human, predicted, strict=True))
     right = length([h == p != "." for h, p in both])
     labelled = length([h != "." for h, _ in both])
-    said = length([h != "." and p != "." for h, p in both])
+    agreed = length([h != "." and p != "." for h, p in both])
     assert found.human.seconds == pytest.approx(labelled)
-    assert found.predicted.seconds == pytest.approx(said)
+    assert found.predicted.seconds == pytest.approx(agreed)
     missed = [found.deletion, found.fragmentation, found.underfill]
     false = [found.insertion, found.merge, found.overfill]
     assert right + sum(t.seconds for t in missed) == pytest.approx(labelled)
-    assert right + sum(t.seconds for t in false) == pytest.approx(said)
+    assert right + sum(t.seconds for t in false) == pytest.approx(agreed)
 
 
 THREE = ("grab", "hold", "pull")

@@ -76,14 +76,14 @@ def test_asking_for_certainty_changes_nothing_else(trained, four):
 
 @pytest.mark.parametrize("name", ["fast", "best"])
 def test_a_loaded_recogniser_decodes_to_the_bit_what_the_saved_one_did(four, tmp_path, name):
-    made = train(four[:2], preset(name))
-    save_recogniser(made, tmp_path / "foam.skops")
+    recogniser = train(four[:2], preset(name))
+    save_recogniser(recogniser, tmp_path / "foam.skops")
     loaded = load_recogniser(tmp_path / "foam.skops")
-    before, after = (r.predict(four[3].demonstration) for r in (made, loaded))
+    before, after = (r.predict(four[3].demonstration) for r in (recogniser, loaded))
     np.testing.assert_array_equal(after.filtered, before.filtered)
     np.testing.assert_array_equal(after.probabilities, before.probabilities)
-    assert loaded.settings == made.settings
-    assert loaded.grammar.to_json() == made.grammar.to_json()
+    assert loaded.settings == recogniser.settings
+    assert loaded.grammar.to_json() == recogniser.grammar.to_json()
 
 
 def test_a_decoder_without_choreography_is_refused(trained, tmp_path):

@@ -82,11 +82,11 @@ def test_figures_are_their_definitions(drawn):
 
 def test_parts_add_up_to_the_whole(drawn):
     P, human = drawn
-    whole = Reliability.of(P, THREE, human, THREE).to_json()
+    full = Reliability.of(P, THREE, human, THREE).to_json()
     parts = [Reliability.of(P[s], THREE, human[s], THREE) for s in (np.s_[:90], np.s_[90:])]
     added = (parts[0] + parts[1]).to_json()
-    assert added["brier"] == pytest.approx(whole["brier"])
-    np.testing.assert_allclose(added["bins"], whole["bins"])
+    assert added["brier"] == pytest.approx(full["brier"])
+    np.testing.assert_allclose(added["bins"], full["bins"])
 
 
 def test_an_action_that_is_not_known_is_wrong_however_sure():

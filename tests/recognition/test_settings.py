@@ -74,8 +74,8 @@ def test_every_preset_bears_its_own_name():
 
 
 def test_a_preset_that_there_is_not_is_refused_with_those_that_there_are():
-    said = r"no preset 'better'; did you mean 'best'\? Choose from .*paper"
-    with pytest.raises(InputError, match=said):
+    message = r"no preset 'better'; did you mean 'best'\? Choose from .*paper"
+    with pytest.raises(InputError, match=message):
         preset("better")
 
 
@@ -141,7 +141,7 @@ def test_the_refusal_names_the_setting_what_it_must_be_and_what_it_was(name):
 
 
 @pytest.mark.parametrize(
-    ("values", "said"),
+    ("values", "message"),
     [
         (
             {"min_scale": 10, "max_scale": 2},
@@ -159,10 +159,10 @@ def test_the_refusal_names_the_setting_what_it_must_be_and_what_it_was(name):
         ({"features": "x"}, "There is no kind of features 'x'; choose from wavelets, windows."),
     ],
 )
-def test_a_refusal_is_said_in_words_that_tell_the_cure(values, said):
+def test_a_refusal_is_said_in_words_that_tell_the_cure(values, message):
     with pytest.raises(InputError) as refusal:
         Settings(**values)
-    assert str(refusal.value) == said
+    assert str(refusal.value) == message
 
 
 @pytest.mark.parametrize("name", [f.name for f in dataclasses.fields(Settings)])
@@ -195,7 +195,7 @@ def test_replacing_a_value_checks_it_and_leaves_the_first_settings_alone():
 
 
 @pytest.mark.parametrize(
-    ("name", "changes", "told"),
+    ("name", "changes", "reason"),
     [
         ("changes", {}, "with decoder filters; it needs decoder semi-markov"),
         ("median", {"decoder": "semi-markov"}, "decoder semi-markov; it needs decoder filters"),
@@ -210,10 +210,10 @@ def test_replacing_a_value_checks_it_and_leaves_the_first_settings_alone():
         ),
     ],
 )
-def test_what_changes_nothing_is_told_with_what_it_takes(name, changes, told):
+def test_what_changes_nothing_is_told_with_what_it_takes(name, changes, reason):
     values = vars(Settings(**changes))
     assert not applies(name, values)
-    assert why_not_applied(name, values).endswith(told)
+    assert why_not_applied(name, values).endswith(reason)
 
 
 def test_a_seed_counts_where_anything_is_drawn():

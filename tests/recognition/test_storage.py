@@ -90,29 +90,29 @@ def with_classifier(recogniser, **changes):
 def test_a_loaded_recogniser_predicts_to_the_bit_what_the_saved_one_did(
     trained, three, path, name, threshold
 ):
-    made = trained(name, threshold)
-    save_recogniser(made, path)
+    recogniser = trained(name, threshold)
+    save_recogniser(recogniser, path)
     loaded = load_recogniser(path)
     unseen = three[2].demonstration
-    before, after = made.predict(unseen), loaded.predict(unseen)
+    before, after = recogniser.predict(unseen), loaded.predict(unseen)
     np.testing.assert_array_equal(after.raw, before.raw)
     np.testing.assert_array_equal(after.filtered, before.filtered)
     assert (after.probabilities is None) == (threshold is None)
     if threshold is not None:
         np.testing.assert_array_equal(after.probabilities, before.probabilities)
     for field in ("settings", "rate", "channels", "actions", "shortest", "trained_on"):
-        assert getattr(loaded, field) == getattr(made, field)
+        assert getattr(loaded, field) == getattr(recogniser, field)
 
 
 @pytest.mark.parametrize("name", CLASSIFIERS)
 def test_a_recogniser_can_still_predict_and_be_saved_again_after_saving(trained, three, name):
-    made = trained(name)
-    before = made.predict(three[2].demonstration)
-    parts = set(vars(made.classifier))
-    pack(made)
-    assert set(vars(made.classifier)) == parts
-    np.testing.assert_array_equal(made.predict(three[2].demonstration).raw, before.raw)
-    pack(made)
+    recogniser = trained(name)
+    before = recogniser.predict(three[2].demonstration)
+    parts = set(vars(recogniser.classifier))
+    pack(recogniser)
+    assert set(vars(recogniser.classifier)) == parts
+    np.testing.assert_array_equal(recogniser.predict(three[2].demonstration).raw, before.raw)
+    pack(recogniser)
 
 
 def test_a_loaded_recogniser_can_be_saved_again(trained, three, path):
@@ -224,8 +224,8 @@ def test_a_recogniser_of_a_newer_format_is_refused_with_the_cure(trained, path):
 
 
 def test_a_recogniser_of_format_1_predicts_to_the_bit_what_it_did(three, path):
-    made = train(three[:2], preset("fast").replace(stride=1, changes=False))
-    content = content_of(made)
+    recogniser = train(three[:2], preset("fast").replace(stride=1, changes=False))
+    content = content_of(recogniser)
     for plain in (content["classifier"], *(part["classifier"] for part in content["live"])):
         plain["members"] = [
             as_in_format_1(member) if isinstance(member, Forest) else member.plain()
@@ -235,12 +235,12 @@ def test_a_recogniser_of_format_1_predicts_to_the_bit_what_it_did(three, path):
     path.write_bytes(skops_io.dumps(content))
     older, size = load_recogniser(path), path.stat().st_size
     unseen = three[2].demonstration
-    for one in (older, made):
+    for one in (older, recogniser):
         save_recogniser(one, path)
         assert path.stat().st_size < size / 3
         found = load_recogniser(path).predict(unseen)
-        np.testing.assert_array_equal(found.probabilities, made.predict(unseen).probabilities)
-    for one, other in zip(older.live_models, made.live_models, strict=True):
+        np.testing.assert_array_equal(found.probabilities, recogniser.predict(unseen).probabilities)
+    for one, other in zip(older.live_models, recogniser.live_models, strict=True):
         rows = np.random.default_rng(0).normal(size=(50, one.windows.width)).astype(np.float32)
         np.testing.assert_array_equal(
             one.classifier.predict_proba(rows), other.classifier.predict_proba(rows)
@@ -265,9 +265,9 @@ def test_a_truncated_file_is_refused_wherever_it_ends(trained, path):
 
 
 def test_a_flipped_bit_is_refused_or_harmless(trained, three, path):
-    made = trained("naive-bayes")
-    data = pack(made)
-    expected = made.predict(three[2].demonstration).probabilities
+    recogniser = trained("naive-bayes")
+    data = pack(recogniser)
+    expected = recogniser.predict(three[2].demonstration).probabilities
     random = np.random.default_rng(0)
     directory = data.index(b"PK\x01\x02")
     # The zip's own directory is where a flip can do most.
@@ -476,13 +476,13 @@ def test_a_number_out_of_its_range_is_refused_before_anything_is_predicted(fast,
 
 
 def test_what_could_not_be_loaded_again_is_not_saved(trained, path):
-    made = trained("naive-bayes")
-    save_recogniser(made, path)
+    recogniser = trained("naive-bayes")
+    save_recogniser(recogniser, path)
     before = path.read_bytes()
     for wrong in (
-        dataclasses.replace(made, rate=float("inf")),
-        dataclasses.replace(made, actions=made.actions[:1]),
-        with_classifier(made, theta_=np.full_like(made.classifier.theta_, np.nan)),
+        dataclasses.replace(recogniser, rate=float("inf")),
+        dataclasses.replace(recogniser, actions=recogniser.actions[:1]),
+        with_classifier(recogniser, theta_=np.full_like(recogniser.classifier.theta_, np.nan)),
     ):
         with pytest.raises(InputError, match="was not saved, as it could not be loaded again"):
             save_recogniser(wrong, path)
@@ -514,13 +514,13 @@ def test_a_missing_field_is_refused(trained, path, field):
     ],
 )
 def test_a_tree_whose_nodes_point_outside_is_refused(trained, path, node_field, value):
-    made = trained("decision-tree")
-    state = made.classifier.tree_.__getstate__()
+    recogniser = trained("decision-tree")
+    state = recogniser.classifier.tree_.__getstate__()
     state["nodes"] = state["nodes"].copy()
     state["nodes"][node_field][0] = value
     tree = types.SimpleNamespace(__getstate__=lambda: state)
-    vars(classifier := copy.copy(made.classifier))["tree_"] = tree
-    path.write_bytes(pack(dataclasses.replace(made, classifier=classifier)))
+    vars(classifier := copy.copy(recogniser.classifier))["tree_"] = tree
+    path.write_bytes(pack(dataclasses.replace(recogniser, classifier=classifier)))
     refused(path, "not a whole recogniser")
 
 
@@ -539,11 +539,11 @@ def test_a_tree_whose_nodes_point_outside_is_refused(trained, path, node_field, 
     ],
 )
 def test_a_tree_of_arrays_that_do_not_fit_is_refused(trained, path, change):
-    made = trained("decision-tree")
-    state = change(made.classifier.tree_.__getstate__())
+    recogniser = trained("decision-tree")
+    state = change(recogniser.classifier.tree_.__getstate__())
     tree = types.SimpleNamespace(__getstate__=lambda: state)
-    vars(classifier := copy.copy(made.classifier))["tree_"] = tree
-    path.write_bytes(pack(dataclasses.replace(made, classifier=classifier)))
+    vars(classifier := copy.copy(recogniser.classifier))["tree_"] = tree
+    path.write_bytes(pack(dataclasses.replace(recogniser, classifier=classifier)))
     refused(path, "not a whole recogniser")
 
 
@@ -601,16 +601,16 @@ CRAFTED = [
 def test_learnt_numbers_that_do_not_fit_are_refused_before_anything_uses_them(
     trained, path, name, part, change
 ):
-    made = trained(name, threshold=None)
-    changed = with_classifier(made, **{part: change(getattr(made.classifier, part))})
+    recogniser = trained(name, threshold=None)
+    changed = with_classifier(recogniser, **{part: change(getattr(recogniser.classifier, part))})
     path.write_bytes(pack(changed))
     refused(path, "not a whole recogniser")
 
 
 @pytest.mark.parametrize(("name", "part", "change"), [c for c in CRAFTED if c[0] == "svm"])
 def test_the_same_holds_for_the_svm_inside_a_calibration(trained, path, name, part, change):
-    made = trained("svm")
-    changed = copy.deepcopy(made)
+    recogniser = trained("svm")
+    changed = copy.deepcopy(recogniser)
     inner = changed.classifier.calibrated_classifiers_[0].estimator
     vars(inner)[part] = change(getattr(inner, part))
     path.write_bytes(pack(changed))
@@ -634,15 +634,15 @@ def test_a_calibration_of_something_else_is_refused(trained, path):
 
 
 def test_an_mlp_that_numbers_its_actions_in_another_way_is_refused(trained, path):
-    made = trained("mlp", None)
-    binarizer = copy.copy(made.classifier._label_binarizer)
+    recogniser = trained("mlp", None)
+    binarizer = copy.copy(recogniser.classifier._label_binarizer)
     binarizer.classes_ = binarizer.classes_ + np.array([0, 0, 0, 5])
-    path.write_bytes(pack(with_classifier(made, _label_binarizer=binarizer)))
+    path.write_bytes(pack(with_classifier(recogniser, _label_binarizer=binarizer)))
     refused(path, "not a whole recogniser")
-    coefficients, biases = made.classifier.coefs_, made.classifier.intercepts_
+    coefficients, biases = recogniser.classifier.coefs_, recogniser.classifier.intercepts_
     fewer = {
         "coefs_": [coefficients[0], coefficients[1][:, :3]],
         "intercepts_": [biases[0], biases[1][:3]],
     }
-    path.write_bytes(pack(with_classifier(made, **fewer)))
+    path.write_bytes(pack(with_classifier(recogniser, **fewer)))
     refused(path, "not a whole recogniser")

@@ -135,14 +135,14 @@ pieces = st.lists(st.tuples(names, lasting), max_size=8)
 @settings(max_examples=50, deadline=None)
 @given(tracks=st.lists(pieces, max_size=4), order=st.permutations("abcd"), factor=st.integers(1, 9))
 def test_numbering_plays_no_part_and_slower_people_have_longer_durations(tracks, order, factor):
-    made = [track(*one, hole=1.0) for one in tracks]
-    learnt = TaskGrammar.learn(made, "abcd")
-    other = TaskGrammar.learn(made, order)
+    cut_tracks = [track(*one, hole=1.0) for one in tracks]
+    learnt = TaskGrammar.learn(cut_tracks, "abcd")
+    other = TaskGrammar.learn(cut_tracks, order)
     places = ["abcd".index(action) for action in order]
     for name in ("mean", "sd", "share", "start"):
         assert getattr(other, name) == pytest.approx(getattr(learnt, name)[places])
     assert other.follow == pytest.approx(learnt.follow[np.ix_(places, places)])
-    if any(made):
+    if any(cut_tracks):
         slow = [track(*[(a, factor * d) for a, d in one], hole=1.0) for one in tracks]
         slower = TaskGrammar.learn(slow, "abcd")
         assert slower.mean - learnt.mean == pytest.approx(np.full(4, math.log(factor)))
@@ -196,8 +196,10 @@ def clicking(seed):
         Segment(start + BARE / 2, end - BARE / 2, "loose" if i % 2 == 0 else "tight")
         for i, (start, end) in enumerate(pairwise(edges.tolist()))
     )
-    made = Demonstration(f"click {seed}", "clicking", t, force[:, None], (Channel("f", "N"),))
-    return LabelledDemonstration(made, segments), changes
+    demonstration = Demonstration(
+        f"click {seed}", "clicking", t, force[:, None], (Channel("f", "N"),)
+    )
+    return LabelledDemonstration(demonstration, segments), changes
 
 
 @pytest.fixture(scope="module")
@@ -240,17 +242,17 @@ def test_boundaries_are_found_in_what_coders_leave_unlabelled(clicks):
 
 def test_certainty_knows_of_changes_what_the_decoder_knows(clicks):
     item, changes = clicks[0]
-    made = train([other for other, _ in clicks[1:]], QUICK)
-    without = replace(made, boundary_model=None)
+    recogniser = train([other for other, _ in clicks[1:]], QUICK)
+    without = replace(recogniser, boundary_model=None)
     # Just before the first change, already in what nobody would label.
     span = changes[0] - 0.08, changes[0] - 0.04
-    sure, unsure = (
+    confident, unsure = (
         one.predict(item.demonstration, probability_trace=True).probability_trace.of_action(
             "tight", *span
         )
-        for one in (made, without)
+        for one in (recogniser, without)
     )
-    assert sure < 0.5 * unsure
+    assert confident < 0.5 * unsure
 
 
 def test_what_lies_in_a_long_hole_is_neither_a_change_nor_anything_else(clicks):
@@ -299,8 +301,8 @@ def test_what_is_left_out_has_no_say_in_where_actions_change(clicks):
             for given in (examples, poisoned)
         )
         np.testing.assert_array_equal(one, other)
-        heard = taught(poisoned).ratios(rows)
-        assert not np.array_equal(heard, taught(examples).ratios(rows))
+        ratios = taught(poisoned).ratios(rows)
+        assert not np.array_equal(ratios, taught(examples).ratios(rows))
 
 
 @pytest.mark.parametrize("off", [{"changes": False}, {"decoder": "filters"}])
@@ -315,15 +317,15 @@ def test_where_no_action_gives_way_to_another_training_goes_on_without(clicks):
         loose, tight = item.segments[0], item.segments[1]
         far = (replace(loose, end=loose.end - 0.3), tight)
         apart.append(LabelledDemonstration(item.demonstration, far))
-    made = train(apart, QUICK)
-    assert made.boundary_model is None
-    assert made.predict(clicks[5][0].demonstration).segments
+    recogniser = train(apart, QUICK)
+    assert recogniser.boundary_model is None
+    assert recogniser.predict(clicks[5][0].demonstration).segments
 
 
-@pytest.mark.parametrize(("kept", "enough"), [(3, False), (4, True)])
-def test_two_changes_are_too_few_to_learn_from(clicks, kept, enough):
+@pytest.mark.parametrize(("count", "enough"), [(3, False), (4, True)])
+def test_two_changes_are_too_few_to_learn_from(clicks, count, enough):
     item = clicks[0][0]
-    few = LabelledDemonstration(item.demonstration, item.segments[:kept])
+    few = LabelledDemonstration(item.demonstration, item.segments[:count])
     assert (learnt([few], QUICK.replace(stride=1)) is not None) == enough
 
 
@@ -342,7 +344,9 @@ def test_best_is_the_same_to_the_bit_when_it_was_saved(best, tmp_path):
     save_recogniser(best, tmp_path / "one")
     loaded = load_recogniser(tmp_path / "one")
     unseen = LabelledDemonstration(*synthetic_set(3, rate=100.0)[2]).demonstration
-    before, after = (made.predict(unseen, probability_trace=True) for made in (best, loaded))
+    before, after = (
+        recogniser.predict(unseen, probability_trace=True) for recogniser in (best, loaded)
+    )
     np.testing.assert_array_equal(after.filtered, before.filtered)
     np.testing.assert_array_equal(after.probability_trace.values, before.probability_trace.values)
     rows = best.prepare(unseen).features
@@ -382,8 +386,8 @@ def test_one_of_other_features_is_refused(best, clicks, tmp_path):
 )
 def test_a_damaged_one_is_refused(best, tmp_path, damage):
     content = skops_io.loads(pack(best), trusted=list(TRUSTED))
-    whole = isinstance(damage, dict) and damage
-    content["changes"] = content["changes"] | damage if whole else damage
+    changed = isinstance(damage, dict) and damage
+    content["changes"] = content["changes"] | damage if changed else damage
     (tmp_path / "one").write_bytes(skops_io.dumps(content))
     with pytest.raises(InputError, match="not a whole recogniser"):
         load_recogniser(tmp_path / "one")

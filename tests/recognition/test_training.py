@@ -160,21 +160,21 @@ def test_training_learns_what_a_fit_to_kept_features_learns(three, monkeypatch, 
     unkept = finish(prepare_all(three, preset("best"), room))
     assert [hasattr(example, "features") for example in unkept] == [room == 1, False, False]
     examples = finish(prepare_all(three, preset("best")))
-    kept, made = finish(fit_examples(examples, preset("best"))), train(three, preset("best"))
-    one, other = (which.predict_examples(examples[0]) for which in (kept, made))
+    fitted, trained = finish(fit_examples(examples, preset("best"))), train(three, preset("best"))
+    one, other = (which.predict_examples(examples[0]) for which in (fitted, trained))
     np.testing.assert_array_equal(one.probabilities, other.probabilities)
     np.testing.assert_array_equal(one.filtered, other.filtered)
-    assert len(made.live_models) == 3
+    assert len(trained.live_models) == 3
 
 
 def test_what_follows_streams_is_learnt_of_no_more_samples_than_may_be(three, monkeypatch):
     monkeypatch.setattr(ensemble, "TREES", 2)
     every, fewer = [], []
-    fitting = live_model.fitting_averaged
+    fitting = live_model.fit_ensemble
 
-    def watched(seen):
+    def watched(given_examples):
         def watching(name, X, y, seed, care):
-            seen.append((X, y, care.groups))
+            given_examples.append((X, y, care.groups))
             return fitting(name, X, y, seed, care)
 
         return watching
@@ -187,8 +187,8 @@ def test_what_follows_streams_is_learnt_of_no_more_samples_than_may_be(three, mo
     for (X, y, groups), given in zip(every, fewer, strict=True):
         some = ensemble.thin(y)
         assert len(some) < len(y) / 2
-        for whole, part in zip((X, y, groups), given, strict=True):
-            np.testing.assert_array_equal(part, whole[some])
+        for expected, part in zip((X, y, groups), given, strict=True):
+            np.testing.assert_array_equal(part, expected[some])
 
 
 @pytest.mark.parametrize("threshold", [None, 0.8])

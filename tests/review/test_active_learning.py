@@ -29,7 +29,7 @@ from forcelab.review.run_result import DemonstrationResult, RunResult
 ACTIONS = ("grab", "hold")
 
 
-def sure(*parts, rate=10.0):
+def trace_of(*parts, rate=10.0):
     """Certainty of stretches (seconds, probability of grab) at ten values a second."""
     grab = np.concatenate([np.full(round(seconds * rate), p) for seconds, p in parts])
     values = np.rint(np.stack([grab, 1 - grab], axis=1) * 255).astype(np.uint8)
@@ -63,7 +63,7 @@ def outcome(tested=(), proposed=()):
 
 def test_the_calibration_counts_how_often_it_was_right_when_so_sure():
     # 4 s at 0.75 for grab of which the human says grab in 3 s, and 2 s at 0.95, all right.
-    trace = sure((4, 0.75), (2, 0.95))
+    trace = trace_of((4, 0.75), (2, 0.95))
     human = (Segment(0, 3, "grab"), Segment(3, 4, "hold"), Segment(4, 6, "grab"))
     known = calibrate_confidence(outcome([reviewed("01", trace, human)]))
     assert known.seconds == pytest.approx(6.0)
@@ -74,7 +74,7 @@ def test_the_calibration_counts_how_often_it_was_right_when_so_sure():
 
 
 def test_what_is_unlabelled_or_in_a_gap_counts_for_nothing():
-    trace = sure((2, 0.75), (2, 0.75))
+    trace = trace_of((2, 0.75), (2, 0.75))
     trace.values[25:] = 0
     known = calibrate_confidence(outcome([reviewed("01", trace, (Segment(0, 1, "grab"),))]))
     assert known.seconds == pytest.approx(1.0)
@@ -82,14 +82,14 @@ def test_what_is_unlabelled_or_in_a_gap_counts_for_nothing():
 
 def test_an_action_that_the_recogniser_never_met_was_predicted_wrong():
     human = (Segment(0, 2, "slip"),)
-    known = calibrate_confidence(outcome([reviewed("01", sure((2, 0.95)), human)]))
+    known = calibrate_confidence(outcome([reviewed("01", trace_of((2, 0.95)), human)]))
     assert known.accuracy[9] == 0.0
 
 
 def test_the_most_uncertain_demonstration_comes_first_with_what_it_would_bring():
-    tested = [reviewed("01", sure((4, 0.75)), (Segment(0, 3, "grab"), Segment(3, 4, "hold")))]
-    unsure = reviewed("02", sure((8, 0.75)))
-    certain = reviewed("03", sure((20, 0.95)))
+    tested = [reviewed("01", trace_of((4, 0.75)), (Segment(0, 3, "grab"), Segment(3, 4, "hold")))]
+    unsure = reviewed("02", trace_of((8, 0.75)))
+    certain = reviewed("03", trace_of((20, 0.95)))
     found = rank_proposals(outcome(tested, [certain, unsure]))
     assert [one.name for one in found] == ["02", "03"]
     assert found[0].uncertainty == pytest.approx(0.25, abs=0.01)
@@ -97,30 +97,30 @@ def test_the_most_uncertain_demonstration_comes_first_with_what_it_would_bring()
 
 
 def test_the_least_certain_of_the_typical_comes_first():
-    odd = reviewed("02", sure((8, 0.6)), typicality=0.2)
-    usual = reviewed("03", sure((8, 0.75)), typicality=0.9)
-    certain = reviewed("04", sure((8, 0.95)), typicality=1.0)
+    odd = reviewed("02", trace_of((8, 0.6)), typicality=0.2)
+    usual = reviewed("03", trace_of((8, 0.75)), typicality=0.9)
+    certain = reviewed("04", trace_of((8, 0.95)), typicality=1.0)
     found = rank_proposals(outcome([], [certain, odd, usual]))
     assert [one.name for one in found] == ["03", "02", "04"]
     assert weighs_typicality(found)
 
 
-@pytest.mark.parametrize("kept", [None, 0.9])
-def test_where_a_typicality_was_not_kept_the_least_certain_comes_first(kept):
-    odd = reviewed("02", sure((8, 0.6)), typicality=None)
-    usual = reviewed("03", sure((8, 0.75)), typicality=kept)
+@pytest.mark.parametrize("stored", [None, 0.9])
+def test_where_a_typicality_was_not_kept_the_least_certain_comes_first(stored):
+    odd = reviewed("02", trace_of((8, 0.6)), typicality=None)
+    usual = reviewed("03", trace_of((8, 0.75)), typicality=stored)
     found = rank_proposals(outcome([], [usual, odd]))
     assert [one.name for one in found] == ["02", "03"]
     assert not weighs_typicality(found)
 
 
 def test_without_anything_tested_the_probabilities_are_taken_at_their_word():
-    found = rank_proposals(outcome([], [reviewed("02", sure((8, 0.75)))]))
+    found = rank_proposals(outcome([], [reviewed("02", trace_of((8, 0.75)))]))
     assert found[0].wrong == pytest.approx(8 * 0.25, abs=0.05)
 
 
 def test_the_place_is_where_it_knows_least():
-    place = rank_proposals(outcome([], [reviewed("02", sure((3, 0.95), (1, 0.55), (4, 0.9)))]))[
+    place = rank_proposals(outcome([], [reviewed("02", trace_of((3, 0.95), (1, 0.55), (4, 0.9)))]))[
         0
     ].place
     assert (place.start, place.end) == pytest.approx((3.0, 4.0))
@@ -131,7 +131,7 @@ def test_the_place_is_where_it_knows_least():
 
 
 def test_a_gap_is_no_place_to_label():
-    trace = sure((3, 0.95), (3, 0.55), (3, 0.9))
+    trace = trace_of((3, 0.95), (3, 0.55), (3, 0.9))
     trace.values[30:60] = 0
     (found,) = rank_proposals(outcome([], [reviewed("02", trace)]))
     assert found.place.start >= 6.0 - 0.05
@@ -139,7 +139,7 @@ def test_a_gap_is_no_place_to_label():
 
 
 def test_a_recording_shorter_than_a_stretch_is_one_place():
-    (found,) = rank_proposals(outcome([], [reviewed("02", sure((0.4, 0.6)))]))
+    (found,) = rank_proposals(outcome([], [reviewed("02", trace_of((0.4, 0.6)))]))
     assert (found.place.start, found.place.end) == pytest.approx((0.0, 0.4))
 
 
@@ -149,7 +149,7 @@ def test_what_has_no_probabilities_cannot_be_ranked():
 
 def test_only_what_is_probable_enough_is_acceptable():
     predicted = (Segment(0, 2, "grab"), Segment(2, 4, "hold"), Segment(4, 6, "grab"))
-    one = reviewed("02", sure((2, 0.95), (2, 0.3), (2, 0.6)), predicted=predicted)
+    one = reviewed("02", trace_of((2, 0.95), (2, 0.3), (2, 0.6)), predicted=predicted)
     assert acceptable_segments(one, 0, 6) == predicted
     assert acceptable_segments(one, 0, 6, 0.9) == predicted[:1]
     assert acceptable_segments(one, 0, 6, 0.65) == predicted[:2]
@@ -186,7 +186,7 @@ def test_what_is_surer_is_never_taken_for_less_often_right(bins):
 
 
 def test_of_values_farther_apart_than_a_second_the_least_certain_one_is_looked_at_first():
-    slow = sure((5, 0.9), (5, 0.5), (10, 0.9), rate=0.2)
+    slow = trace_of((5, 0.9), (5, 0.5), (10, 0.9), rate=0.2)
     (proposal,) = rank_proposals(outcome(proposed=[reviewed("slow", slow)]))
     assert (proposal.place.start, proposal.place.end) == (5.0, 10.0)
 

@@ -165,14 +165,14 @@ def test_two_names_of_one_coder_are_compared_with_each_other_only():
 
 
 def test_gaps_that_one_coder_leaves_cut_no_segment_of_the_other():
-    whole = track((0, 1, "grab"), (1, 3, "hold"), (3, 4, "release"))
+    full = track((0, 1, "grab"), (1, 3, "hold"), (3, 4, "release"))
     gaps = track((0, 0.98, "grab"), (1.1, 1.9, "hold"), (2.0, 2.9, "hold"), (3.1, 4, "release"))
-    found = agree([coded(whole, gaps)], "Ann", "Ben").f1
+    found = agree([coded(full, gaps)], "Ann", "Ben").f1
     # Of the two holds the longer one is more than half of the whole one.
     assert found == {k: pytest.approx(2 * 3 / (3 + 4)) for k in (10, 25, 50)}
     # An edge beside a gap: 0.9 to 1 is grab and hold at once, which makes no further segment.
     early = track((0, 0.9, "grab"), (0.93, 2.8, "hold"), (2.85, 4, "release"))
-    assert set(agree([coded(gaps[:1] + whole[1:], early)], "Ann", "Ben").f1.values()) == {1.0}
+    assert set(agree([coded(gaps[:1] + full[1:], early)], "Ann", "Ben").f1.values()) == {1.0}
 
 
 @settings(max_examples=40, deadline=None)
@@ -240,8 +240,8 @@ def test_the_interval_holds_the_figure_and_narrows_with_more_demonstrations(jitt
 
 
 def test_the_words_are_those_of_landis_and_koch():
-    said = [landis_koch(k) for k in (-0.1, 0.2, 0.21, 0.6, 0.61, 0.8, 0.81, 1.0)]
-    assert said == [
+    words = [landis_koch(k) for k in (-0.1, 0.2, 0.21, 0.6, 0.61, 0.8, 0.81, 1.0)]
+    assert words == [
         "poor",
         "slight",
         "fair",
@@ -253,12 +253,12 @@ def test_the_words_are_those_of_landis_and_koch():
 
 def test_a_coder_who_varies_is_led_to_the_odd_places():
     usual = [1.0, 1.1, 0.9, 1.05, 0.95, 1.02]
-    made = [
+    expected = [
         coded(track((0, 1, "grab"), (1, 1 + length, "hold")), (), f"d{i}")
         for i, length in enumerate(usual)
     ]
-    made.append(coded(track((0, 1, "hold"), (1, 5, "hold"), (5, 6, "grab")), (), "odd"))
-    found = consistency(made, "Ann")
+    expected.append(coded(track((0, 1, "hold"), (1, 5, "hold"), (5, 6, "grab")), (), "odd"))
+    found = consistency(expected, "Ann")
     assert [(p.demonstration, p.start, p.end) for p in found.odd] == [("odd", 1, 5)]
     assert {(p.demonstration, p.human, p.predicted) for p in found.rare} == {
         ("odd", "hold", "hold"),

@@ -33,7 +33,7 @@ def tracks(draw):
     )
 
 
-def seen(segments, time):
+def action_at(segments, time):
     return next((s.action for s in segments if s.start <= time < s.end), None)
 
 
@@ -46,7 +46,7 @@ def test_they_tile_exactly_the_time_that_differs(human, predicted):
     for quarter in range(61):
         time = quarter / 4 + 0.125
         here = [d for d in found if d.start <= time < d.end]
-        one, other = seen(human, time), seen(predicted, time)
+        one, other = action_at(human, time), action_at(predicted, time)
         assert [(d.human, d.predicted) for d in here] == ([(one, other)] if one != other else [])
         assert all(d.kind == "missed" for d in here if d.kind != "boundary" and other is None)
         assert all(d.kind == "invented" for d in here if d.kind != "boundary" and one is None)
@@ -69,9 +69,9 @@ def test_they_move_with_time(human, predicted, shift):
 @given(tracks(), tracks())
 def test_exchanging_the_sides_exchanges_the_kinds(human, predicted):
     other = {"missed": "invented", "invented": "missed"}
-    there = [(d.start, d.end, d.kind) for d in find_differences("d", human, predicted)]
+    spans = [(d.start, d.end, d.kind) for d in find_differences("d", human, predicted)]
     back = find_differences("d", predicted, human)
-    assert there == [(d.start, d.end, other.get(d.kind, d.kind)) for d in back]
+    assert spans == [(d.start, d.end, other.get(d.kind, d.kind)) for d in back]
 
 
 @given(tracks())

@@ -89,8 +89,8 @@ def test_the_shares_are_the_integral_of_the_gradient_along_the_way(seed):
 def test_the_shares_add_up_to_the_difference_of_the_log_odds(seed):
     judge, random = network(seed)
     rows, mean = random.normal(size=(5, 6)), random.normal(size=6)
-    there = log_odds(judge, mean[None], "grab", "still")
-    gained = log_odds(judge, rows, "grab", "still") - there
+    reference_odds = log_odds(judge, mean[None], "grab", "still")
+    gained = log_odds(judge, rows, "grab", "still") - reference_odds
     assert judge.integrated_gradients(rows, mean, "grab", "still").sum(axis=1) == pytest.approx(
         gained
     )
@@ -198,8 +198,8 @@ def test_the_error_of_a_permutation_is_the_spread_of_its_repetitions():
         for seed in range(12)
     ]
     scatter = np.std([one.bands[0, 1] for one in found], ddof=1)
-    told = np.mean([one.bands_error[0, 1] for one in found])
-    assert told / 2 < scatter < 2 * told
+    stated = np.mean([one.bands_error[0, 1] for one in found])
+    assert stated / 2 < scatter < 2 * stated
 
 
 # --- the recogniser that has not seen it ---------------------------------------------------------
@@ -239,8 +239,8 @@ def test_so_does_the_one_that_has_seen_none_of_its_group(tmp_path):
     for i, one in enumerate(outcome.tested):
         withheld = finish(train_held_out(path, outcome, one.id))
         assert withheld.same_share == 1.0
-        seen = {place.demonstration for place in withheld.training.places}
-        assert seen == {id_ for j, id_ in enumerate(ids) if j % 2 != i % 2}
+        shown = {place.demonstration for place in withheld.training.places}
+        assert shown == {id_ for j, id_ in enumerate(ids) if j % 2 != i % 2}
 
 
 def test_segments_that_were_not_trained_on_are_not_shown_as_if(bayes, monkeypatch):
@@ -251,8 +251,8 @@ def test_segments_that_were_not_trained_on_are_not_shown_as_if(bayes, monkeypatc
 
     def trimmed(examples, settings):
         yield from ()
-        kept = [replace(example, segments=example.segments[:-1]) for example in examples]
-        return kept, ()
+        cleaned = [replace(example, segments=example.segments[:-1]) for example in examples]
+        return cleaned, ()
 
     def watched(examples, *others):
         fits.append([example.segments for example in examples])
@@ -322,8 +322,8 @@ def test_the_probabilities_are_the_runs_where_it_kept_any(bayes):
     assert np.abs(rows[rows > 0].astype(int) - 255).max() <= 2
     values = np.zeros((10, 1), dtype=np.uint8)
     own = ProbabilityTrace(one.start, 50.0, ("hold",), values)
-    kept = replace(outcome, tested=(replace(one, probability_trace=own), *outcome.tested[1:]))
-    assert finish(train_held_out(path, kept, one.id)).probability_trace is own
+    with_trace = replace(outcome, tested=(replace(one, probability_trace=own), *outcome.tested[1:]))
+    assert finish(train_held_out(path, with_trace, one.id)).probability_trace is own
 
 
 def test_of_an_unlabelled_demonstration_all_others_are_trained_on(tmp_path):
@@ -507,46 +507,46 @@ def drawn(seed, count=30, width=7):
 @given(st.integers(0, 2**32 - 1), st.integers(1, 5))
 @settings(max_examples=40)
 def test_they_are_those_of_a_plain_loop(seed, count):
-    training, wanted = drawn(seed)
+    training, target = drawn(seed)
     spread = [s if s > 0 else 1.0 for s in training.values.std(axis=0)]
     found = []
     for i, place in enumerate(training.places):
         if place.human == "hold" and place.demonstration != "1":
-            away = training.values[i] - wanted
+            away = training.values[i] - target
             far = sum((a / s) ** 2 for a, s in zip(away, spread, strict=True)) ** 0.5
             found.append((far, i, place))
     found.sort()
-    near = nearest_segments(wanted, training, "hold", count, without={"1"})
+    near = nearest_segments(target, training, "hold", count, without={"1"})
     assert [n.place for n in near] == [place for *_, place in found[:count]]
     assert [n.distance for n in near] == pytest.approx([far for far, *_ in found[:count]])
 
 
 def test_they_are_those_of_scikit_learn():
-    training, wanted = drawn(5, count=200)
+    training, target = drawn(5, count=200)
     spread = training.values.std(axis=0)
     spread[3] = 1.0
     chosen = [i for i, place in enumerate(training.places) if place.human == "grab"]
     theirs = NearestNeighbors(n_neighbors=3, algorithm="brute").fit(
         training.values[chosen] / spread
     )
-    distances, order = theirs.kneighbors([wanted / spread])
-    near = nearest_segments(wanted, training, "grab")
+    distances, order = theirs.kneighbors([target / spread])
+    near = nearest_segments(target, training, "grab")
     assert [n.place for n in near] == [training.places[chosen[i]] for i in order[0]]
     assert [n.distance for n in near] == pytest.approx(distances[0].tolist())
 
 
 def test_the_unit_of_a_number_makes_no_difference():
-    training, wanted = drawn(9)
+    training, target = drawn(9)
     factors = np.array([1e3, 1.0, 1e-6, 1.0, 1.0, 5.0, 1.0])
     scaled = SegmentFeatures(training.places, training.values * factors)
-    ours = [n.place for n in nearest_segments(wanted, training, "hold")]
-    assert [n.place for n in nearest_segments(wanted * factors, scaled, "hold")] == ours
+    ours = [n.place for n in nearest_segments(target, training, "hold")]
+    assert [n.place for n in nearest_segments(target * factors, scaled, "hold")] == ours
 
 
 def test_an_action_that_nobody_else_has_has_no_neighbours():
-    training, wanted = drawn(1)
-    assert nearest_segments(wanted, training, "juggle") == ()
-    assert nearest_segments(wanted, training, "hold", without={"0", "1", "2"}) == ()
+    training, target = drawn(1)
+    assert nearest_segments(target, training, "juggle") == ()
+    assert nearest_segments(target, training, "hold", without={"0", "1", "2"}) == ()
 
 
 def test_a_segment_is_known_by_magnitudes_levels_and_length():

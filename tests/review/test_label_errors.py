@@ -43,25 +43,25 @@ def outcome_of(tested, actions=ACTIONS):
     )
 
 
-def certain(segments, actions, sure, random):
+def certain(segments, actions, confidence, random):
     """What a recogniser says that sees the true segments."""
     times = np.arange(int(segments[-1].end * 200)) / 200
-    probabilities = np.full((len(times), len(actions)), (1 - sure) / (len(actions) - 1))
+    probabilities = np.full((len(times), len(actions)), (1 - confidence) / (len(actions) - 1))
     for s in segments:
         inside = (times >= s.start) & (times < s.end)
-        probabilities[inside, actions.index(s.action)] = sure
+        probabilities[inside, actions.index(s.action)] = confidence
     noise = random.dirichlet(np.ones(len(actions)), len(times))
     return ProbabilityTrace.of(times, 0.9 * probabilities + 0.1 * noise, actions)
 
 
-def recording(number, order=ORDER, actions=ACTIONS, seen=None, sure=0.9):
+def recording(number, order=ORDER, actions=ACTIONS, predicted_as=None, confidence=0.9):
     """A demonstration, and what is seen of each of its actions."""
     random = np.random.default_rng(number)
     ends = np.cumsum(random.uniform(0.5, 1.5, len(order))).tolist()
     starts = [0.0, *ends[:-1]]
     truth = tuple(Segment(*row) for row in zip(starts, ends, order, strict=True))
-    sees = tuple(replace(s, action=(seen or {}).get(s.action, s.action)) for s in truth)
-    trace = certain(sees, actions, sure, random)
+    sees = tuple(replace(s, action=(predicted_as or {}).get(s.action, s.action)) for s in truth)
+    trace = certain(sees, actions, confidence, random)
     stages = {"raw": sees, "filtered": sees}
     name = f"{number:02d}"
     return DemonstrationResult(name, name, "foam", 0.0, ends[-1], truth, stages, trace)
@@ -106,14 +106,14 @@ def test_labels_without_errors_raise_no_suspicion():
 
 
 def test_a_confusion_that_occurs_everywhere_is_the_models_weakness():
-    tested = [recording(i, seen={"release": "grab"}) for i in range(6)]
+    tested = [recording(i, predicted_as={"release": "grab"}) for i in range(6)]
     found = listed(outcome_of(tested), {one.id: one.human for one in tested})
     assert all(d.suspicion < 0.5 for d in found)
 
 
 def test_an_unusual_order_that_the_model_sees_as_well_is_no_error():
     tested = [recording(i) for i in range(6)]
-    tested.append(recording(9, ("still", "hold", "grab", "release", "still"), sure=1.0))
+    tested.append(recording(9, ("still", "hold", "grab", "release", "still"), confidence=1.0))
     found = listed(outcome_of(tested), {one.id: one.human for one in tested})
     assert all(d.suspicion < SUSPECT for d in found)
 
@@ -170,8 +170,8 @@ def test_actions_that_the_outcome_does_not_know_are_passed_over():
 def test_of_actions_that_it_never_learnt_the_model_is_no_witness():
     # Trained on a task without "release", which looks like "grab" to it, but not every time.
     learnt = ("still", "grab", "hold")
-    seen = [{"release": "grab" if i else "hold"} for i in range(6)]
-    tested = [recording(i, actions=learnt, seen=one) for i, one in enumerate(seen)]
+    confusions = [{"release": "grab" if i else "hold"} for i in range(6)]
+    tested = [recording(i, actions=learnt, predicted_as=one) for i, one in enumerate(confusions)]
     tracks = {one.id: one.human for one in tested}
     tracks["03"] = relabelled(tracks["03"], 2, "grab")  # it was "hold", as the model sees
     found = listed(outcome_of(tested), tracks)

@@ -68,11 +68,11 @@ def test_what_differs_is_told_in_words():
     one = drawn_outcome("ab", ACTIONS)
     changed = one.settings.replace(merge=MergeMap({"grap": "grab"}), phase=False)
     other = replace(one, settings=changed, tasks=("foam", "soft"), test_task="pen")
-    told = {name: values for name, *values in settings_that_differ(one, other)}
-    assert told["phase"] == ["yes", "no"]
-    assert told["merge"] == ["–", "grap → grab"]
-    assert told["tasks"][1] == "foam + soft"
-    assert told["test task"] == ["–", "pen"]
+    different = {name: values for name, *values in settings_that_differ(one, other)}
+    assert different["phase"] == ["yes", "no"]
+    assert different["merge"] == ["–", "grap → grab"]
+    assert different["tasks"][1] == "foam + soft"
+    assert different["test task"] == ["–", "pen"]
 
 
 def test_labels_that_changed_between_the_runs_are_named():

@@ -37,9 +37,9 @@ def path(tmp_path_factory):
 @pytest.fixture(scope="module")
 def trained(path):
     """What was told while training in a process of its own, and the run's number."""
-    told = []
-    number = finish(elsewhere(review_job, path, FAST, CHOICE, "foam"), told.append)
-    return told, number
+    steps = []
+    number = finish(elsewhere(review_job, path, FAST, CHOICE, "foam"), steps.append)
+    return steps, number
 
 
 @pytest.fixture(scope="module")
@@ -62,13 +62,13 @@ def test_its_steps_lead_through_all_phases_and_never_back(trained):
 
 
 def test_in_groups_as_many_recognisers_are_trained_and_the_run_tells_so(path, trained):
-    told = []
+    steps = []
     choice = DataSelection(("foam",), folds=2)
-    number = finish(review_job(path, FAST, choice, "foam", fit=False), told.append)
+    number = finish(review_job(path, FAST, choice, "foam", fit=False), steps.append)
     with Project.open(path) as project:
         found, alone = load_run(project, number), load_run(project, trained[1])
-    assert [step.fold for step in told if step.phase == "fold"] == [1, 2]
-    assert {step.folds for step in told[1:]} == {2}  # or too much time would seem to be left
+    assert [step.fold for step in steps if step.phase == "fold"] == [1, 2]
+    assert {step.folds for step in steps[1:]} == {2}  # or too much time would seem to be left
     assert (found.folds, alone.folds) == (2, 0)
     assert [one.id for one in found.tested] == [one.id for one in alone.tested]
 
@@ -141,17 +141,17 @@ def test_what_was_trained_is_stored_when_no_other_program_keeps_the_project_busy
     path = make(tmp_path / "foam.forcelab")
     monkeypatch.setattr(Project, "open", partial(Project.open, timeout=0.02))
     with closing(sqlite3.connect(path / "project.sqlite", isolation_level=None)) as other:
-        told = []
+        steps = []
 
         def hear(step):
-            told.append(step.phase)
-            if told.count("storing") == 1 and told[-1] == "storing":
+            steps.append(step.phase)
+            if steps.count("storing") == 1 and steps[-1] == "storing":
                 other.execute("BEGIN IMMEDIATE")
-            elif told.count("storing") == 3:
+            elif steps.count("storing") == 3:
                 other.execute("ROLLBACK")
 
         number = finish(review_job(path, FAST, CHOICE, "foam"), hear)
-    assert told.count("storing") == 3
+    assert steps.count("storing") == 3
     with Project.open(path) as project:
         assert [run.id for run in project.run_summaries()] == [number]
         assert len(project.recognisers()) == 1
@@ -161,8 +161,8 @@ def test_asking_how_certain_it_is_changes_no_prediction():
     labelled = [LabelledDemonstration(demo, segments) for demo, segments in synthetic_set(2, 100.0)]
     for settings in (FAST, FAST.replace(threshold=None)):
         plain = finish(leave_one_out(labelled, settings))
-        sure = finish(leave_one_out(labelled, settings, probability_trace=True))
-        for one, other in zip(plain.tested, sure.tested, strict=True):
+        with_trace = finish(leave_one_out(labelled, settings, probability_trace=True))
+        for one, other in zip(plain.tested, with_trace.tested, strict=True):
             assert np.array_equal(one.raw, other.raw)
             assert np.array_equal(one.filtered, other.filtered)
             assert one.probability_trace is None

@@ -72,8 +72,8 @@ def test_each_kind_has_its_section(study):
 
 def test_within_a_section_the_longest_and_most_confident_come_first(study):
     project, outcome = study
-    seen = (Segment(0, 0.5, "hold"), Segment(1, 2, "grab"), Segment(2.5, 6, "release"))
-    reviewed = replace(outcome.tested[0], stages={"filtered": seen})
+    segments = (Segment(0, 0.5, "hold"), Segment(1, 2, "grab"), Segment(2.5, 6, "release"))
+    reviewed = replace(outcome.tested[0], stages={"filtered": segments})
     found = review_queue(project, replace(outcome, tested=(reviewed,)))
     lengths = [d.duration for d in found.actions]
     assert lengths == sorted(lengths, reverse=True)
@@ -149,7 +149,7 @@ def test_the_report_counts_who_was_right_by_pair(study):
     record_verdict(
         project, outcome, found.actions[0], "ambiguous", "Ann"
     )  # a second thought counts
-    told = {(p.human, p.predicted): p for p in count_verdicts(project.verdicts())}
-    pair = told["hold", "release"]
+    counts = {(p.human, p.predicted): p for p in count_verdicts(project.verdicts())}
+    pair = counts["hold", "release"]
     assert (pair.human_right, pair.model_right, pair.ambiguous) == (0, 0, 1)
-    assert told["hold", None].total == 1
+    assert counts["hold", None].total == 1
