@@ -374,13 +374,15 @@ class LiveRecognition:
     def keep(self, path: Path, saved: SavedRecording) -> dict[str, Any]:
         """Store the track with the demonstration; returns figures of it as plain values."""
         with Project.open(path) as project:
-            stamps = project.stamps(saved.added.id)
+            stamps = project.media.stamps(saved.added.id)
             start = self._begun if stamps is None else float(stamps["start"])
             segments = self._within(start, saved.seconds)
-            before = project.track(saved.added.id, self.author).segments
+            before = project.tracks.get(saved.added.id, self.author).segments
             if segments != before:
                 what = f"recognised live, {self.latency:g} s after the force"
-                project.edit(saved.added.id, self.author, before, segments, what, kind="predict")
+                project.tracks.edit(
+                    saved.added.id, self.author, before, segments, what, kind="predict"
+                )
         ages = np.array(self._ages) if self._ages else np.full(1, np.nan)
         labelled = math.fsum(segment.duration for segment in segments)
         middle, most = (_finite(float(age)) for age in np.percentile(ages, [50, 99]))

@@ -18,7 +18,7 @@ from forcelab.recognition.settings import Settings
 
 def resolve_coder(project: Project, infos: Sequence[DemonstrationInfo], author: str | None) -> str:
     """The requested author or the only coder; what models predicted is never trained on."""
-    people = project.coders()
+    people = project.coding.coders()
     coders = list(dict.fromkeys(a for info in infos for a in info.authors if a in people))
     if author is not None:
         if author not in coders:
@@ -94,16 +94,16 @@ def load_dataset(
     """
     with project.snapshot():
         for task in tasks:
-            project.check_task(task)
-        infos = [info for task in tasks for info in project.demonstrations(task)]
+            project.demonstrations.check_task(task)
+        infos = [info for task in tasks for info in project.demonstrations.infos(task)]
         coder = resolve_coder(project, infos, author)
         items = [
             LabelledDemonstration(
-                _load_checked(project, info), project.track(info.id, coder).segments
+                _load_checked(project, info), project.tracks.get(info.id, coder).segments
             )
             for info in infos
         ]
-        labels = tuple(LabelsUsed(i.id, coder, project.head(i.id, coder)) for i in infos)
+        labels = tuple(LabelsUsed(i.id, coder, project.tracks.head(i.id, coder)) for i in infos)
     spelt = frozenset(s.action for item in items for s in item.segments)
     labelled = [item.merged(merge) for item in items]
     if apart:
@@ -113,7 +113,7 @@ def load_dataset(
 
 def _load_checked(project: Project, info: DemonstrationInfo) -> Demonstration:
     """Load a demonstration and make sure that it is what was imported."""
-    demonstration = project.load(info.id)
+    demonstration = project.demonstrations.load(info.id)
     if demonstration.fingerprint() != info.id:
         raise InputError(
             f"The arrays of '{info.name}' in '{project.path}' are damaged; import the recording "

@@ -95,9 +95,9 @@ def evaluate_tasks(
         )
     passing = _not_stored_remarks(selection, latency)
     chosen = tuple(dict.fromkeys(selection.tasks))
-    every = [(task,) for task in project.tasks() if task != selection.test_task]
+    every = [(task,) for task in project.demonstrations.tasks() if task != selection.test_task]
     groups = [chosen] if chosen else every
-    if not groups and project.tasks():
+    if not groups and project.demonstrations.tasks():
         raise InputError(
             f"'{project.path}' has no task but '{selection.test_task}', so there is none to train "
             f"on; name no task to test on, and its demonstrations are left out in turn."
@@ -135,11 +135,13 @@ def evaluate_tasks(
         mixed += dataset_unit_remarks(datasets, settings)
         if project.read_only or passing:
             continue
-        project.add_run(
+        project.runs.add(
             "evaluate",
             settings=provenance(settings, settled, tasks),
             seed=settings.seed,
-            labels=project.still_there(labels for part in datasets for labels in part.labels),
+            labels=project.runs.existing_labels(
+                labels for part in datasets for labels in part.labels
+            ),
             versions=versions(),
             result=run_record(evaluation, probability_trace=probability_trace),
         )
@@ -253,7 +255,7 @@ def train_tasks(
     InputError
         If too little is labelled.
     """
-    tasks = tuple(dict.fromkeys(selection.tasks)) or project.tasks()
+    tasks = tuple(dict.fromkeys(selection.tasks)) or project.demonstrations.tasks()
     if len(tasks) > 1 and not selection.tasks:
         raise InputError(
             f"'{project.path}' has the tasks {', '.join(tasks)}; choose the task to train on, or "
@@ -263,12 +265,12 @@ def train_tasks(
     recogniser = yield from training_job(found.labelled, settings)
     content = dump(recogniser)
     if not project.read_only:
-        project.add_recogniser(
+        project.runs.add_recogniser(
             name,
             content,
             settings=provenance(settings, selection, tasks),
             seed=settings.seed,
-            labels=project.still_there(
+            labels=project.runs.existing_labels(
                 used for used in found.labels if used.demonstration in recogniser.trained_on
             ),
             versions=versions(),

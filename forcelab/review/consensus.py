@@ -59,7 +59,7 @@ class Consensus:
     """Two coders' tracks over a demonstration, and the track that is made from them.
 
     Every verb returns its edit, or None where there was nothing to change, and may raise what
-    :meth:`Project.edit` does; after a StaleTrackError :meth:`refresh` and repeat. An InputError
+    ``project.tracks.edit`` does; after a StaleTrackError :meth:`refresh` and repeat. An InputError
     says that the three authors are not three, or one of the coders labelled nothing.
     """
 
@@ -83,14 +83,14 @@ class Consensus:
 
     def refresh(self) -> None:
         """Read the three tracks again, and which stretches were left unlabelled on purpose."""
-        read = self.project.track
+        read = self.project.tracks.get
         before = self.track_a, self.track_b
         self.track_a = read(self.demonstration, self.a).segments
         self.track_b = read(self.demonstration, self.b).segments
         self.segments = read(self.demonstration, self.author).segments
         if (self.track_a, self.track_b) != before:
             self.differences = coder_differences(self.track_a, self.track_b)
-        history = self.project.history(self.demonstration, self.author)
+        history = self.project.tracks.history(self.demonstration, self.author)
         edits = effective_edits(history)
         self._left = frozenset(edit.what for edit in edits)
         self.can_undo, self.can_redo = bool(edits), _can_redo(history)
@@ -156,11 +156,11 @@ class Consensus:
 
     def undo(self) -> Edit | None:
         """Take back the latest decision; reaches back past restarts."""
-        return self._moved(self.project.undo)
+        return self._moved(self.project.tracks.undo)
 
     def redo(self) -> Edit | None:
         """Take back the latest undo."""
-        return self._moved(self.project.redo)
+        return self._moved(self.project.tracks.redo)
 
     def _moved(self, verb: Callable[[str, str], Edit | None]) -> Edit | None:
         """Undo or redo, and refresh."""
@@ -196,7 +196,7 @@ class Consensus:
         """Store the consensus as an edit."""
         if after == self.segments and not force:
             return None
-        edit = self.project.edit(self.demonstration, self.author, self.segments, after, what)
+        edit = self.project.tracks.edit(self.demonstration, self.author, self.segments, after, what)
         self.refresh()
         return edit
 

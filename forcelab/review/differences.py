@@ -126,9 +126,9 @@ def current_tracks(project: Project, run: RunResult) -> dict[str, Segments]:
 
     Demonstrations that have left the project since are left out.
     """
-    existing = {info.id for info in project.demonstrations()}
+    existing = {info.id for info in project.demonstrations.infos()}
     return {
-        result.id: as_trained(project.track(result.id, run.author).segments, run, result)
+        result.id: as_trained(project.tracks.get(result.id, run.author).segments, run, result)
         for result in run.tested
         if result.id in existing
     }

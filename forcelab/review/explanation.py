@@ -195,7 +195,7 @@ def preview_job(
     found = []
     with Project.open(path) as project:
         for place in places:
-            demonstration = project.load(place.demonstration)
+            demonstration = project.demonstrations.load(place.demonstration)
             preview = force_preview(demonstration, place.start, place.end)
             if demonstration.video is not None:
                 middle = 0.5 * (place.start + place.end)
@@ -267,10 +267,10 @@ class HeldOutModel:
 
 def track_after_edit(project: Project, used: LabelsUsed) -> Segments:
     """One author's segments as they were after an edit, whatever was edited since."""
-    if project.head(used.demonstration, used.author) == used.edit:
-        return project.track(used.demonstration, used.author).segments
+    if project.tracks.head(used.demonstration, used.author) == used.edit:
+        return project.tracks.get(used.demonstration, used.author).segments
     segments: Segments = ()
-    for edit in project.history(used.demonstration, used.author):
+    for edit in project.tracks.history(used.demonstration, used.author):
         if edit.id > used.edit:
             break
         end = edit.position + len(edit.removed)
@@ -294,10 +294,10 @@ def train_held_out(path: Path, run: RunResult, id_: str) -> Generator[Progress, 
     with Project.open(path) as project:
         labelled = _labelled(project, run)
         own = next((item for item in labelled if item.demonstration.id == id_), None)
-        held_out = own or LabelledDemonstration(project.load(id_))
+        held_out = own or LabelledDemonstration(project.demonstrations.load(id_))
         final = None
         if own is None and run.recogniser:
-            final = load_recogniser(project.recogniser_path(run.recogniser))
+            final = load_recogniser(project.runs.recogniser_path(run.recogniser))
     tested = {demonstration_item.id for demonstration_item in run.tested}
     how: TrainedHow = (
         "final" if own is None else "left out" if run.test_task is None else "other task"
@@ -359,8 +359,10 @@ def _labelled(project: Project, run: RunResult) -> list[LabelledDemonstration]:
     for used in run.labels:
         segments = track_after_edit(project, used)
         if segments:
-            items.append(LabelledDemonstration(project.load(used.demonstration), segments))
-            tasks.append(project.info(used.demonstration).task)
+            items.append(
+                LabelledDemonstration(project.demonstrations.load(used.demonstration), segments)
+            )
+            tasks.append(project.demonstrations.info(used.demonstration).task)
     if not run.apart:
         return items
     return suffix_actions([item.merged(run.settings.merge) for item in items], tasks)

@@ -88,7 +88,7 @@ def review_queue(project: Project, run: RunResult, invented: bool = False) -> Qu
         of a difference is None where that one left the time unlabelled.
     """
     tracks = current_tracks(project, run)
-    return finish(arrange_queue(run, tracks, project.verdicts(), invented=invented))[0]
+    return finish(arrange_queue(run, tracks, project.coding.verdicts(), invented=invented))[0]
 
 
 def arrange_queue(

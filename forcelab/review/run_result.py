@@ -130,7 +130,7 @@ def load_run(project: Project, number: int) -> RunResult:
     InputError
         If there is no such run, it is of another kind, or it is damaged.
     """
-    run = project.run(number)
+    run = project.runs.get(number)
     if run.kind != KIND:
         raise InputError(
             f"Run {number} of '{project.path}' is of the kind '{run.kind}', which cannot be "
@@ -160,7 +160,7 @@ def latest_run(project: Project, tasks: Sequence[str] | None = None) -> RunResul
     InputError
         If it is damaged.
     """
-    runs = project.run_summaries(KIND)[::-1]
+    runs = project.runs.summaries(KIND)[::-1]
     if tasks is not None:
         candidates = [(run, *tasks_of(run.settings)) for run in runs]
         requested = set(tasks)
@@ -181,7 +181,7 @@ def edits_since(project: Project, run: RunResult) -> int:
     since count as one each.
     """
     tested = () if run.test_task is None else (run.test_task,)
-    return project.edits_since(run.labels, (*run.tasks, *tested))
+    return project.tracks.edits_since(run.labels, (*run.tasks, *tested))
 
 
 def tasks_of(settings: Mapping[str, Any]) -> tuple[tuple[str, ...], str | None]:
@@ -193,7 +193,7 @@ def tasks_of(settings: Mapping[str, Any]) -> tuple[tuple[str, ...], str | None]:
 def _run_result(project: Project, run: StoredRun) -> RunResult:
     """The result of a run; whatever is raised while reading it, the run is damaged."""
     result = run.result
-    infos = {info.id: info for info in project.demonstrations()}
+    infos = {info.id: info for info in project.demonstrations.infos()}
     traces = result.get("certainty", {})
 
     def reviewed(plain: Mapping[str, Any]) -> DemonstrationResult:
@@ -278,7 +278,7 @@ def _demonstration_result(
     if "start" in plain:
         start, end = float(plain["start"]), float(plain["end"])
     else:  # of a run that was made on the command line
-        demonstration = project.load(info.id)
+        demonstration = project.demonstrations.load(info.id)
         start, end = demonstration.start, demonstration.end
     stages = {name: _segments(rows) for name, rows in plain.items() if name not in _NO_STAGE}
     if "filtered" not in stages or not start < end:
@@ -312,6 +312,6 @@ def action_styles(project: Project, run: RunResult) -> Vocabulary:
     that are kept apart by their task, like ``grab_hard`` and ``grab_soft``.
     """
     tasks = dict.fromkeys(([run.test_task] if run.test_task else []) + [*run.tasks])
-    found = joined({task: project.vocabulary(task) for task in tasks}, apart=run.apart)
+    found = joined({task: project.actions.vocabulary(task) for task in tasks}, apart=run.apart)
     keyless = Vocabulary(tuple(replace(action, key="") for action in found))
     return keyless.with_actions(*run.actions)

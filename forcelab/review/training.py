@@ -244,7 +244,7 @@ def review_job(
 
 def _snapshot(project: Project, settings: Settings, selection: DataSelection) -> _Snapshot:
     """Read the labelled demonstrations, and list those without labels."""
-    tasks = tuple(dict.fromkeys(selection.tasks)) or project.tasks()
+    tasks = tuple(dict.fromkeys(selection.tasks)) or project.demonstrations.tasks()
     if len(tasks) > 1 and not selection.tasks:
         raise InputError(
             f"'{project.path}' has the tasks {', '.join(tasks)}; choose the task to train on, or "
@@ -257,7 +257,7 @@ def _snapshot(project: Project, settings: Settings, selection: DataSelection) ->
     bare = {
         item.demonstration.id for part in datasets for item in part.labelled if not item.segments
     }
-    infos = {info.id: info for info in project.demonstrations() if info.id in bare}
+    infos = {info.id: info for info in project.demonstrations.infos() if info.id in bare}
     return _Snapshot(tasks, datasets, tuple(infos.values()))
 
 
@@ -338,7 +338,7 @@ def _proposals(
     for i, info in enumerate(snapshot.new):
         yield steps.proposing(i, len(snapshot.new), info.name)
         try:
-            demonstration = project.load(info.id)
+            demonstration = project.demonstrations.load(info.id)
             examples = recogniser.prepare(demonstration)
             prediction = recogniser.predict(
                 demonstration, probability_trace=True, examples=examples
@@ -385,9 +385,9 @@ def _store(
     recogniser: Recogniser | None,
 ) -> int:
     """Store the run and its recogniser in one transaction."""
-    seed, labels = result["seed"], project.still_there(snapshot.labels)
+    seed, labels = result["seed"], project.runs.existing_labels(snapshot.labels)
     if recogniser is None:
-        return project.add_run(
+        return project.runs.add(
             KIND,
             settings=requested,
             seed=seed,
@@ -395,14 +395,14 @@ def _store(
             versions=versions(),
             result=result,
         )
-    return project.add_training(
+    return project.runs.add_training(
         KIND,
         name,
         dump(recogniser),
         settings=requested,
         seed=seed,
         labels=labels,
-        trained_on=project.still_there(
+        trained_on=project.runs.existing_labels(
             used for used in snapshot.found.labels if used.demonstration in recogniser.trained_on
         ),
         versions=versions(),

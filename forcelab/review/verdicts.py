@@ -58,7 +58,7 @@ def record_verdict(
 
     `edit` is the one that gave the coder's track the model's action; the verdict is undone with it.
     """
-    return project.add_verdict(
+    return project.coding.add_verdict(
         Verdict(
             demonstration=difference.demonstration,
             author=author,
@@ -78,7 +78,7 @@ def withdraw_verdict(project: Project, verdict: StoredVerdict, author: str) -> S
     """Withdraw a verdict; its difference is open again."""
     fields = {name: getattr(verdict, name) for name in Verdict.__dataclass_fields__}
     fields |= {"author": author, "verdict": "withdrawn", "time": None}
-    return project.add_verdict(Verdict(**fields))
+    return project.coding.add_verdict(Verdict(**fields))
 
 
 def model_action(run: RunResult, difference: Difference) -> str | None:

@@ -26,7 +26,7 @@ def test_it_prints_what_the_window_computes(project, forcelab):
     printed = forcelab("why", project, "foam 02", "--at", "2.0", "--json").json
     with Project.open(project) as opened:
         outcome = load_run(opened, printed.pop("run"))
-        id_ = opened.load("foam 02").id
+        id_ = opened.demonstrations.load("foam 02").id
     withheld = finish(train_held_out(project, outcome, id_))
     why = finish(explain(withheld, outcome, interval_at(outcome.find(id_), 2.0)))
     expected = json.loads(json.dumps(why.to_json()))

@@ -36,8 +36,8 @@ def study():
         Project.create(Path(folder) / "study.forcelab") as project,
     ):
         one = demonstration()
-        project.add(one)
-        project.edit(one.id, "Ann", (), HUMAN, "made")
+        project.demonstrations.add(one)
+        project.tracks.edit(one.id, "Ann", (), HUMAN, "made")
         tested = DemonstrationResult(one.id, one.name, "foam", 0, 10, HUMAN, {"filtered": SEEN})
         yield (
             project,
@@ -91,7 +91,7 @@ def test_what_is_judged_leaves_the_open_queue_until_it_is_withdrawn(study, verdi
     assert after.missed == before.missed
     withdraw_verdict(project, after.judged[0], "Ann")
     assert review_queue(project, outcome) == before
-    assert [v.verdict for v in project.verdict_events()] == [verdict, "withdrawn"]
+    assert [v.verdict for v in project.coding.verdict_events()] == [verdict, "withdrawn"]
 
 
 def test_if_the_model_is_right_the_change_makes_both_agree_and_undo_opens_it_again(study):
@@ -149,7 +149,7 @@ def test_the_report_counts_who_was_right_by_pair(study):
     record_verdict(
         project, outcome, found.actions[0], "ambiguous", "Ann"
     )  # a second thought counts
-    counts = {(p.human, p.predicted): p for p in count_verdicts(project.verdicts())}
+    counts = {(p.human, p.predicted): p for p in count_verdicts(project.coding.verdicts())}
     pair = counts["hold", "release"]
     assert (pair.human_right, pair.model_right, pair.ambiguous) == (0, 0, 1)
     assert counts["hold", None].total == 1
