@@ -124,7 +124,7 @@ def _load_checked(project: Project, info: DemonstrationInfo) -> Demonstration:
 
 @dataclass(frozen=True)
 class DataSelection:
-    """Which demonstrations of a project are meant.
+    """Which demonstrations of a project to train and test on.
 
     Parameters
     ----------
@@ -187,6 +187,22 @@ class DataSelection:
     def leaves_out(self) -> bool:
         """Whether demonstrations are left out in turn, not chosen to be tested on."""
         return self.test_task is None and self.test_names is None
+
+    def joined_tasks(self, project: Project) -> tuple[str, ...]:
+        """The tasks to train on together: those selected, or the only one that there is.
+
+        Raises
+        ------
+        InputError
+            If there are several and none was selected.
+        """
+        tasks = tuple(dict.fromkeys(self.tasks)) or project.demonstrations.tasks()
+        if len(tasks) > 1 and not self.tasks:
+            raise InputError(
+                f"'{project.path}' has the tasks {', '.join(tasks)}; choose the task to train on, "
+                f"or several to join."
+            )
+        return tasks
 
     def with_default_folds(self, found: Dataset) -> DataSelection:
         """The same with a number of groups, by how many demonstrations there are to leave out."""

@@ -56,7 +56,7 @@ def evaluate_tasks(
 ) -> Generator[Progress, None, TaskEvaluations]:
     """Evaluate on a project; each evaluation is kept in it as a run.
 
-    Those of streams, of demonstrations by their names and of adapted ones are not.
+    Evaluations of streams, of demonstrations by their names and of adapted ones are not kept.
 
     The chosen tasks are one evaluation. With none chosen every task is one by itself, and those
     that cannot be evaluated are left out.
@@ -65,11 +65,11 @@ def evaluate_tasks(
     ----------
     project : Project
     settings : Settings
-    choice : DataSelection
+    selection : DataSelection
     jobs : int
         Processes that share the work.
     probability_trace : bool
-        Whether the runs also keep how certain each prediction is, and what each filter led to.
+        Whether the runs also store probabilities over time, and the tracks after each filter.
     latency : float, optional
         Evaluate as if demonstrations came live, labels so many seconds after their force.
 
@@ -237,7 +237,7 @@ def train_tasks(
     ----------
     project : Project
     settings : Settings
-    choice : DataSelection
+    selection : DataSelection
         All chosen demonstrations are trained on together.
     name : str
         What the recogniser is called in the project.
@@ -255,12 +255,7 @@ def train_tasks(
     InputError
         If too little is labelled.
     """
-    tasks = tuple(dict.fromkeys(selection.tasks)) or project.demonstrations.tasks()
-    if len(tasks) > 1 and not selection.tasks:
-        raise InputError(
-            f"'{project.path}' has the tasks {', '.join(tasks)}; choose the task to train on, or "
-            f"several to join."
-        )
+    tasks = selection.joined_tasks(project)
     found = selection.load(project, tasks, settings)
     recogniser = yield from training_job(found.labelled, settings)
     content = dump(recogniser)

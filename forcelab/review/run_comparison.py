@@ -20,16 +20,16 @@ STAGES = ("raw", "filtered")
 class Comparison:
     """Two runs over the demonstrations that both tested."""
 
-    one: RunResult
-    other: RunResult
-    shared: tuple[str, ...]  # ids of the demonstrations that both tested, in the order of `one`
+    first: RunResult
+    second: RunResult
+    shared: tuple[str, ...]  # ids of the demonstrations that both tested, in the order of `first`
     names: Mapping[str, str]  # their names by id
     #: By stage the scores of both, pooled over the shared demonstrations, as of ``forcelab evaluate
     #: --json``
     pooled: Mapping[str, tuple[Mapping[str, Any], Mapping[str, Any]]]
     #: The same for each shared demonstration, by stage and id
     each: Mapping[str, Mapping[str, tuple[Mapping[str, Any], Mapping[str, Any]]]]
-    #: By stage, of `other` minus `one`: a paired bootstrap over the shared demonstrations
+    #: By stage, of `second` minus `first`: a paired bootstrap over the shared demonstrations
     intervals: Mapping[str, Intervals]
     #: Name and both values of what was asked for differently
     settings: tuple[tuple[str, str, str], ...]
@@ -43,13 +43,13 @@ def compare_runs(first: RunResult, second: RunResult) -> Comparison:
 
     Parameters
     ----------
-    one, other : RunResult
+    first, second : RunResult
         From ``load_run(project, number)`` or ``latest_run(project)``.
 
     Returns
     -------
     Comparison
-        Differences are what `other` has more.
+        Differences are what `second` has more.
     """
     return finish(comparison_job(first, second))
 

@@ -178,19 +178,19 @@ class _Snapshot:
     """The data to train and test on, as it was when the training began."""
 
     tasks: tuple[str, ...]
-    corpora: list[Dataset]  # of the tasks; and of the task that is tested on, if there is one
+    datasets: list[Dataset]  # of the tasks; and of the task that is tested on, if there is one
     #: The demonstrations of all these tasks that the coder has not labelled
     new: tuple[DemonstrationInfo, ...]
 
     @property
-    def found(self) -> Dataset:
+    def train(self) -> Dataset:
         """What is trained on."""
-        return self.corpora[0]
+        return self.datasets[0]
 
     @property
     def labels(self) -> list[LabelsUsed]:
         """Which labels of which demonstrations are used, the empty ones among them."""
-        return [used for part in self.corpora for used in part.labels]
+        return [used for part in self.datasets for used in part.labels]
 
 
 def review_job(
@@ -208,7 +208,7 @@ def review_job(
         project.refuse_read_only()  # before the work and not after it
         yield TrainingStep(0, 1, "labels", phase="features")
         snapshot = _snapshot(project, settings, selection)
-        selection = selection.with_default_folds(snapshot.found)
+        selection = selection.with_default_folds(snapshot.train)
         steps = TrainingProgress(_folds(snapshot, selection), fit)
         title = run_title(snapshot.tasks, selection.test_task)
         evaluation, remarks = yield from _evaluate(snapshot, settings, selection, steps, fit)
@@ -217,14 +217,14 @@ def review_job(
             trained_on: Sequence[str] = evaluation.trained_on
         else:
             result = _empty_record(title, settings)
-        remarks += dataset_unit_remarks(snapshot.corpora, settings)
+        remarks += dataset_unit_remarks(snapshot.datasets, settings)
         remarks += unused_merge_remarks(
-            settings, frozenset().union(*(part.spellings for part in snapshot.corpora))
+            settings, frozenset().union(*(part.spellings for part in snapshot.datasets))
         )
         recogniser = None
         if fit:
-            recogniser = yield from steps.fit(training_job(snapshot.found.labelled, settings))
-            remarks += unlearnt_remarks(snapshot.found, recogniser)
+            recogniser = yield from steps.fit(training_job(snapshot.train.labelled, settings))
+            remarks += unlearnt_remarks(snapshot.train, recogniser)
             trained_on = recogniser.trained_on
             result.setdefault("labels", list(recogniser.actions))
             proposals, refused = yield from _proposals(project, snapshot, recogniser, steps)
@@ -244,15 +244,8 @@ def review_job(
 
 def _snapshot(project: Project, settings: Settings, selection: DataSelection) -> _Snapshot:
     """Read the labelled demonstrations, and list those without labels."""
-    tasks = tuple(dict.fromkeys(selection.tasks)) or project.demonstrations.tasks()
-    if len(tasks) > 1 and not selection.tasks:
-        raise InputError(
-            f"'{project.path}' has the tasks {', '.join(tasks)}; choose the task to train on, or "
-            f"several to join."
-        )
-    datasets = [selection.load(project, tasks, settings)]
-    if selection.test_task is not None:
-        datasets.append(selection.load(project, [selection.test_task], settings))
+    tasks = selection.joined_tasks(project)
+    datasets = selection.load_parts(project, tasks, settings)
     _check(datasets[0], settings, tasks)
     bare = {
         item.demonstration.id for part in datasets for item in part.labelled if not item.segments
@@ -277,7 +270,7 @@ def _folds(snapshot: _Snapshot, selection: DataSelection) -> int:
     """The number of recognisers that are trained for testing."""
     if selection.test_task is not None:
         return 1
-    labelled = [item.demonstration for item in snapshot.found.labelled if item.segments]
+    labelled = [item.demonstration for item in snapshot.train.labelled if item.segments]
     return len(fold_groups(labelled, selection.folds)) if len(labelled) > 1 else 0
 
 
@@ -300,7 +293,7 @@ def _evaluate(
             f"others.",
         )
     job = evaluate_joined(
-        snapshot.corpora, settings, snapshot.tasks, selection, probability_trace=True
+        snapshot.datasets, settings, snapshot.tasks, selection, probability_trace=True
     )
     try:
         return (yield from steps.test(job)), ()
@@ -403,7 +396,7 @@ def _store(
         seed=seed,
         labels=labels,
         trained_on=project.runs.existing_labels(
-            used for used in snapshot.found.labels if used.demonstration in recogniser.trained_on
+            used for used in snapshot.train.labels if used.demonstration in recogniser.trained_on
         ),
         versions=versions(),
         result=result,

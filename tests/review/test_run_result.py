@@ -195,5 +195,5 @@ def test_a_run_outlives_a_demonstration_that_it_tested(tmp_path, path):
         write_archive(project, tmp_path / "study.zip")
         left = {used for used in before.labels if used.demonstration != gone}
     with read_archive(tmp_path / "study.zip", tmp_path / "again.forcelab") as again:
-        [*_, run] = [run for run in again.runs() if run.id == before.number]
+        [*_, run] = [run for run in again.runs.all() if run.id == before.number]
         assert {used.demonstration for used in run.labels} == {u.demonstration for u in left}

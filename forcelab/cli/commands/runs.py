@@ -120,7 +120,7 @@ def _summary(run: RunSummary, use: RunUse) -> dict[str, Any]:
 
 def _comparison_text(comparison: Comparison) -> str:
     """Two runs side by side as text."""
-    one, other = comparison.one, comparison.other
+    one, other = comparison.first, comparison.second
     parts = [
         f"Run {one.number} ({printable(one.title)}) and {other.number} ({printable(other.title)})"
     ]
@@ -194,7 +194,7 @@ def _difference_text(
 def _comparison_json(comparison: Comparison) -> dict[str, Any]:
     """Two runs side by side as plain values."""
     return {
-        "runs": [comparison.one.number, comparison.other.number],
+        "runs": [comparison.first.number, comparison.second.number],
         "settings": [list(row) for row in comparison.settings],
         "shared": list(comparison.shared),
         "relabelled": list(comparison.relabelled),

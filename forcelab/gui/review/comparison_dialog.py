@@ -49,8 +49,8 @@ def comparison_columns(
     run = "run {0}"
     columns = (
         TableColumn(first, number=False),
-        TableColumn(run.format(comparison.one.number)),
-        TableColumn(run.format(comparison.other.number)),
+        TableColumn(run.format(comparison.first.number)),
+        TableColumn(run.format(comparison.second.number)),
         TableColumn("difference"),
     )
     tip = "Of the difference, paired over the demonstrations both tested."
