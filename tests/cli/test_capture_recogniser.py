@@ -8,9 +8,9 @@ from io import StringIO
 
 import numpy as np
 import pytest
+from factories import BAYES_SETTINGS
 from fake_devices import FakeDevice, FakeEncoder
 from synthetic import synthetic_set
-from trained_project import FAST
 
 from forcelab.capture.emulator import VirtualOptoForce, rows
 from forcelab.capture.reader import Ring
@@ -39,7 +39,8 @@ def three():
 @pytest.fixture(scope="module")
 def recogniser(three):
     return train(
-        [LabelledDemonstration(*one) for one in three[:2]], FAST.replace(stride=10, max_scale=512.0)
+        [LabelledDemonstration(*one) for one in three[:2]],
+        BAYES_SETTINGS.replace(stride=10, max_scale=512.0),
     )
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from trained_project import CHOICE, FAST, make
+from factories import BAYES_SETTINGS, FOAM_SELECTION, make_labelled_project
 
 from forcelab.jobs import finish
 from forcelab.project import Project
@@ -15,9 +15,11 @@ from forcelab.review.verdicts import record_verdict
 
 @pytest.fixture(scope="module")
 def path(tmp_path_factory):
-    path = make(tmp_path_factory.mktemp("review") / "foam.forcelab", labelled=3, bare=0)
+    path = make_labelled_project(
+        tmp_path_factory.mktemp("review") / "foam.forcelab", labelled=3, bare=0
+    )
     with Project.open(path) as project:
-        finish(evaluate_tasks(project, FAST, CHOICE))
+        finish(evaluate_tasks(project, BAYES_SETTINGS, FOAM_SELECTION))
     return path
 
 

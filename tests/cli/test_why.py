@@ -3,7 +3,7 @@
 import json
 
 import pytest
-from explained import FAST, made
+from factories import QUICK_SETTINGS, make_evaluated_project
 
 from forcelab.cli import main
 from forcelab.jobs import finish
@@ -16,7 +16,7 @@ from forcelab.review.run_result import load_run
 @pytest.fixture(scope="module")
 def project(tmp_path_factory):
     path = tmp_path_factory.mktemp("why") / "study.forcelab"
-    made(path, FAST.replace(classifier="naive-bayes"), count=3)
+    make_evaluated_project(path, QUICK_SETTINGS.replace(classifier="naive-bayes"), count=3)
     settings = ["--stride", "4", "--classifier", "naive-bayes", "--max-scale", "64"]
     assert main(["evaluate", str(path), "--task", "foam", "--jobs", "1", *settings]) == 0
     return path
@@ -48,7 +48,7 @@ def test_a_time_without_anything_is_refused(project, forcelab):
 
 def test_a_run_is_needed(tmp_path, forcelab):
     path = tmp_path / "study.forcelab"
-    made(path, FAST.replace(classifier="naive-bayes"), count=2)
+    make_evaluated_project(path, QUICK_SETTINGS.replace(classifier="naive-bayes"), count=2)
     words = ["why", path, "foam 02", "--at", 2]
     assert "evaluate" in forcelab(*words).sentence
     assert "no run 7" in forcelab(*words, "--run", 7).sentence

@@ -3,8 +3,8 @@
 import dataclasses
 
 import pytest
+from factories import make_labelled_project
 from synthetic import synthetic_set
-from trained_project import make
 
 from forcelab.errors import InputError
 from forcelab.jobs import finish
@@ -154,7 +154,7 @@ def test_what_belongs_to_the_data_is_kept():
 
 
 def test_a_measurement_is_kept_in_the_project_and_read_again(tmp_path):
-    path = make(tmp_path / "study.forcelab")
+    path = make_labelled_project(tmp_path / "study.forcelab")
     own = PLAIN.replace(spacing=0.5)
     number = finish(keeping(path, "foam", None, own, FEW[:2]))
     with Project.open(path) as project:
@@ -182,7 +182,7 @@ def test_a_measurement_is_kept_in_the_project_and_read_again(tmp_path):
 
 
 def test_own_settings_among_the_usual_ones_are_not_measured_twice(tmp_path):
-    path = make(tmp_path / "study.forcelab")
+    path = make_labelled_project(tmp_path / "study.forcelab")
     number = finish(keeping(path, "foam", "Ada", PLAIN.replace(preset="mine"), FEW[:1]))
     with Project.open(path) as project:
         assert len(load(project, number).rows) == 1
@@ -192,7 +192,7 @@ def test_tasks_of_a_project(tmp_path, monkeypatch):
     from forcelab.measure import recognition_tasks
 
     monkeypatch.setattr(recognition_tasks, "QUICK", FEW[:1])
-    path = make(tmp_path / "study.forcelab")
+    path = make_labelled_project(tmp_path / "study.forcelab")
     with Project.open(path) as project:
         assert usual_coder(project, "foam") == "Ada"
         table = finish(measured_tasks(project, (), quick=True))

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from stated_live import stated
+from live_reference import stated
 from synthetic import synthetic_set
 
 from forcelab.demonstration import Channel, Demonstration

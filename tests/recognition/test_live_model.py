@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from stated_live import stated, window_features
+from live_reference import stated, window_features
 from synthetic import synthetic_set
 
 from forcelab.demonstration import Demonstration

@@ -6,9 +6,9 @@ import dataclasses
 
 import numpy as np
 import pytest
+from factories import BAYES_SETTINGS
 from synthetic import synthetic_demonstration, synthetic_set
 from threadpoolctl import threadpool_info, threadpool_limits
-from trained_project import FAST
 
 from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
@@ -269,7 +269,9 @@ def labelled():
 @pytest.mark.parametrize("median", [None, 5])
 @pytest.mark.parametrize("drop", [None, 0.5])
 def test_each_stage_is_the_filter_applied_to_the_one_before(labelled, threshold, median, drop):
-    recogniser = train(labelled[:2], FAST.replace(threshold=threshold, median=median, drop=drop))
+    recogniser = train(
+        labelled[:2], BAYES_SETTINGS.replace(threshold=threshold, median=median, drop=drop)
+    )
     prediction = recogniser.predict(labelled[2].demonstration, probability_trace=True)
     codes, expected = prediction.raw, {}
     if threshold is not None:
@@ -295,7 +297,7 @@ def test_gaps_have_no_certainty(labelled):
     gappy = replace(
         demonstration, times=demonstration.times[keep], signals=demonstration.signals[keep]
     )
-    prediction = train(labelled[:2], FAST).predict(gappy, probability_trace=True)
+    prediction = train(labelled[:2], BAYES_SETTINGS).predict(gappy, probability_trace=True)
     inside = np.abs(prediction.probability_trace.times - 2.0) < 0.25
     assert inside.any()
     assert (prediction.probability_trace.values[inside] == 0).all()

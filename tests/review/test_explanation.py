@@ -9,12 +9,11 @@ from multiprocessing.reduction import ForkingPickler
 
 import numpy as np
 import pytest
-from explained import FAST, made
+from factories import QUICK_SETTINGS, make_evaluated_project, make_labelled_project
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from sklearn.neighbors import NearestNeighbors
 from synthetic import synthetic_demonstration
-from trained_project import make
 
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError
@@ -48,7 +47,7 @@ from forcelab.review.training import review_job
 
 #: Epochs of an MLP's fit: what it has learnt by then is enough to be explained.
 EPOCHS = 40
-BAYES = FAST.replace(classifier="naive-bayes")
+BAYES = QUICK_SETTINGS.replace(classifier="naive-bayes")
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -109,7 +108,7 @@ def fitted(name, X, y, actions, probabilities=True):
     classifier = [
         s.classifier for s in islice(fit_classifier(name, X, y, 0, probabilities), EPOCHS)
     ][-1]
-    return make_scorer(Recogniser(FAST, 1.0, (), tuple(actions), {}, classifier))
+    return make_scorer(Recogniser(QUICK_SETTINGS, 1.0, (), tuple(actions), {}, classifier))
 
 
 @pytest.mark.parametrize("actions", [("grab", "hold"), ("grab", "hold", "still")])
@@ -118,7 +117,7 @@ def test_a_network_gives_the_probabilities_of_the_mlp_that_it_was_taken_from(act
     y = random.integers(len(actions), size=120)
     X = random.normal(size=(120, 5)) + y[:, None]
     step = next(fit_classifier("mlp", X, y, 0, True))
-    judge = make_scorer(Recogniser(FAST, 1.0, (), actions, {}, step.classifier))
+    judge = make_scorer(Recogniser(QUICK_SETTINGS, 1.0, (), actions, {}, step.classifier))
     assert isinstance(judge, MlpScorer)
     expected = step.classifier.predict_proba(X)
     assert judge.probabilities(X) == pytest.approx(expected, abs=1e-9)
@@ -208,13 +207,13 @@ def test_the_error_of_a_permutation_is_the_spread_of_its_repetitions():
 @pytest.fixture(scope="module")
 def bayes(tmp_path_factory):
     path = tmp_path_factory.mktemp("bayes") / "study.forcelab"
-    return path, made(path, BAYES)
+    return path, make_evaluated_project(path, BAYES)
 
 
 @pytest.fixture(scope="module")
 def mlp(tmp_path_factory):
     path = tmp_path_factory.mktemp("mlp") / "study.forcelab"
-    return path, made(path, FAST.replace(stride=8), count=2)
+    return path, make_evaluated_project(path, QUICK_SETTINGS.replace(stride=8), count=2)
 
 
 @pytest.fixture(scope="module")
@@ -234,7 +233,7 @@ def test_it_predicts_what_the_run_predicted_out_of_fold(bayes):
 
 def test_so_does_the_one_that_has_seen_none_of_its_group(tmp_path):
     path = tmp_path / "study.forcelab"
-    outcome = made(path, BAYES, count=5, folds=2)
+    outcome = make_evaluated_project(path, BAYES, count=5, folds=2)
     ids = [one.id for one in outcome.tested]
     for i, one in enumerate(outcome.tested):
         withheld = finish(train_held_out(path, outcome, one.id))
@@ -286,7 +285,7 @@ def test_a_recogniser_that_saw_it_would_be_another_one(bayes):
 
 def test_labels_that_were_edited_since_are_taken_as_they_were(tmp_path):
     path = tmp_path / "study.forcelab"
-    outcome = made(path, BAYES, count=3)
+    outcome = make_evaluated_project(path, BAYES, count=3)
     first, second = outcome.tested[:2]
     with Project.open(path) as project:
         before = project.tracks.get(second.id, "Ann").segments
@@ -296,7 +295,7 @@ def test_labels_that_were_edited_since_are_taken_as_they_were(tmp_path):
 
 def test_a_track_can_be_read_as_it_was_after_each_edit(tmp_path):
     path = tmp_path / "study.forcelab"
-    outcome = made(path, BAYES, count=2)
+    outcome = make_evaluated_project(path, BAYES, count=2)
     id_ = outcome.tested[0].id
     with Project.open(path) as project:
         known = {0: (), project.tracks.head(id_, "Ann"): project.tracks.get(id_, "Ann").segments}
@@ -328,7 +327,7 @@ def test_the_probabilities_are_the_runs_where_it_kept_any(bayes):
 
 def test_of_an_unlabelled_demonstration_all_others_are_trained_on(tmp_path):
     path = tmp_path / "study.forcelab"
-    outcome = made(path, BAYES, count=4)
+    outcome = make_evaluated_project(path, BAYES, count=4)
     last = outcome.tested[-1]
     proposed = replace(last, human=())
     rest = replace(
@@ -341,7 +340,7 @@ def test_of_an_unlabelled_demonstration_all_others_are_trained_on(tmp_path):
 
 
 def test_the_final_recogniser_labels_a_proposal_as_the_run_did_on_any_grid(tmp_path):
-    path = make(tmp_path / "foam.forcelab", labelled=2)
+    path = make_labelled_project(tmp_path / "foam.forcelab", labelled=2)
     number = finish(review_job(path, BAYES.replace(rate=37.0), DataSelection(("foam",)), "foam"))
     with Project.open(path) as project:
         outcome = load_run(project, number)
@@ -626,7 +625,9 @@ def test_what_is_missing_is_passed_over():
 
 def test_no_video_needs_no_decoder(tmp_path, monkeypatch):
     path = tmp_path / "study.forcelab"
-    outcome = made(path, FAST.replace(classifier="naive-bayes"), count=2)
+    outcome = make_evaluated_project(
+        path, QUICK_SETTINGS.replace(classifier="naive-bayes"), count=2
+    )
     monkeypatch.setitem(sys.modules, "cv2", None)  # importing it fails
     places = [Interval(one.id, 1.0, 2.0) for one in outcome.tested]
     found = finish(preview_job(path, places))

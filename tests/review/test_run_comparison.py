@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 import pytest
-from outcomes import drawn_outcome, outcome_of
+from factories import random_run_result, run_result
 
 from forcelab.label_map import MergeMap
 from forcelab.recognition.intervals import difference_intervals, look_up
@@ -24,7 +24,7 @@ def counted(outcome, ids):
 
 
 def test_pooled_scores_are_those_of_the_runs_where_both_tested_the_same():
-    one, other = drawn_outcome("abcd", ACTIONS), drawn_outcome("abcd", ACTIONS, right=0.9)
+    one, other = random_run_result("abcd", ACTIONS), random_run_result("abcd", ACTIONS, right=0.9)
     found = compare_runs(one, other)
     assert found.shared == ("a", "b", "c", "d")
     for stage in ("raw", "filtered"):
@@ -34,7 +34,7 @@ def test_pooled_scores_are_those_of_the_runs_where_both_tested_the_same():
 
 
 def test_what_only_one_run_tested_is_left_out_of_both():
-    one, other = drawn_outcome("abcd", ACTIONS), drawn_outcome("dcxb", ACTIONS, seed=1)
+    one, other = random_run_result("abcd", ACTIONS), random_run_result("dcxb", ACTIONS, seed=1)
     found = compare_runs(one, other)
     assert found.shared == ("b", "c", "d")
     expected = [pool("pooled", counted(run, "bcd")).to_json() for run in (one, other)]
@@ -47,14 +47,14 @@ def test_what_only_one_run_tested_is_left_out_of_both():
 
 
 def test_runs_with_nothing_in_common_have_no_scores():
-    found = compare_runs(drawn_outcome("ab", ACTIONS), drawn_outcome("cd", ACTIONS))
+    found = compare_runs(random_run_result("ab", ACTIONS), random_run_result("cd", ACTIONS))
     assert found.shared == ()
     assert found.pooled["filtered"][1] == {}
     assert "needs 3 demonstrations" in found.intervals["filtered"].reason
 
 
 def test_only_settings_that_differ_are_told():
-    one = drawn_outcome("ab", ACTIONS)
+    one = random_run_result("ab", ACTIONS)
     assert settings_that_differ(one, one) == ()
     other = replace(one, settings=Settings(median=None, seed=7), author="Bob")
     assert settings_that_differ(one, other) == (
@@ -65,7 +65,7 @@ def test_only_settings_that_differ_are_told():
 
 
 def test_what_differs_is_told_in_words():
-    one = drawn_outcome("ab", ACTIONS)
+    one = random_run_result("ab", ACTIONS)
     changed = one.settings.replace(merge=MergeMap({"grap": "grab"}), phase=False)
     other = replace(one, settings=changed, tasks=("foam", "soft"), test_task="pen")
     different = {name: values for name, *values in settings_that_differ(one, other)}
@@ -76,9 +76,9 @@ def test_what_differs_is_told_in_words():
 
 
 def test_labels_that_changed_between_the_runs_are_named():
-    one = drawn_outcome("abc", ACTIONS)
+    one = random_run_result("abc", ACTIONS)
     changed = replace(one.tested[1], human=one.tested[1].human[:-1])
-    other = outcome_of([one.tested[0], changed, one.tested[2]], ACTIONS)
+    other = run_result([one.tested[0], changed, one.tested[2]], ACTIONS)
     assert compare_runs(one, other).relabelled == ("b",)
     assert compare_runs(one, one).relabelled == ()
 
@@ -86,6 +86,6 @@ def test_labels_that_changed_between_the_runs_are_named():
 @pytest.mark.parametrize("number", [1, 2])
 def test_few_demonstrations_are_compared_without_an_interval(number):
     ids = "ab"[:number]
-    found = compare_runs(drawn_outcome(ids, ACTIONS), drawn_outcome(ids, ACTIONS, seed=2))
+    found = compare_runs(random_run_result(ids, ACTIONS), random_run_result(ids, ACTIONS, seed=2))
     assert found.intervals["filtered"]["accuracy"] is None
     assert found.pooled["filtered"][0]["accuracy"] is not None

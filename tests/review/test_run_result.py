@@ -6,7 +6,7 @@ from contextlib import closing
 from dataclasses import replace
 
 import pytest
-from trained_project import CHOICE, FAST, make
+from factories import BAYES_SETTINGS, FOAM_SELECTION, make_labelled_project
 
 from forcelab.errors import InputError
 from forcelab.formats.archive import read_archive, write_archive
@@ -21,10 +21,10 @@ from forcelab.review.training import review_job
 @pytest.fixture(scope="module")
 def path(tmp_path_factory):
     """A project with a run of the window (1) and one of the command line (2)."""
-    path = make(tmp_path_factory.mktemp("outcome") / "foam.forcelab")
-    finish(review_job(path, FAST, CHOICE, "foam"))
+    path = make_labelled_project(tmp_path_factory.mktemp("outcome") / "foam.forcelab")
+    finish(review_job(path, BAYES_SETTINGS, FOAM_SELECTION, "foam"))
     with Project.open(path) as project:
-        finish(evaluate_tasks(project, FAST.replace(stride=4), CHOICE))
+        finish(evaluate_tasks(project, BAYES_SETTINGS.replace(stride=4), FOAM_SELECTION))
     return path
 
 
@@ -99,7 +99,7 @@ def test_a_printed_run_tells_what_it_is_in_a_few_lines(project):
 def test_a_run_of_the_command_line_can_be_reviewed_too(project):
     outcome = load_run(project, 2)
     assert (outcome.recogniser, outcome.proposals) == ("", ())
-    assert outcome.settings == FAST.replace(stride=4)
+    assert outcome.settings == BAYES_SETTINGS.replace(stride=4)
     assert outcome.author == "Ada"
     for item in outcome.tested:
         assert item.probability_trace is None
@@ -157,9 +157,9 @@ def test_a_damaged_run_is_refused_in_a_sentence_and_the_others_are_not(tmp_path,
 
 
 def test_edits_are_counted_by_the_track_that_was_used(tmp_path):
-    path = make(tmp_path / "p.forcelab", labelled=2, bare=1)
+    path = make_labelled_project(tmp_path / "p.forcelab", labelled=2, bare=1)
     with Project.open(path) as project:
-        finish(evaluate_tasks(project, FAST, CHOICE))
+        finish(evaluate_tasks(project, BAYES_SETTINGS, FOAM_SELECTION))
         outcome = latest_run(project)
         first, _, bare = (info.id for info in project.demonstrations.infos())
         segments = project.tracks.get(first, "Ada").segments

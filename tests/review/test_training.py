@@ -10,8 +10,8 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from factories import BAYES_SETTINGS, FOAM_SELECTION, make_labelled_project
 from synthetic import synthetic_set
-from trained_project import CHOICE, FAST, make
 
 from forcelab.cli import main
 from forcelab.errors import InputError
@@ -31,14 +31,16 @@ from forcelab.review.training import TrainingProgress, review_job
 
 @pytest.fixture(scope="module")
 def path(tmp_path_factory):
-    return make(tmp_path_factory.mktemp("training") / "foam.forcelab")
+    return make_labelled_project(tmp_path_factory.mktemp("training") / "foam.forcelab")
 
 
 @pytest.fixture(scope="module")
 def trained(path):
     """What was told while training in a process of its own, and the run's number."""
     steps = []
-    number = finish(elsewhere(review_job, path, FAST, CHOICE, "foam"), steps.append)
+    number = finish(
+        elsewhere(review_job, path, BAYES_SETTINGS, FOAM_SELECTION, "foam"), steps.append
+    )
     return steps, number
 
 
@@ -64,7 +66,7 @@ def test_its_steps_lead_through_all_phases_and_never_back(trained):
 def test_in_groups_as_many_recognisers_are_trained_and_the_run_tells_so(path, trained):
     steps = []
     choice = DataSelection(("foam",), folds=2)
-    number = finish(review_job(path, FAST, choice, "foam", fit=False), steps.append)
+    number = finish(review_job(path, BAYES_SETTINGS, choice, "foam", fit=False), steps.append)
     with Project.open(path) as project:
         found, alone = load_run(project, number), load_run(project, trained[1])
     assert [step.fold for step in steps if step.phase == "fold"] == [1, 2]
@@ -106,7 +108,7 @@ def test_its_tracks_are_those_of_evaluate_to_the_last_bit(path, outcome, capsys,
 
 def test_the_certainty_is_the_mean_of_the_probabilities_of_each_fiftieth_of_a_second(path, outcome):
     labelled = [LabelledDemonstration(demo, segments) for demo, segments in synthetic_set(3, 100.0)]
-    tested = finish(leave_one_out(labelled, FAST)).tested
+    tested = finish(leave_one_out(labelled, BAYES_SETTINGS)).tested
     with Project.open(path) as project:
         known = {item.name: item for item in outcome.tested}
         recogniser = load_recogniser(project.runs.recogniser_path(outcome.recogniser))
@@ -138,7 +140,7 @@ def test_the_final_recogniser_knows_all_that_is_labelled_and_proposes_for_the_re
 def test_what_was_trained_is_stored_when_no_other_program_keeps_the_project_busy(
     tmp_path, monkeypatch
 ):
-    path = make(tmp_path / "foam.forcelab")
+    path = make_labelled_project(tmp_path / "foam.forcelab")
     monkeypatch.setattr(Project, "open", partial(Project.open, timeout=0.02))
     with closing(sqlite3.connect(path / "project.sqlite", isolation_level=None)) as other:
         steps = []
@@ -150,7 +152,7 @@ def test_what_was_trained_is_stored_when_no_other_program_keeps_the_project_busy
             elif steps.count("storing") == 3:
                 other.execute("ROLLBACK")
 
-        number = finish(review_job(path, FAST, CHOICE, "foam"), hear)
+        number = finish(review_job(path, BAYES_SETTINGS, FOAM_SELECTION, "foam"), hear)
     assert steps.count("storing") == 3
     with Project.open(path) as project:
         assert [run.id for run in project.runs.summaries()] == [number]
@@ -159,7 +161,7 @@ def test_what_was_trained_is_stored_when_no_other_program_keeps_the_project_busy
 
 def test_asking_how_certain_it_is_changes_no_prediction():
     labelled = [LabelledDemonstration(demo, segments) for demo, segments in synthetic_set(2, 100.0)]
-    for settings in (FAST, FAST.replace(threshold=None)):
+    for settings in (BAYES_SETTINGS, BAYES_SETTINGS.replace(threshold=None)):
         plain = finish(leave_one_out(labelled, settings))
         with_trace = finish(leave_one_out(labelled, settings, probability_trace=True))
         for one, other in zip(plain.tested, with_trace.tested, strict=True):
@@ -171,14 +173,14 @@ def test_asking_how_certain_it_is_changes_no_prediction():
 
 def test_an_svm_without_probabilities_has_no_certainty():
     labelled = [LabelledDemonstration(demo, segments) for demo, segments in synthetic_set(2, 100.0)]
-    settings = FAST.replace(classifier="svm", threshold=None, stride=5)
+    settings = BAYES_SETTINGS.replace(classifier="svm", threshold=None, stride=5)
     tested = finish(leave_one_out(labelled, settings, probability_trace=True)).tested
     assert [item.probability_trace for item in tested] == [None, None]
 
 
 def test_what_is_edited_while_it_trains_stays_and_is_counted(tmp_path):
-    path = make(tmp_path / "p.forcelab", labelled=2, bare=0)
-    job = review_job(path, FAST, CHOICE, "foam")
+    path = make_labelled_project(tmp_path / "p.forcelab", labelled=2, bare=0)
+    job = review_job(path, BAYES_SETTINGS, FOAM_SELECTION, "foam")
     next(step for step in job if step.phase == "fold")
     with Project.open(path) as project:
         info = project.demonstrations.infos()[0]
@@ -197,8 +199,8 @@ def test_what_is_edited_while_it_trains_stays_and_is_counted(tmp_path):
 
 @pytest.mark.parametrize("which", [0, -1])
 def test_what_is_removed_while_it_trains_costs_only_itself(tmp_path, which):
-    path = make(tmp_path / "p.forcelab", labelled=3, bare=1)
-    job = review_job(path, FAST, CHOICE, "foam")
+    path = make_labelled_project(tmp_path / "p.forcelab", labelled=3, bare=1)
+    job = review_job(path, BAYES_SETTINGS, FOAM_SELECTION, "foam")
     next(step for step in job if step.phase == "fold")
     with Project.open(path) as project:
         gone = project.demonstrations.infos()[which].id
@@ -214,11 +216,11 @@ def test_what_is_removed_while_it_trains_costs_only_itself(tmp_path, which):
 
 
 def test_a_training_that_is_cancelled_leaves_nothing_behind(tmp_path):
-    path = make(tmp_path / "p.forcelab", labelled=3, bare=0)
+    path = make_labelled_project(tmp_path / "p.forcelab", labelled=3, bare=0)
     before = sorted(p.relative_to(path) for p in path.rglob("*"))
     threads = threading.active_count()
     for phase in ("features", "fold", "final fit"):
-        with closing(elsewhere(review_job, path, FAST, CHOICE, "foam")) as job:
+        with closing(elsewhere(review_job, path, BAYES_SETTINGS, FOAM_SELECTION, "foam")) as job:
             next(step for step in job if getattr(step, "phase", "") == phase)
     with Project.open(path) as project:
         assert project.runs.summaries() == ()
@@ -228,10 +230,11 @@ def test_a_training_that_is_cancelled_leaves_nothing_behind(tmp_path):
 
 
 def test_one_labelled_demonstration_trains_and_proposes_but_tests_nothing(tmp_path):
-    path = make(tmp_path / "p.forcelab", labelled=1, bare=2)
+    path = make_labelled_project(tmp_path / "p.forcelab", labelled=1, bare=2)
     with Project.open(path) as project:
         outcome = load_run(
-            project, finish(review_job(path, FAST, replace(CHOICE, author="Ada"), "foam"))
+            project,
+            finish(review_job(path, BAYES_SETTINGS, replace(FOAM_SELECTION, author="Ada"), "foam")),
         )
     assert outcome.tested == ()
     assert [item.name for item in outcome.proposals] == ["foam 02", "foam 03"]
@@ -245,7 +248,9 @@ def test_folds_that_cannot_be_trained_leave_the_final_recogniser(tmp_path):
     with Project.create(path) as project:
         for (demo, _), action in zip(synthetic_set(2, 100.0), ("grab", "hold"), strict=True):
             project.demonstrations.add(demo, [Track("Ada", (Segment(0.5, 1.5, action),))])
-        outcome = load_run(project, finish(review_job(path, FAST, CHOICE, "foam")))
+        outcome = load_run(
+            project, finish(review_job(path, BAYES_SETTINGS, FOAM_SELECTION, "foam"))
+        )
     assert outcome.tested == ()
     assert set(outcome.actions) == {"grab", "hold"}
     assert any(remark.startswith("Nothing could be tested: With") for remark in outcome.remarks)
@@ -266,36 +271,38 @@ def test_too_few_actions_are_refused_in_a_sentence_that_says_what_can_be_done(
         for demonstration, _ in synthetic_set(2, 100.0):
             project.demonstrations.add(demonstration, [Track("Ada", segments)])
         with pytest.raises(InputError, match=sentence):
-            finish(review_job(path, FAST, CHOICE, "foam"))
+            finish(review_job(path, BAYES_SETTINGS, FOAM_SELECTION, "foam"))
         assert project.runs.summaries() == ()
 
 
 def test_a_recogniser_without_a_name_leaves_no_run_either(tmp_path):
-    path = make(tmp_path / "p.forcelab", labelled=2, bare=0)
+    path = make_labelled_project(tmp_path / "p.forcelab", labelled=2, bare=0)
     with pytest.raises(InputError, match="needs a name"):
-        finish(review_job(path, FAST, CHOICE, " "))
+        finish(review_job(path, BAYES_SETTINGS, FOAM_SELECTION, " "))
     with Project.open(path) as project:
         assert (project.runs.summaries(), project.runs.recognisers()) == ((), ())
 
 
 def test_an_action_of_a_single_demonstration_is_remarked(tmp_path):
-    path = make(tmp_path / "p.forcelab", labelled=2, bare=0)
+    path = make_labelled_project(tmp_path / "p.forcelab", labelled=2, bare=0)
     with Project.open(path) as project:
         info = project.demonstrations.infos()[0]
         before = project.tracks.get(info.id, "Ada").segments
         slip = Segment(before[0].start, before[0].end, "slip")
         project.tracks.edit(info.id, "Ada", before, (slip, *before[1:]), "relabelled")
-        outcome = load_run(project, finish(review_job(path, FAST, CHOICE, "foam")))
+        outcome = load_run(
+            project, finish(review_job(path, BAYES_SETTINGS, FOAM_SELECTION, "foam"))
+        )
     assert any("slip (only in foam 01)" in remark for remark in outcome.remarks)
 
 
 def test_another_task_is_tested_on_and_both_tasks_get_proposals(tmp_path):
-    path = make(tmp_path / "p.forcelab", labelled=2, bare=1)
+    path = make_labelled_project(tmp_path / "p.forcelab", labelled=2, bare=1)
     with Project.open(path) as project:
         for i, (demonstration, segments) in enumerate(synthetic_set(2, 100.0, "soft", seed=9)):
             project.demonstrations.add(demonstration, [Track("Ada", segments)] if i else [])
         choice = DataSelection(("foam",), test_task="soft")
-        outcome = load_run(project, finish(review_job(path, FAST, choice, "foam")))
+        outcome = load_run(project, finish(review_job(path, BAYES_SETTINGS, choice, "foam")))
     assert [item.task for item in outcome.tested] == ["soft"]
     assert {item.task for item in outcome.proposals} == {"foam", "soft"}
     shares = [item.typicality for item in outcome.proposals]

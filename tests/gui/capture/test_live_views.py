@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from factories import BAYES_SETTINGS
 from synthetic import synthetic_set
-from trained_project import FAST
 
 from forcelab.gui.capture.controller import CaptureState
 from forcelab.gui.capture.live_model import RECOGNISING, LoadedRecogniser, RecogniserSelection
@@ -17,7 +17,7 @@ from forcelab.recognition.storage import dump, save_recogniser
 from forcelab.recognition.training import train
 
 #: Every step gets a label, whatever it is: what comes is no foam.
-SETTINGS = FAST.replace(stride=10, threshold=None, median=None, drop=None)
+SETTINGS = BAYES_SETTINGS.replace(stride=10, threshold=None, median=None, drop=None)
 
 
 def trained(channels):

@@ -4,7 +4,7 @@ from dataclasses import replace
 from datetime import datetime, timezone
 
 import pytest
-from outcomes import drawn_outcome
+from factories import random_run_result
 from painted import opened
 from PySide6.QtGui import QColor
 
@@ -52,9 +52,9 @@ def work(outcomes):
 def runs(document):
     ids = [*(info.id for info in document.infos), "c", "d"]
     return [
-        drawn_outcome(ids, ACTIONS, right=0.95, number=1),
-        drawn_outcome(ids, ACTIONS, right=0.5, number=2),
-        drawn_outcome(ids, ACTIONS, right=0.95, number=3),
+        random_run_result(ids, ACTIONS, right=0.95, number=1),
+        random_run_result(ids, ACTIONS, right=0.5, number=2),
+        random_run_result(ids, ACTIONS, right=0.95, number=3),
     ]
 
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from explained import FAST, made
+from factories import QUICK_SETTINGS, make_evaluated_project
 from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtTest import QTest
 from waiting import PATIENCE
@@ -20,13 +20,13 @@ from forcelab.jobs import Progress, finish
 from forcelab.review.differences import Interval, interval_at
 from forcelab.review.explanation import train_held_out
 
-SETTINGS = FAST.replace(classifier="naive-bayes")
+SETTINGS = QUICK_SETTINGS.replace(classifier="naive-bayes")
 
 
 @pytest.fixture(scope="module")
 def study(tmp_path_factory):
     path = tmp_path_factory.mktemp("why") / "study.forcelab"
-    return path, made(path, SETTINGS, count=3)
+    return path, make_evaluated_project(path, SETTINGS, count=3)
 
 
 @pytest.fixture(scope="module")

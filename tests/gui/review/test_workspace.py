@@ -12,11 +12,11 @@ from pathlib import Path
 
 import films
 import pytest
+from factories import BAYES_SETTINGS
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 from synthetic import synthetic_set
-from trained_project import FAST
 
 from forcelab.cli import main
 from forcelab.clock import ClockMap
@@ -44,7 +44,7 @@ def made(tmp_path_factory):
             video = VideoReference(film, ClockMap()) if number == 0 else None
             tracks = [Track("Ada", segments)] if number != 3 else []
             project.demonstrations.add(replace(demonstration, task=task, video=video), tracks)
-    finish(review_job(path, FAST.replace(seed=1), DataSelection(("foam",)), "foam"))
+    finish(review_job(path, BAYES_SETTINGS.replace(seed=1), DataSelection(("foam",)), "foam"))
     return path
 
 
@@ -100,7 +100,7 @@ def rows(segments):
 def test_the_pairs_on_screen_are_those_of_evaluate(study, windows, until, tmp_path):
     window = windows(study, "review")
     learning = window.review.learning
-    learning.set_settings(FAST)
+    learning.set_settings(BAYES_SETTINGS)
     before, children = set(threading.enumerate()), multiprocessing.active_children()
     assert learning.train()
     until(lambda: not learning.training)
@@ -370,7 +370,7 @@ def test_without_recordings_it_says_what_comes_first(tmp_path, windows, until):
 def test_every_workspace_fits_a_full_hd_screen_at_twice_the_size(study, windows, until):
     window = windows(study, "review")
     learning = window.review.learning
-    learning.set_settings(FAST)
+    learning.set_settings(BAYES_SETTINGS)
     assert learning.train()
     until(lambda: not learning.training and not window.jobs.busy)
     lists = window.review.workspace.lists
