@@ -123,7 +123,7 @@ def test_one_channel_reads_only_the_device_it_is_of():
     assert np.nanmax(error[: COLUMNS - 10]) <= TOLERANCE
 
 
-def test_what_has_no_scalogram_is_said_in_a_sentence():
+def test_a_channel_without_a_scalogram_is_refused_in_a_sentence():
     assert channels_to_show(AXES) == ("tangential", "normal", "fx", "fy", "fz")
     with pytest.raises(InputError, match="There is no channel 'fq'"):
         LiveScalogram(Streams(1), devices(RATE), "fq", SECONDS, COLUMNS, ROWS)

@@ -98,7 +98,7 @@ def test_as_many_groups_as_demonstrations_are_each_one_by_itself(six, evaluation
     assert without_seconds(found) == without_seconds(evaluation)
 
 
-def test_an_action_of_a_single_group_is_told(six):
+def test_an_action_of_a_single_group_is_remarked_on(six):
     juggled = [relabelled(six[i], ["juggle", "still", "grab", "juggle", "hold"]) for i in (0, 3)]
     items = [juggled[0], *six[1:3], juggled[1], *six[4:]]
     name = six[0].demonstration.name
@@ -336,7 +336,7 @@ def test_a_number_of_groups_that_nothing_can_be_left_out_in_is_refused(six, grou
         finish(leave_one_out(six[:3], FAST, folds=groups))
 
 
-def test_a_recording_that_is_trained_on_under_another_name_is_told(six):
+def test_a_recording_that_is_trained_on_under_another_name_is_remarked_on(six):
     twin = later(six[0], "twin")
     (remark,) = [
         remark

@@ -101,7 +101,7 @@ def test_the_codes_are_those_of_the_segments():
     assert UNLABELLED in expected
 
 
-def test_actions_that_nobody_asked_for_are_unlabelled():
+def test_actions_that_are_not_requested_are_unlabelled():
     examples = prepare_examples(labelled(), SMALL)
     everything = examples.codes(("still", "grab", "hold", "release"))
     two = examples.codes(("hold", "still"))
@@ -157,7 +157,7 @@ def test_examples_at_another_rate_keep_the_human_at_the_same_seconds(rate):
         assert ("still", "grab", "hold", "release")[codes[middle]] == segment.action
 
 
-def test_recordings_of_different_channels_are_told_apart_by_name():
+def test_recordings_of_different_channels_are_refused_by_name():
     item = labelled()
     old = item.demonstration
     names = [Channel(f"emg{i}") for i in range(len(old.channels))]

@@ -104,7 +104,7 @@ def test_the_interval_holds_the_score_and_narrows_with_more_demonstrations():
 
 
 @pytest.mark.parametrize("number", [1, 2])
-def test_fewer_than_three_demonstrations_have_none_and_it_is_told_why(number):
+def test_fewer_than_three_demonstrations_have_none_and_a_reason(number):
     found = score_intervals(eight()[:number])
     assert found["accuracy"] is None
     assert f"needs 3 demonstrations; {number} demonstration" in found.reason

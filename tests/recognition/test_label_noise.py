@@ -78,7 +78,7 @@ def test_right_labels_all_stay(right):
     assert [e.segments for e in cleaned] == [e.segments for e in examples]
 
 
-def test_whoever_does_not_ask_trains_on_everything(wrong):
+def test_without_trimming_everything_is_trained_on(wrong):
     examples = prepared(wrong)
     cleaned, left_out = finish(drop_contradicted(examples, FAST.replace(trimmed=False)))
     assert left_out == ()
@@ -218,7 +218,7 @@ def test_labels_that_are_left_out_have_no_say_in_what_is_trimmed(wrong, count):
         )
 
 
-def test_demonstrations_of_one_name_are_told_apart(wrong, mistaken, monkeypatch, taught_live):
+def test_demonstrations_of_one_name_are_distinguished(wrong, mistaken, monkeypatch, taught_live):
     # The right label of the one lies where the wrong one of the other does.
     same = replace(wrong[WRONG].demonstration, name="one")
     twin = Demonstration("one", same.task, same.times, -same.signals, same.channels)

@@ -271,7 +271,7 @@ def test_other_classifiers_and_settings_stream_too(three, classifier):
     assert (parts[0].probabilities is None) == (classifier == "svm")
 
 
-def test_what_is_estimated_is_said(trained, three):
+def test_early_scales_are_listed_with_their_errors(trained, three):
     channels = three[2].demonstration.channels
     soon = OnlineRecogniser(trained, 0.05, channels).early
     assert [early.scale for early in soon][-1] == 32.0

@@ -92,7 +92,7 @@ def test_a_window_seen_whole_is_the_gaussian_one():
     assert rms == pytest.approx(slope * 0.04, rel=2e-3)  # of four standard deviations
 
 
-def test_own_units_forget_how_strong_somebody_is_and_keep_what_rest_is():
+def test_own_units_forget_a_person_s_strength_and_keep_the_level_at_rest():
     rate = 250.0
     times = np.arange(60 * int(rate)) / rate
     press = 5.0 + np.where(times > 1, 1 + np.sin(2 * np.pi * times), 0.0)

@@ -333,7 +333,7 @@ def reviewed(left, **stages):
         ({"threshold": 90, "median": 80}, "lasts less than 0.125 of the shortest segment"),
     ],
 )
-def test_what_left_nothing_is_told_with_the_scales_in_seconds(stages, taken):
+def test_the_filter_that_left_nothing_is_named_with_the_scales_in_seconds(stages, taken):
     (remark,) = empty_prediction_remarks([reviewed(1, **stages)], Settings(), 20_000.0)
     assert remark.startswith("The filters left 1.0 % of the predicted time")
     assert taken in remark
@@ -356,5 +356,5 @@ def test_windows_have_no_scales_to_blame():
 @pytest.mark.parametrize(
     ("left", "settings"), [(50, Settings()), (0, NOTHING), (0, Settings(decoder="semi-markov"))]
 )
-def test_nothing_is_said_where_much_is_left_or_no_filter_took_it(left, settings):
+def test_no_remark_where_much_is_left_or_no_filter_took_it(left, settings):
     assert empty_prediction_remarks([reviewed(left, threshold=left)], settings, 1000.0) == ()

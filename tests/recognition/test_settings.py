@@ -73,7 +73,7 @@ def test_every_preset_bears_its_own_name():
     assert {name: settings.preset for name, settings in PRESETS.items()} == {n: n for n in PRESETS}
 
 
-def test_a_preset_that_there_is_not_is_refused_with_those_that_there_are():
+def test_an_unknown_preset_is_refused_with_the_known_ones():
     message = r"no preset 'better'; did you mean 'best'\? Choose from .*paper"
     with pytest.raises(InputError, match=message):
         preset("better")
@@ -159,7 +159,7 @@ def test_the_refusal_names_the_setting_what_it_must_be_and_what_it_was(name):
         ({"features": "x"}, "There is no kind of features 'x'; choose from wavelets, windows."),
     ],
 )
-def test_a_refusal_is_said_in_words_that_tell_the_cure(values, message):
+def test_a_refusal_names_the_cure(values, message):
     with pytest.raises(InputError) as refusal:
         Settings(**values)
     assert str(refusal.value) == message
@@ -210,7 +210,7 @@ def test_replacing_a_value_checks_it_and_leaves_the_first_settings_alone():
         ),
     ],
 )
-def test_what_changes_nothing_is_told_with_what_it_takes(name, changes, reason):
+def test_a_setting_that_changes_nothing_is_explained_with_what_it_needs(name, changes, reason):
     values = vars(Settings(**changes))
     assert not applies(name, values)
     assert why_not_applied(name, values).endswith(reason)

@@ -170,7 +170,7 @@ def test_a_missing_file_and_a_folder_are_no_recogniser(tmp_path):
     refused(tmp_path, "no recogniser at")
 
 
-def test_a_file_that_may_not_be_read_is_told_so(path, monkeypatch):
+def test_a_file_that_may_not_be_read_is_refused_with_the_reason(path, monkeypatch):
     path.write_bytes(b"PK")
 
     def locked(*_, **__):

@@ -105,7 +105,7 @@ def test_an_action_that_is_always_short_is_no_slip():
     assert math.exp(TaskGrammar.learn([twice], ["a", "click"]).mean[1]) < 0.05
 
 
-def test_what_nobody_asked_for_counts_as_unlabelled():
+def test_other_actions_count_as_unlabelled():
     pieces = (("a", 1.0), ("other", 1.0), ("b", 1.0))
     learnt = TaskGrammar.learn([track(*pieces)] * 9, ["a", "b", "c"])
     assert learnt.follow[0, 1] == pytest.approx(0.5)
@@ -306,7 +306,7 @@ def test_what_is_left_out_has_no_say_in_where_actions_change(clicks):
 
 
 @pytest.mark.parametrize("off", [{"changes": False}, {"decoder": "filters"}])
-def test_nothing_is_learnt_that_nobody_asks_for(clicks, off):
+def test_nothing_is_learnt_that_the_settings_do_without(clicks, off):
     assert learnt([item for item, _ in clicks], QUICK.replace(**off)) is None
     assert train([item for item, _ in clicks[:3]], QUICK.replace(**off)).boundary_model is None
 

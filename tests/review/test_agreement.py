@@ -221,7 +221,7 @@ def test_the_nearest_boundaries_are_matched_within_the_window():
     assert match_boundaries(touching, touching).counts == (3, 3)
 
 
-def test_what_cannot_be_said_is_not_said():
+def test_figures_without_data_are_none():
     assert agree([CoderTracks("d", "d", "foam", {"Ann": ANN})], "Ann", "Ben") is None
     grabs = agree([coded(track((0, 1, "grab")), track((0, 1, "grab")))], "Ann", "Ben")
     assert grabs.kappa is None  # with one action chance agrees always

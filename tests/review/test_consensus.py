@@ -156,7 +156,7 @@ def test_an_edge_beside_unlabelled_time_is_one(project):
     assert [d.edge for d in coder_differences(a, a[:1])] == [False]
 
 
-def test_who_cannot_have_a_consensus_is_told(project):
+def test_three_different_authors_with_labels_are_needed(project):
     with pytest.raises(InputError, match="third name"):
         Consensus(project, project.id_, "Ann", "Ben", "Ann")
     with pytest.raises(InputError, match="'Cleo' labelled nothing"):

@@ -115,7 +115,7 @@ def test_a_track_does_not_differ_from_itself_however_it_is_cut(human):
         ),
     ],
 )
-def test_an_edge_is_told_from_a_wrong_action(human, predicted, kinds):
+def test_an_edge_is_distinguished_from_a_wrong_action(human, predicted, kinds):
     found = find_differences("d", track(*human), track(*predicted))
     assert [d.kind for d in found] == kinds
 

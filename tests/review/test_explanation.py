@@ -173,7 +173,7 @@ def test_the_band_that_decides_is_found(name, method, phase):
     assert weights[PLANTED] > 5 * found.bands_error[PLANTED]
 
 
-def test_what_the_gradient_misses_is_told_and_next_to_nothing():
+def test_the_gap_of_the_gradient_is_stated_and_next_to_nothing():
     found = planted("mlp", 0)
     missed = found.bands.sum() - (found.log_odds - found.reference)
     assert found.gap == pytest.approx(abs(missed), abs=1e-12)
@@ -411,7 +411,7 @@ def test_where_nothing_is_predicted_the_most_probable_action_is_spoken_for(mlp, 
     assert why.favoured == why.probability_trace.actions[int(np.argmax(mean))]
 
 
-def test_an_action_of_no_other_demonstration_is_told(mlp, withheld):
+def test_an_action_of_no_other_demonstration_is_remarked_on(mlp, withheld):
     why = explained(mlp, withheld, "juggle", "hold")
     assert why.against != "juggle"
     assert "juggle" in why.remarks[0]
@@ -542,7 +542,7 @@ def test_the_unit_of_a_number_makes_no_difference():
     assert [n.place for n in nearest_segments(target * factors, scaled, "hold")] == ours
 
 
-def test_an_action_that_nobody_else_has_has_no_neighbours():
+def test_an_action_of_no_other_demonstration_has_no_neighbours():
     training, target = drawn(1)
     assert nearest_segments(target, training, "juggle") == ()
     assert nearest_segments(target, training, "hold", without={"0", "1", "2"}) == ()

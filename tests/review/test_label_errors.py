@@ -244,7 +244,7 @@ def test_a_short_action_that_was_overlooked_within_another_is_suspected():
     assert first.suspicion >= SUSPECT
 
 
-def test_an_action_that_the_model_always_ends_late_makes_nobody_suspicious():
+def test_an_action_that_the_model_always_ends_late_is_not_suspicious():
     tested = [recording(i) for i in range(6)]
     found = listed(outcome_of(tested), {one.id: ended_early(one) for one in tested})
     assert all(d.suspicion < SUSPECT for d in found)

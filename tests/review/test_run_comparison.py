@@ -53,7 +53,7 @@ def test_runs_with_nothing_in_common_have_no_scores():
     assert "needs 3 demonstrations" in found.intervals["filtered"].reason
 
 
-def test_only_settings_that_differ_are_told():
+def test_only_settings_that_differ_are_listed():
     one = random_run_result("ab", ACTIONS)
     assert settings_that_differ(one, one) == ()
     other = replace(one, settings=Settings(median=None, seed=7), author="Bob")
@@ -64,7 +64,7 @@ def test_only_settings_that_differ_are_told():
     )
 
 
-def test_what_differs_is_told_in_words():
+def test_settings_that_differ_are_written_as_text():
     one = random_run_result("ab", ACTIONS)
     changed = one.settings.replace(merge=MergeMap({"grap": "grab"}), phase=False)
     other = replace(one, settings=changed, tasks=("foam", "soft"), test_task="pen")

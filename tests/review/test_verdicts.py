@@ -110,7 +110,7 @@ def test_if_the_model_is_right_the_change_makes_both_agree_and_undo_opens_it_aga
     assert (again.actions, again.judged) == (before.actions, ())
 
 
-def test_somebody_else_who_finds_the_model_right_closes_it_without_an_edit(study):
+def test_another_author_who_finds_the_model_right_closes_it_without_an_edit(study):
     project, outcome = study
     record_verdict(project, outcome, review_queue(project, outcome).actions[0], "model", "Bob")
     assert review_queue(project, outcome).actions == ()
