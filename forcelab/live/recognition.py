@@ -70,7 +70,7 @@ class SegmentBuilder:
         return ClosedSegment(self._start, self.until, self.action, self._sum / self._count)
 
     def take(self, labels: LiveLabels) -> list[ClosedSegment]:
-        """Take in labels; gives the segments that they end."""
+        """Take labels; gives the segments that they end."""
         if not len(labels):
             return []
         times, codes = labels.times, labels.codes
@@ -171,7 +171,7 @@ class SnapshotBuffer:
         self._latest = ()
 
     def snapshot(self, growing: SegmentBuilder, cost: float) -> LiveSnapshot:
-        """What is to be seen now."""
+        """The snapshot of now."""
         present = growing.present
         segments = (*self._segments, *(() if present is None else (present.segment,)))
         return LiveSnapshot(
@@ -207,7 +207,7 @@ LOSSES = ((0.0, 4.0), (0.05, 2.0), (0.1, 0.5), (0.3, 0.1), (1.0, 0.0))
 
 @dataclass(frozen=True)
 class LatencyBudget:
-    """How a latency is spent, and what it leaves to be estimated."""
+    """The shares of a latency, and which scales it leaves to be estimated."""
 
     latency: float  # seconds from a sample to its label
     #: ahead, filters: seconds of it that wavelets or windows look ahead, and filters or the decoder
@@ -221,7 +221,7 @@ class LatencyBudget:
 
 
 def latency_budget(recogniser: Recogniser, latency: float) -> LatencyBudget:
-    """How a latency in seconds is spent, at the rate that the recogniser was trained at."""
+    """The shares of a latency in seconds, at the rate that the recogniser was trained at."""
     channels = [Channel(name, "N") for name in recogniser.channels]
     online = OnlineRecogniser(recogniser, latency, channels, recogniser.rate)
     budget, step = online.budget, online.step
@@ -332,7 +332,7 @@ class LiveRecognition:
         return not math.isnan(self._ended)
 
     def look(self) -> list[ClosedSegment]:
-        """Take the samples since; gives the segments that have ended, nothing when finished."""
+        """Take the new samples; gives the segments that have ended, nothing when finished."""
         if self.finished:
             return []
         worked = time.thread_time()
@@ -349,7 +349,7 @@ class LiveRecognition:
         return found
 
     def finish(self) -> list[ClosedSegment]:
-        """Take in the last samples, of a recording that has ended the last that is in it.
+        """Take the last samples, of a recording that has ended its last ones.
 
         Gives the segments that were waiting. Once is enough.
         """

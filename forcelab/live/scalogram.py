@@ -130,7 +130,7 @@ PIECE = 1000
 
 
 def channels_to_show(channels: Sequence[Channel]) -> tuple[str, ...]:
-    """What a scalogram can be of: recognition channels, then the recorded ones."""
+    """Channels that a scalogram can show: recognition channels, then the recorded ones."""
     names = channel_map(channels).names
     return (*names, *(c.name for c in channels if c.name not in names))
 
@@ -203,7 +203,7 @@ class LiveScalogram:
         self._following.skip([(latest[i][0], none, none) for i in self._chosen])
 
     def read(self) -> tuple[Real, Real]:
-        """What came since, for :meth:`take`; asks the recorder."""
+        """Read the new samples from the recorder, for :meth:`take`."""
         return self._following.read()
 
     def take(self, times: Real, values: Real) -> Iterator[None]:
@@ -239,7 +239,7 @@ class LiveScalogram:
 def _channel_source(
     devices: Sequence[Device], channel: str
 ) -> tuple[list[int], list[int], Callable[[Real], Real]]:
-    """Which devices a channel is of, which of their columns, and how it is made of these."""
+    """The devices of a channel, their columns, and the function that computes it from these."""
     owners = [i for i, device in enumerate(devices) for _ in device.channels]
     channels = channels_of_all([device.channels for device in devices])
     names = [one.name for one in channels]

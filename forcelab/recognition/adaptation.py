@@ -243,7 +243,7 @@ def _likelihood(train: Sequence[_Look], test: Sequence[_Look], order: NDArray[np
 
 
 def _sensor_signature(look: _Look, order: NDArray[np.int64]) -> Real:
-    """What tells sensors apart: relative sizes of the channels, and their correlations."""
+    """What distinguishes sensors: relative sizes of the channels, and their correlations."""
     sizes = np.log(look.size[order])
     related = look.related[np.ix_(order, order)]
     return np.concatenate([sizes - sizes.mean(), related[np.triu_indices(len(order), 1)]])

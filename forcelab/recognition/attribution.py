@@ -55,11 +55,11 @@ class MlpScorer:
     outer_bias: Real  # (K,)
 
     def scores(self, features: Real) -> Real:
-        """As of :class:`Scorer`: the logits."""
+        """The logits, as scores."""
         return np.asarray(np.maximum(self._arriving(features), 0.0) @ self.outer + self.outer_bias)
 
     def probabilities(self, features: Real) -> Real:
-        """Of each action at each time step, shape (n, K)."""
+        """Probabilities of the actions at each time step, shape (n, K)."""
         return softmax(self.scores(features))
 
     def integrated_gradients(
@@ -102,7 +102,7 @@ class BlackBoxScorer:
         return hasattr(self.classifier, "predict_proba")
 
     def scores(self, features: Real) -> Real:
-        """As of :class:`Scorer`: logarithms of probabilities from :data:`FLOOR` on, or margins."""
+        """Logarithms of probabilities from :data:`FLOOR` on, or margins, as scores."""
         with one_blas_thread():
             if hasattr(self.classifier, "predict_joint_log_proba"):  # known without rounding
                 return np.asarray(self.classifier.predict_joint_log_proba(features))
@@ -114,7 +114,7 @@ class BlackBoxScorer:
         return margins
 
     def probabilities(self, features: Real) -> Real | None:
-        """Of each action at each time step, shape (n, K); None where it has none."""
+        """Probabilities of the actions at each time step, shape (n, K); None where it has none."""
         if not self.probabilistic:
             return None
         with one_blas_thread():

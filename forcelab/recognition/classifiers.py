@@ -294,7 +294,7 @@ def _fit_mlp(
 
 @contextmanager
 def _raise_interrupts() -> Iterator[None]:
-    """Let Ctrl+C through, which scikit-learn swallows in the middle of an epoch and warns of."""
+    """Raise the KeyboardInterrupt that scikit-learn turns into a warning in an epoch."""
     if threading.current_thread() is not threading.main_thread():
         yield  # no other thread is ever interrupted, and filters of warnings belong to all threads
         return

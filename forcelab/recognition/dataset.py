@@ -124,7 +124,7 @@ def _load_checked(project: Project, info: DemonstrationInfo) -> Demonstration:
 
 @dataclass(frozen=True)
 class DataSelection:
-    """Which demonstrations of a project to train and test on.
+    """Demonstrations of a project to train and test on.
 
     Parameters
     ----------
@@ -205,7 +205,7 @@ class DataSelection:
         return tasks
 
     def with_default_folds(self, found: Dataset) -> DataSelection:
-        """The same with a number of groups, by how many demonstrations there are to leave out."""
+        """The selection with a number of groups, by how many demonstrations are labelled."""
         if not self.leaves_out or self.folds is not None:
             return self
         labelled = sum(bool(item.segments) for item in found.labelled)
@@ -219,7 +219,7 @@ class DataSelection:
     def load_parts(
         self, project: Project, tasks: Sequence[str], settings: Settings
     ) -> list[Dataset]:
-        """What is trained on, and what is tested on where that is another part.
+        """The dataset to train on, and the one to test on where that is another.
 
         Raises
         ------

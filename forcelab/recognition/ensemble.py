@@ -119,7 +119,7 @@ LEAST = 1e-3
 
 @dataclass(frozen=True, eq=False)
 class FitOptions:
-    """How a classifier is fitted beside its data."""
+    """Options of a fit."""
 
     #: (n,); the number of each sample's demonstration; all one by default
     groups: Codes | None = None

@@ -97,7 +97,7 @@ class LabelledDemonstration:
     apart: bool = False
 
     def merged(self, merge: MergeMap | None) -> LabelledDemonstration:
-        """The same with the actions spelled as a merge map says, unless they are kept apart."""
+        """The demonstration with its actions merged, unless they are kept apart."""
         if merge is None or self.apart:
             return self
         return replace(self, segments=merge.apply_segments(self.segments))

@@ -22,7 +22,7 @@ Whole = NDArray[np.int32]
 
 
 def _pending_right_sides(leaf: NDArray[np.bool_]) -> Whole:
-    """How many right sides are still to come before each node, and after all; shape (n + 1,).
+    """Number of right sides still to come before each node, and after all; shape (n + 1,).
 
     Counted from 0 before the first tree; each tree that is complete takes one away.
     """
@@ -90,7 +90,7 @@ class Forest:
     boosted: bool  # whether the sum is of logits; otherwise of probabilities
 
     def probabilities(self, features: Real) -> Real:
-        """Of each action at each time step, shape (m, K)."""
+        """Probabilities of the actions at each time step, shape (m, K)."""
         total = np.empty((len(features), self.value.shape[1]))
         with np.errstate(over="ignore"):  # what is too large for float32 is as good as infinite
             known = features.astype(self.threshold.dtype, copy=False)
@@ -244,7 +244,7 @@ class Linear:
     bias: Real  # (K,)
 
     def probabilities(self, features: Real) -> Real:
-        """Of each action at each time step, shape (m, K)."""
+        """Probabilities of the actions at each time step, shape (m, K)."""
         # Each row by itself: a product of many rounds otherwise than one of a few, and a stream's
         # labels must not depend on its blocks.
         rows = np.ascontiguousarray(features)[:, None]

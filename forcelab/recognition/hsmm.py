@@ -59,7 +59,7 @@ TINY = 1e-250
 
 
 class Semiring(Protocol):
-    """How scores of several segmentations become one; k rows, of actions.
+    """Joins the scores of several segmentations into one; k rows, of actions.
 
     `repeats` says whether joining a score twice counts once, so that steps may be found by
     repetition.
@@ -69,7 +69,7 @@ class Semiring(Protocol):
     repeats: bool
 
     def table(self, scores: Real) -> Any:
-        """What :meth:`windows` takes of scores by length, shape (k, W)."""
+        """Scores by length (k, W), prepared for :meth:`windows`."""
         ...
 
     def windows(self, line: Real, strided: Real, table: Any, out: Real) -> Real:
@@ -89,7 +89,7 @@ class Semiring(Protocol):
         ...
 
     def order(self, follow: Real) -> Any:
-        """What :meth:`follow` takes of which action follows which, shape (K, K)."""
+        """Scores of the order of actions (K, K), prepared for :meth:`follow`."""
         ...
 
     def follow(self, ends: Real, sums: Real, order: Any) -> Real:
@@ -163,7 +163,7 @@ class LogSumExp:
         return np.asarray(sums)
 
     def _apart(self, strided: Real, scores: Real, out: Real) -> Real:
-        """The same of numbers too far apart for one unit."""
+        """The same for numbers too far apart for one unit."""
         np.add(strided, scores[:, None, :], out=out)
         unit = np.maximum(out.max(axis=2, keepdims=True), SMALLEST)
         out -= unit
@@ -330,7 +330,7 @@ class HsmmParameters:
 
     @property
     def slope(self) -> Real:
-        """What each step beyond the longest adds, shape (K,); never positive."""
+        """Score of each step beyond the longest, shape (K,); never positive."""
         seconds = self.longest * self.step
         z = (np.log(seconds) - self.mean) / self.sd
         fall = -(1.0 + z / self.sd) / self.longest
@@ -356,15 +356,15 @@ class HsmmParameters:
         return self.emphasis * log_ndtr(-z) + self.slope[code] * (steps - table)
 
     def per_place(self) -> HsmmParameters:
-        """The same for sums over all places of a boundary, of which finer steps have more."""
+        """The parameters for sums over all places of a boundary, of which finer steps have more."""
         return replace(self, follow=self.follow + math.log(self.step / STEP))
 
     def anywhere(self) -> HsmmParameters:
-        """The same of a stretch that does not begin with its demonstration."""
+        """The parameters of a stretch that does not begin with its demonstration."""
         return replace(self, start=np.full_like(self.start, -math.log(len(self.start))))
 
     def of_actions(self, order: NDArray[np.int64]) -> HsmmParameters:
-        """The same with the actions in another order."""
+        """The parameters with the actions in another order."""
         return replace(
             self,
             prior=self.prior[order],
@@ -377,7 +377,7 @@ class HsmmParameters:
         )
 
     def reversed(self) -> HsmmParameters:
-        """The same of time that runs backwards, from after the last step."""
+        """The parameters of time that runs backwards, from after the last step."""
         return replace(self, follow=self.follow.T.copy(), start=np.zeros_like(self.start))
 
 
@@ -429,12 +429,12 @@ class _ActionGroup:
 
 
 def _width(reach: int | NDArray[np.int64]) -> NDArray[np.int64]:
-    """How many numbers tables up to some lengths hold."""
+    """Number of entries of a table up to some length."""
     return np.minimum(reach, FINE) + np.maximum(np.asarray(reach) - FINE, 0) // LENGTHS
 
 
 def _windows(line: Real, table: Real, stride: int) -> Real:
-    """What a table is added to at each place: shape (k, places, W), of every `stride`-th number."""
+    """Every `stride`-th number before each place, to which a table is added: (k, places, W)."""
     near, far = line.strides
     count = line.shape[1] - stride * (table.shape[1] - 1)
     shape = (len(line), count, table.shape[1])
@@ -628,7 +628,7 @@ class ForwardPass:
 
     @property
     def room(self) -> int:
-        """How many more steps it can hold."""
+        """Number of further steps that it can hold."""
         return self.ends.shape[1] - 1 - (self.now - self.base)
 
     def forget(self, count: int) -> None:
@@ -789,7 +789,7 @@ def _previous_segment(sweep: ForwardPass, row: int, start: int) -> tuple[int, in
 
 
 def _find_previous_segment(sweep: ForwardPass, row: int, start: int) -> tuple[int, int]:
-    """The same, computed."""
+    """Row and start of the segment before, computed."""
     place = start - sweep.base
     scores = sweep.scores
     ends = sweep.ends[:, place] + sweep.sums[:, place]
@@ -838,7 +838,7 @@ def marginals(
 
 
 def _marginals(evidence: Real, scores: HsmmParameters, changes: Real | None) -> Real:
-    """The same of one stretch, given what a change scores after each step."""
+    """The marginals of one stretch, given the scores of changes after each step."""
     n = len(evidence)
     forward = ForwardPass(scores, LogSumExp(), n)
     backward = ForwardPass(scores.reversed(), LogSumExp(), n)

@@ -344,7 +344,7 @@ class EarlyScale:
 
 @dataclass(frozen=True)
 class Budget:
-    """How the latency is spent, in steps of the grid."""
+    """The shares of a latency, in steps of the grid."""
 
     #: grid, features, median, drop: steps that resampling, wavelets or windows, and the two filters
     #: look ahead
@@ -377,7 +377,7 @@ def longest_gap(recogniser: Recogniser) -> int:
 
 
 def budget_of(recogniser: Recogniser, latency: float, period: float, grid: int = 0) -> Budget:
-    """How a latency (s) is shared, at steps of `period` seconds; resampling takes `grid`."""
+    """The shares of a latency (s), at steps of `period` seconds; resampling takes `grid`."""
     total = max(0, int(np.floor(latency / period + 1e-6)) - grid)
     if needs_live_model(recogniser.settings):
         return _of_part(recogniser, total, period, grid)
@@ -389,10 +389,10 @@ def budget_of(recogniser: Recogniser, latency: float, period: float, grid: int =
 
 
 def _of_part(recogniser: Recogniser, total: int, period: float, grid: int) -> Budget:
-    """How it is shared where a part for streams is asked, at every `hop` steps of the grid.
+    """The shares where a live model is used, at every `hop` steps of the grid.
 
-    Its label goes for the steps around, so that the first of them waits for half a hop longer:
-    less than that cannot be had.
+    Its label goes for the steps around, so that the first of them waits for half a hop longer: less
+    than that cannot be had.
     """
     hop = live_hop(recogniser.settings, 1.0 / period)
     rest = max(0, total - hop // 2)

@@ -342,7 +342,7 @@ class CausalGrid:
         return limit
 
     def _resampler(self) -> Resampling | None:
-        """What brings the device's rate to the grid's, where the two differ."""
+        """The resampling from the device's rate to the grid's, where the two differ."""
         ratio = 1.0 / (self._known * self._rate)
         if abs(1.0 / ratio - 1) < SAME_RATE:
             return None
@@ -375,7 +375,7 @@ BLOCK = 256
 
 @dataclass(frozen=True, eq=False)
 class CausalWindows:
-    """Which windows a stream is looked at in."""
+    """The windows of a stream, and the units of its forces."""
 
     windows: tuple[float, ...]  # k; standard deviations in seconds
     look: float  # seconds after a time step that may be seen
@@ -563,10 +563,10 @@ def _put(out: Real, window: _Window, values: Real, spread: Real | None) -> None:
 
 
 class _RunningSize:
-    """How strong a stream has been of late, in units of what is usual.
+    """The recent size of a stream's forces, in units of the usual one.
 
     The contraharmonic mean of the distances from rest, as of :func:`usual_size`, over the last
-    :data:`FORGETTING` seconds; in a long rest it goes back to what is usual.
+    :data:`FORGETTING` seconds; in a long rest it goes back to the usual one.
     """
 
     def __init__(self, channels: int, rate: float) -> None:
@@ -577,7 +577,7 @@ class _RunningSize:
         self._squares, self._sizes = np.zeros(channels), np.zeros(channels)
 
     def see(self, rows: Real) -> None:
-        """Take samples, from whose beginning the rest is known."""
+        """Take samples; the first one holds for the time before."""
         if len(self._first) < self._limit:
             self._first = np.concatenate([self._first, rows])[: self._limit]
 
@@ -608,7 +608,7 @@ class _RunningSize:
         return rests, sizes
 
     def _near(self, cell: Real, rest: Real) -> Real:
-        """How far from rest the latest samples are; before the first one, it holds."""
+        """Distance of the latest samples from rest; before the first one, it holds."""
         if self._latest is None:
             self._latest = np.repeat(cell[:1], LATEST, axis=0)
         self._latest = np.concatenate([self._latest, cell])[-LATEST:]
@@ -661,7 +661,7 @@ class Floor:
         self._latest = np.concatenate([self._latest, rows])[-EVERY:]
 
     def look(self) -> None:
-        """Take the floor anew, at the first look or at a multiple of :data:`EVERY`."""
+        """Compute the floor anew, at the first look or at a multiple of :data:`EVERY`."""
         if self._base is None:
             raise RuntimeError("a look needs a step")
         peak = robust_peak((self._latest - self._base).T)

@@ -168,7 +168,7 @@ def edit_score(over: Overlay) -> float | None:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Matches:
-    """Which predicted segment is matched to which human one; m pairs."""
+    """The matched predicted and human segments; m pairs."""
 
     #: human, predicted: (m,); numbers of the matched segments among the human and the predicted
     #: ones
@@ -375,7 +375,7 @@ def without_unlabelled(over: Overlay) -> Overlay:
 
 
 def boundaries_found(closed: Overlay) -> tuple[int, int]:
-    """How many human boundaries have a predicted one within 100 ms, and how many there are.
+    """Number of human boundaries with a predicted one within 100 ms, and of all human boundaries.
 
     Boundaries, of an overlay without unlabelled time, are where one action gives way to another;
     the ends of the recording are none. A predicted one counts whichever its actions are.

@@ -39,7 +39,7 @@ BLOCK = 100_000
 
 @dataclass(frozen=True)
 class Prediction:
-    """What a recogniser says of one demonstration.
+    """The prediction of a recogniser for one demonstration.
 
     Parameters
     ----------
@@ -75,7 +75,7 @@ class Prediction:
     unaided: NDArray[np.int64] | None = None
 
     def at(self, times: NDArray[np.float64], steps: NDArray[np.int64]) -> Prediction:
-        """The same at other stamps (s), shape (m,), given the time step that stands for each."""
+        """The prediction at other stamps (s), shape (m,), given the time step of each."""
         return replace(
             self,
             times=times,
@@ -292,8 +292,8 @@ class Recogniser:
                 if probabilities is not None:
                     proba = self.classifier.predict_proba(examples.features[block])
                     probabilities[block, classes] = proba
-                # Rounding and ties may tell the two apart: who only asks how certain it is gets
-                # the prediction that he gets without asking.
+                # Rounding and ties may tell the two apart: with a probability trace the
+                # prediction must be the one without.
                 raw[block] = (
                     classes[np.argmax(proba, axis=1)]
                     if needed
@@ -310,7 +310,7 @@ class Recogniser:
         method: Callable[..., NDArray[Any]],
         use: str,
     ) -> NDArray[Any]:
-        """What :func:`decode` or :func:`marginals` says, given so much of the choreography."""
+        """The result of :func:`decode` or :func:`marginals`, with so much of the grammar."""
         with np.errstate(divide="ignore"):  # of a probability of nothing, minus infinity
             logs = np.log(probabilities)
         step = self.settings.hop(examples.rate) / examples.rate

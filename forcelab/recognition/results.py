@@ -40,7 +40,7 @@ class HeldOutPrediction:
     stages: dict[str, NDArray[np.int64]] = field(default_factory=dict)
     #: Probabilities of the actions that the recogniser knew; None where not requested
     probability_trace: ProbabilityTrace | None = None
-    #: (n,); codes decoded without any choreography; None without a decoder
+    #: (n,); codes decoded without the grammar; None without a decoder
     unaided: NDArray[np.int64] | None = None
     #: (n,); codes that were recognised of what was recorded; None where nothing was adapted
     unadapted: NDArray[np.int64] | None = None
@@ -105,7 +105,7 @@ class Evaluation:
 
     @property
     def kinds(self) -> tuple[str, ...]:
-        """What has scores: raw, filtered, and what is without a choreography or adaptation."""
+        """The kinds of scores: raw, filtered, and those without the grammar or adaptation."""
         left_away = [
             which
             for which in ("unaided", "unadapted")

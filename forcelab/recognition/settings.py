@@ -256,7 +256,7 @@ class Settings:
         return frequencies(self.scales, rate, self.mother)
 
     def width(self, channels: int) -> int:
-        """How many features a time step has, of so many channels."""
+        """Number of features of a time step, of so many channels."""
         if self.features == "windows":
             kinds = 6 if self.amplitude == "both" else 3
             peaks = len(PEAKS) * len(SPANS) if self.peaks else 0

@@ -211,7 +211,7 @@ FEWEST = 3
 
 @dataclass(frozen=True, eq=False)
 class BoundaryModel:
-    """What tells time steps near a change of actions from others."""
+    """A classifier of the time steps near a change of actions."""
 
     classifier: CalibratedEnsemble  # of two codes, 1 being near a change
     share: float  # of the time steps that it was trained on, how many are near one, 0 to 1

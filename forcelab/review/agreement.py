@@ -68,7 +68,7 @@ class TrackPieces:
 
     @property
     def labelled_by_all(self) -> NDArray[np.bool_]:
-        """Which pieces no track leaves unlabelled, shape (p,)."""
+        """Mask of the pieces that every track labels, shape (p,)."""
         return np.asarray((self.codes >= 0).all(axis=0))
 
     def joined(self, chosen: NDArray[np.bool_]) -> TrackPieces:
@@ -110,7 +110,7 @@ def coded_demonstrations(
     viewer: str | None = None,
     without: Collection[str] = (),
 ) -> tuple[tuple[CoderTracks, ...], int]:
-    """What coders labelled in a project; models never count.
+    """The tracks of a project's coders; models never count.
 
     Parameters
     ----------
@@ -674,7 +674,7 @@ class Durations:
 
 @dataclass(frozen=True)
 class Consistency:
-    """How much one coder's labels vary."""
+    """The variation of one coder's labels."""
 
     author: str
     actions: tuple[Durations, ...]  # by task, in the order of their first occurrence
@@ -704,7 +704,7 @@ class Consistency:
 
 
 def consistency(coded: Sequence[CoderTracks], author: str) -> Consistency:
-    """How much a coder's labels vary over the demonstrations of each task."""
+    """The variation of a coder's labels over the demonstrations of each task."""
     tasks = dict.fromkeys(item.task for item in coded if author in item.tracks)
     durations: list[Durations] = []
     odd: list[tuple[float, Interval]] = []
@@ -760,10 +760,10 @@ def _rare_transitions(tracks: dict[str, tuple[Segment, ...]]) -> list[Interval]:
 
 @dataclass(frozen=True)
 class Agreement:
-    """How far all coders agree."""
+    """Agreement of all coders."""
 
     authors: tuple[str, ...]  # the coders that are compared, a coder with two names once
-    coded: tuple[CoderTracks, ...]  # what was compared
+    coded: tuple[CoderTracks, ...]  # the compared demonstrations
     pairs: tuple[PairAgreement, ...]  # of every two who share a demonstration
     fleiss: float | None  # fleiss' kappa of all, over the time that two or more labelled
     fleiss_coders: int = 0  # how many coders the most coded demonstration has
@@ -771,15 +771,15 @@ class Agreement:
     repeated: tuple[PairAgreement, ...] = ()
     #: How consistent each coder is from one demonstration of a task to the next
     own: tuple[Consistency, ...] = ()
-    hidden: int = 0  # demonstrations left out because who looks is to label them blind
+    hidden: int = 0  # demonstrations left out because they are blind for the viewer
 
     def pair(self, first: str, second: str) -> PairAgreement | None:
-        """Of two coders, in whichever order; None where they share no demonstration."""
+        """The agreement of two coders, in either order; None where they share no demonstration."""
         return next((p for p in self.pairs if {p.a, p.b} == {first, second}), None)
 
     @property
     def counts(self) -> dict[str, dict[str, int]]:
-        """How many demonstrations each coder labelled, by coder and task."""
+        """Number of demonstrations that each coder labelled, by coder and task."""
         found: dict[str, dict[str, int]] = {}
         for item in self.coded:
             for author in item.tracks:

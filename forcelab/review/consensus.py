@@ -201,7 +201,7 @@ class Consensus:
         return edit
 
     def _agreed(self) -> Segments:
-        """What both coders agree on, in order."""
+        """The stretches on which both coders agree, in order."""
         actions = actions_of((self.track_a, self.track_b))
         laid = overlay_tracks((self.track_a, self.track_b), actions)
         same = laid.joined(laid.codes[0] == laid.codes[1])

@@ -222,7 +222,7 @@ def _read_frame(
             for _ in reader.reaching(number):
                 yield Progress(0, 1, "frame")
             frame = reader.frame(number)  # kept by now
-    except InputError:  # the stage shows what is the matter with it
+    except InputError:  # the Label workspace shows the error
         return None
     step = max(1, frame.shape[1] // WIDTH)
     height, width = (size // step * step for size in frame.shape[:2])
@@ -403,7 +403,7 @@ BLOCK = 4096
 
 @dataclass(frozen=True, eq=False)
 class Attribution:
-    """How much each of k bands of q channels speaks for one action and against another."""
+    """Contribution of each of k bands of q channels to the log-odds of two actions."""
 
     method: Literal["gradient", "permutation"]
     #: bands, bands_error: (q, k); log-odds, means over time steps, of each channel and scale;
@@ -436,10 +436,11 @@ def attribute_bands(
     sample: Real,
     seed: int = 0,
 ) -> Generator[Progress, None, Attribution]:
-    """How much each band speaks for an action, of time steps (n, f); by gradient where possible.
+    """Contribution of each band to the log-odds of two actions, over time steps (n, f).
 
-    `shape` are channels q and scales k; f is q k, or 2 q k with phases. The gradient compares with
-    `mean` (f,), permutation replaces by rows of `sample` (m, f).
+    By gradient where possible, else by permutation. `shape` are channels q and scales k; f is q k,
+    or 2 q k with phases. The gradient compares with `mean` (f,), permutation replaces by rows of
+    `sample` (m, f).
     """
     if isinstance(scorer, MlpScorer):
         return (yield from _by_gradient(scorer, rows, favoured, against, shape, mean))
@@ -530,7 +531,7 @@ class Band:
 class Explanation:
     """An explanation of one interval."""
 
-    place: Interval  # what is explained
+    place: Interval  # the explained one
     #: favoured, against: what bands speak for, and against
     favoured: str
     against: str

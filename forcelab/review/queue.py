@@ -71,7 +71,7 @@ class ComparedDemonstration:
 
 
 def review_queue(project: Project, run: RunResult, invented: bool = False) -> Queue:
-    """What is to be looked at in a project, with the tracks as they are now.
+    """The review queue of a run, with the tracks as they are now.
 
     Parameters
     ----------

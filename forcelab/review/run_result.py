@@ -32,7 +32,7 @@ class DemonstrationResult:
     #: start, end: its first sample and the end of its last one, in seconds
     start: float
     end: float
-    human: Segments  # what was trained and scored with, spelt as there; empty in a proposal
+    human: Segments  # as trained and scored with; empty in a proposal
     #: Predictions after each step: ``"raw"``, ``"threshold"``, ``"median"`` as far as they are
     #: switched on and were kept, and always ``"filtered"``
     stages: Mapping[str, Segments]
@@ -49,7 +49,7 @@ class DemonstrationResult:
 
 @dataclass(frozen=True)
 class RunResult:
-    """What a run of a project found; printed, it tells what was run, and not all that was found.
+    """The result of a run of a project; its repr leaves the long fields out.
 
     Parameters
     ----------
@@ -114,7 +114,7 @@ class RunResult:
 
     @property
     def proposer(self) -> str:
-        """Who the predictions are by, as an author: ``"model NAME 12"``, 12 being the run."""
+        """The author of the predictions: ``"model NAME 12"``, 12 being the run."""
         return f"model {self.settings.preset} {self.number}"
 
     def find(self, id_: str) -> DemonstrationResult | None:
@@ -175,7 +175,7 @@ def latest_run(project: Project, tasks: Sequence[str] | None = None) -> RunResul
 
 
 def edits_since(project: Project, run: RunResult) -> int:
-    """How many edits lie between the labels that were used and those of now.
+    """Number of edits between the labels that were used and those of now.
 
     Edits that were taken back count for nothing. Demonstrations that have come into its tasks
     since count as one each.

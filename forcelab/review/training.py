@@ -184,12 +184,12 @@ class _Snapshot:
 
     @property
     def train(self) -> Dataset:
-        """What is trained on."""
+        """The dataset to train on."""
         return self.datasets[0]
 
     @property
     def labels(self) -> list[LabelsUsed]:
-        """Which labels of which demonstrations are used, the empty ones among them."""
+        """The labels of all demonstrations, empty tracks included."""
         return [used for part in self.datasets for used in part.labels]
 
 

@@ -17,7 +17,7 @@ COVERED = 0.5
 
 @dataclass(frozen=True, slots=True)
 class VerdictCount:
-    """How often human or model was right where they see a certain pair of actions."""
+    """Counts of verdicts where human and model see a certain pair of actions."""
 
     human: str | None
     predicted: str | None
@@ -90,7 +90,7 @@ def model_action(run: RunResult, difference: Difference) -> str | None:
 
 
 def count_verdicts(verdicts: Iterable[Verdict]) -> tuple[VerdictCount, ...]:
-    """How often human and model were right, by pair of actions; the most frequent first."""
+    """Counts of verdicts by pair of actions, the most frequent first."""
     counts: dict[tuple[str | None, str | None], Counter[str]] = {}
     for verdict in verdicts:
         pair = (verdict.human, verdict.predicted)
