@@ -11,8 +11,13 @@ from forcelab.cli.options import UsageError, name_of
 from forcelab.errors import InputError
 from forcelab.label_map import MergeMap
 from forcelab.recognition.presets import preset
-from forcelab.recognition.setting_fields import FIELDS, WINDOWS_FIELD, SettingField
-from forcelab.recognition.settings import Settings, why_not_applied
+from forcelab.recognition.settings import (
+    FIELDS,
+    WINDOWS_FIELD,
+    SettingField,
+    Settings,
+    why_not_applied,
+)
 
 if TYPE_CHECKING:
     from forcelab.recognition.dataset import DataSelection

@@ -90,7 +90,7 @@ class ConfusionCounts:
         )
         longest = chosen[np.argsort(-parts.ticks[chosen], kind="stable")][:most]
         found = [self._place(parts, number, human, predicted) for number in longest.tolist()]
-        return tuple(sorted(found, key=_weight, reverse=True))
+        return tuple(sorted(found, key=lambda interval: interval.score, reverse=True))
 
     def _place(self, parts: _Parts, number: int, human: str, predicted: str | None) -> Interval:
         """One stretch with the model's confidence in what it predicts."""
@@ -171,8 +171,3 @@ def _count_demonstration(
             mostly,
         ),
     )
-
-
-def _weight(place: Interval) -> float:
-    """The weight of an interval: its duration, times its confidence where that is known."""
-    return place.duration * (1.0 if place.confidence is None else place.confidence)

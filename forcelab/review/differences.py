@@ -40,6 +40,11 @@ class Interval:
         """Length in seconds."""
         return self.end - self.start
 
+    @property
+    def score(self) -> float:
+        """Seconds times confidence, for ordering; seconds where that is unknown."""
+        return self.duration * (1.0 if self.confidence is None else self.confidence)
+
 
 def action_over(segments: Segments, start: float, end: float) -> str | None:
     """The action that covers most of ``[start, end)``; None where nothing covers any of it."""
@@ -101,11 +106,6 @@ class Difference(Interval):
     kind: DifferenceKind = "action"
     #: How much speaks for an error of the coder, 0 to 1; see :mod:`forcelab.review.label_errors`
     suspicion: float = 0.0
-
-    @property
-    def score(self) -> float:
-        """Seconds times confidence, which orders the queue; seconds where that is unknown."""
-        return self.duration * (1.0 if self.confidence is None else self.confidence)
 
 
 class _Piece(NamedTuple):

@@ -203,7 +203,7 @@ import numpy as np
 from synthetic import synthetic_set
 from forcelab.recognition.examples import LabelledDemonstration
 from forcelab.cli import main
-from forcelab.recognition.setting_fields import FIELDS
+from forcelab.recognition.settings import FIELDS
 from forcelab.recognition.presets import preset
 from forcelab.recognition.storage import load_recogniser, save_recogniser
 from forcelab.recognition.training import train

@@ -27,7 +27,7 @@ from forcelab.gui.review.reviewed_run import blind_demonstrations
 from forcelab.gui.review.training_backend import BACKGROUND, Backend, RunInfo, run_text
 from forcelab.gui.theme import colours, themes
 from forcelab.gui.widgets import ElidedComboBox
-from forcelab.recognition.setting_fields import FIELDS
+from forcelab.recognition.settings import FIELDS
 from forcelab.review.run_comparison import Comparison, comparison_job
 
 #: What a run is asked for, by the words of the dialogs in which it is chosen.

@@ -50,7 +50,7 @@ from forcelab.gui.layout import (
 from forcelab.gui.review.trainer import default_author
 from forcelab.gui.text import escape_ampersands, thousands
 from forcelab.label_map import MergeMap
-from forcelab.recognition.setting_fields import FIELD_GROUPS, FIELDS, SettingField
+from forcelab.recognition.settings import FIELD_GROUPS, FIELDS, SettingField
 
 if TYPE_CHECKING:
     from forcelab.recognition.dataset import DataSelection
