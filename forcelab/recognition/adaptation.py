@@ -57,11 +57,13 @@ class Adaptation:
     #: For each recorded channel the one whose samples it takes; another one's where sensors are
     #: swapped
     sources: Mapping[str, str]
-    test_rest: Mapping[str, float]
-    train_rest: Mapping[str, float]
+    test_rest: Mapping[str, float]  # level at rest of each source
+    train_rest: Mapping[str, float]  # level at rest of each channel in training
     gain: Mapping[str, float]  # factor of each channel
     #: Sensors that changed places: the one in training, and the recorded one that stands for it
     swapped: tuple[tuple[str, str], ...] = ()
+    #: Of the likelihoods of the best other assignment of sensors and that of the names, per
+    #: demonstration; minus infinity where there is no other
     log_ratio: float = -np.inf
 
     def apply(self, item: LabelledDemonstration) -> LabelledDemonstration:

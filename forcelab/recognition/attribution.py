@@ -48,7 +48,7 @@ def log_odds(scorer: Scorer, features: Real, favoured: str, against: str) -> Rea
 class MlpScorer:
     """An MLP with one hidden layer of h rectified units, as plain arrays."""
 
-    actions: tuple[str, ...]  # K
+    actions: tuple[str, ...]  # length K
     inner: Real  # (f, h); weights of the hidden layer
     bias: Real  # (h,)
     outer: Real  # (h, K); from hidden units to the logits of the actions
@@ -94,7 +94,7 @@ class BlackBoxScorer:
     """Any other fitted scikit-learn classifier of the codes 0 .. K-1."""
 
     actions: tuple[str, ...]
-    classifier: Any  # Of scikit-learn, fitted to the codes 0 .. K-1.
+    classifier: Any  # of scikit-learn, fitted to the codes 0 .. K-1
 
     @property
     def probabilistic(self) -> bool:

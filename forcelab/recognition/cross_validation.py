@@ -50,11 +50,11 @@ class Fold:
 class FoldResult:
     """The prediction of one left-out demonstration."""
 
-    #: Of the demonstration that was left out, without probabilities but for its certainty
+    #: Of the left-out demonstration, without probabilities but for their trace
     prediction: Prediction
     fit_seconds: float  # run time of the fit; 0 for all but the first that was left out of it
     reliability: Reliability | None = None  # of its probabilities, if it has any
-    dropped: tuple[DroppedSegment, ...] = ()
+    dropped: tuple[DroppedSegment, ...] = ()  # segments of the others that were not trained on
 
 
 def make_folds(examples: Sequence[Examples], parts: Sequence[Sequence[int]]) -> list[Fold]:
@@ -438,7 +438,7 @@ def train_and_test(
             before = held_out_prediction(
                 item, example, recogniser.predict_examples(example), actions
             )
-            example = prepare_examples(matched.apply(item), grid_settings)  # noqa: PLW2901 - as it is seen from here
+            example = prepare_examples(matched.apply(item), grid_settings)  # noqa: PLW2901
         prediction, reliability = predict_held_out(recogniser, example, probability_trace)
         reliable.append(reliability)
         for stage, spent in prediction.seconds.items():

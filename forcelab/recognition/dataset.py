@@ -39,7 +39,7 @@ class Dataset:
     labelled: list[LabelledDemonstration]
     #: For each: whose labels, and the latest edit of them when they were read
     labels: tuple[LabelsUsed, ...]
-    spellings: frozenset[str]
+    spellings: frozenset[str]  # all actions as the coder spelt them
 
     def split(self, pattern: str) -> tuple[Dataset, Dataset]:
         """The demonstrations whose names do not match a shell's pattern, and those that do."""

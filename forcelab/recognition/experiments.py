@@ -42,7 +42,7 @@ class TrainedRecogniser:
 
     recogniser: Recogniser
     content: bytes  # its file
-    remarks: tuple[str, ...]  # A sentence for each thing worth a look
+    remarks: tuple[str, ...]  # a sentence for each thing worth a look
 
 
 def evaluate_tasks(

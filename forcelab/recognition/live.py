@@ -59,7 +59,7 @@ class LiveLabels:
 
     times: Real  # (n,); seconds on the clock of the samples
     codes: Codes  # (n,); after the filters; the action with code ``i`` is ``actions[i]``
-    probabilities: Real | None  # (n, K); none of a classifier that has none; zero in gaps
+    probabilities: Real | None  # (n, K); None of a classifier that has none; zero in gaps
 
     def __len__(self) -> int:
         return len(self.times)

@@ -377,7 +377,7 @@ BLOCK = 256
 class CausalWindows:
     """The windows of a stream, and the units of its forces."""
 
-    windows: tuple[float, ...]  # k; standard deviations in seconds
+    windows: tuple[float, ...]  # length k; standard deviations in seconds
     look: float  # seconds after a time step that may be seen
     usual: Real  # (q,); size of each channel's movements in training, above 0
     own: bool  # whether forces are in units of the stream's own size

@@ -36,7 +36,7 @@ class ProbabilityTrace:
 
     start: float  # seconds, of the first value
     rate: float  # values a second
-    actions: tuple[str, ...]  # K; the columns
+    actions: tuple[str, ...]  # length K; the columns
     #: (n, K); probabilities in 255ths; value ``i`` is the mean over ``start + [i, i + 1) / rate``
     values: NDArray[np.uint8]
 

@@ -70,7 +70,7 @@ _ARRAYS = ("mean", "sd", "share", "start", "follow")
 class TaskGrammar:
     """Durations and order of the actions in the training tracks; K actions."""
 
-    actions: tuple[str, ...]  # K; the action with code ``i`` is ``actions[i]``
+    actions: tuple[str, ...]  # length K; the action with code ``i`` is ``actions[i]``
     #: mean, sd: (K,); of the logarithm of each action's duration in seconds
     mean: Real
     sd: Real

@@ -252,8 +252,8 @@ class MatchedBoundaries:
     """Matched boundaries of two tracks; m pairs."""
 
     times: NDArray[np.float64]  # (m, 2); seconds, of the first and the second track
-    actions: tuple[str, ...]  # m; what starts or ends there
-    starting: tuple[bool, ...]  # m; whether it starts
+    actions: tuple[str, ...]  # length m; what starts or ends there
+    starting: tuple[bool, ...]  # length m; whether it starts
     counts: tuple[int, int]  # how many boundaries each of the two has
 
     @property
@@ -477,7 +477,6 @@ class PairAgreement:
     In the intervals ``human`` is the label of `a` and ``predicted`` that of `b`.
     """
 
-    #: a, b: The coders. In the places, ``human`` is what `a` says and ``predicted`` what `b` says.
     a: str
     b: str
     actions: tuple[str, ...]  # in the order of their first occurrence; K of them
@@ -765,7 +764,7 @@ class Agreement:
     authors: tuple[str, ...]  # the coders that are compared, a coder with two names once
     coded: tuple[CoderTracks, ...]  # the compared demonstrations
     pairs: tuple[PairAgreement, ...]  # of every two who share a demonstration
-    fleiss: float | None  # fleiss' kappa of all, over the time that two or more labelled
+    fleiss: float | None  # Fleiss' kappa of all, over the time that two or more labelled
     fleiss_coders: int = 0  # how many coders the most coded demonstration has
     #: Of two names that are one coder: how consistent the coder is
     repeated: tuple[PairAgreement, ...] = ()

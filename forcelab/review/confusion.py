@@ -55,7 +55,7 @@ class ConfusionCounts:
     Rows are human and columns predicted actions; the last column is unlabelled: missed time.
     """
 
-    actions: tuple[str, ...]  # k
+    actions: tuple[str, ...]  # length k
     demonstrations: tuple[DemonstrationResult, ...]
     #: The stage of prediction, ``"filtered"`` or ``"raw"``; demonstrations that did not keep it are
     #: left out

@@ -79,7 +79,7 @@ class Neighbour:
 class SegmentFeatures:
     """The training segments of one or several demonstrations in numbers."""
 
-    places: tuple[Interval, ...]  # m; ``human`` is the action
+    places: tuple[Interval, ...]  # length m; ``human`` is the action
     values: Real  # (m, d); not yet divided by anything
 
     @classmethod
@@ -249,10 +249,10 @@ class HeldOutModel:
     examples: Examples  # its features; f of them at each of n time steps
     scorer: MlpScorer | BlackBoxScorer
     hertz: Real  # (k,); of the scales or windows, the smallest first
-    #: Of the run if it kept any, else of `judge`; None if that gives no probabilities
+    #: Of the run if it kept any, else of the scorer; None if that gives no probabilities
     probability_trace: ProbabilityTrace | None
-    trace_from_run: bool
-    same_share: float
+    trace_from_run: bool  # whether the trace is the run's
+    same_share: float  # of samples, 0 to 1, that this recogniser labels as the run did
     mean: Real  # (f,); of the features over all time steps that were trained on
     sample: Real  # (m, f); some of those time steps, drawn at random
     training: SegmentFeatures  # the segments that were trained on
@@ -535,18 +535,18 @@ class Explanation:
     #: favoured, against: what bands speak for, and against
     favoured: str
     against: str
-    channels: tuple[str, ...]  # q
+    channels: tuple[str, ...]  # length q
     hertz: Real  # (k,); of the scales, the highest first
     attribution: Attribution
     #: How probable each action is over the whole demonstration
     probability_trace: ProbabilityTrace | None
-    trace_from_run: bool
+    trace_from_run: bool  # whether that is the run's own, not computed anew
     how: str  # which recogniser it was; see :class:`~forcelab.review.explanation.HeldOutModel`
-    same_share: float
+    same_share: float  # of samples, 0 to 1, that the recogniser labels as the run did
     #: The nearest training segments of `favoured` and of `against`
     neighbours: Mapping[str, tuple[Neighbour, ...]]
     seconds: Mapping[str, float]  # run time of ``features`` and ``fit``
-    remarks: tuple[str, ...] = ()  # A sentence for each thing that is not as one might think
+    remarks: tuple[str, ...] = ()  # a sentence for each thing that is not as one might think
 
     def strongest(self, count: int = 3) -> tuple[Band, ...]:
         """The bands that weigh most, for or against, the heaviest first."""

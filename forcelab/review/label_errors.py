@@ -57,10 +57,10 @@ class ModelEvidence:
 
     demonstration: str  # its id
     segments: Segments  # the human's, m of them
-    probabilities: Real
-    predicted: Real  # (m, K); share of the same that the prediction gives to each action
+    probabilities: Real  # (m, K); mean of each action over the middle of each segment
+    predicted: Real  # (m, K); share of it that the prediction gives to each action
     parts: tuple[Difference, ...]  # the stretches of kind "action", p of them
-    part_probabilities: Real
+    part_probabilities: Real  # (p, K); mean of each action over each part
 
 
 def gather_evidence(

@@ -36,7 +36,7 @@ class DemonstrationResult:
     #: Predictions after each step: ``"raw"``, ``"threshold"``, ``"median"`` as far as they are
     #: switched on and were kept, and always ``"filtered"``
     stages: Mapping[str, Segments]
-    probability_trace: ProbabilityTrace | None = None  # none where the run kept no probabilities
+    probability_trace: ProbabilityTrace | None = None  # None where the run kept no probabilities
     #: Of a proposal: how typical it is of all of the run's, 0 to 1, as
     #: :func:`forcelab.review.active_learning.typicality` tells; None in runs that did not keep it
     typicality: float | None = None
