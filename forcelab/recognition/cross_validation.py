@@ -132,7 +132,9 @@ def reliability_of(prediction: Prediction, examples: Examples) -> Reliability | 
         return None
     actions = actions_of([examples])
     human = examples.codes(actions)
-    return Reliability.of(prediction.probabilities, prediction.actions, human, actions)
+    return Reliability.from_predictions(
+        prediction.probabilities, prediction.actions, human, actions
+    )
 
 
 def _run_fold_in_process(

@@ -266,4 +266,4 @@ def _fit_member(kind: str, X: Real, y: Codes, seed: int, options: FitOptions) ->
     from sklearn.linear_model import LogisticRegression
 
     regression = LogisticRegression(C=STRENGTH, max_iter=500, class_weight=weight)
-    return Linear.of(regression.fit(X, y))
+    return Linear.from_sklearn(regression.fit(X, y))

@@ -251,7 +251,7 @@ class Linear:
         return softmax(np.matmul(rows, self.weights)[:, 0] + self.bias)
 
     @classmethod
-    def of(cls, fitted: Any) -> Linear:
+    def from_sklearn(cls, fitted: Any) -> Linear:
         """From scikit-learn's logistic regression."""
         weights, bias = fitted.coef_.T, fitted.intercept_
         if weights.shape[1] == 1:  # of two actions there is one logit, the second one's

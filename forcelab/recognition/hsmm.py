@@ -260,7 +260,7 @@ class HsmmParameters:
     longest: NDArray[np.int64]
 
     @classmethod
-    def of(cls, grammar: TaskGrammar, step: float, use: Use) -> HsmmParameters:
+    def from_grammar(cls, grammar: TaskGrammar, step: float, use: Use) -> HsmmParameters:
         """The parameters of a grammar at `step` seconds; "order" uses durations as well."""
         if not (step > 0 and math.isfinite(step)):
             raise InputError(f"The decoder's step must be longer than 0 s, not {step} s.")
@@ -690,7 +690,7 @@ def prepare_runs(
     valid = decodable_steps(log_probabilities, valid, grammar)
     if not valid.any():
         return
-    scores = HsmmParameters.of(grammar, step, use)
+    scores = HsmmParameters.from_grammar(grammar, step, use)
     for first, last in true_runs(valid):
         yield (
             slice(first, last),

@@ -83,7 +83,7 @@ class FixedLag:
             raise InputError(f"The decoder can wait for 0 steps or more, not {lag}.")
         self.lag = lag
         self._choreography = grammar
-        self._scores = HsmmParameters.of(grammar, step, use)
+        self._scores = HsmmParameters.from_grammar(grammar, step, use)
         self._sweep: ForwardPass | None = None
         self._begun = False
 

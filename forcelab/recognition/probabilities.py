@@ -41,7 +41,7 @@ class ProbabilityTrace:
     values: NDArray[np.uint8]
 
     @classmethod
-    def of(
+    def from_probabilities(
         cls,
         times: NDArray[np.float64],
         probabilities: NDArray[np.floating],
@@ -148,7 +148,7 @@ class Reliability:
     sure: NDArray[np.float64]  # (b,); sums of that probability
 
     @classmethod
-    def of(
+    def from_predictions(
         cls,
         probabilities: NDArray[np.float64],
         predicted_actions: Sequence[str],

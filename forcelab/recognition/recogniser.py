@@ -261,7 +261,9 @@ class Recogniser:
         if probability_trace and probabilities is not None and examples.valid.any():
             valid = examples.valid
             known = probabilities if apply_grammar is None else apply_grammar(marginals, use)
-            trace = ProbabilityTrace.of(examples.times[valid], known[valid], self.actions)
+            trace = ProbabilityTrace.from_probabilities(
+                examples.times[valid], known[valid], self.actions
+            )
         return Prediction(
             examples.times,
             self.actions,

@@ -332,7 +332,7 @@ def train_held_out(path: Path, run: RunResult, id_: str) -> Generator[Progress, 
     scorer = make_scorer(recogniser)
     trace = result.probability_trace
     if trace is None and (proba := scorer.probabilities(examples.features)) is not None:
-        trace = ProbabilityTrace.of(examples.times, proba, recogniser.actions)
+        trace = ProbabilityTrace.from_probabilities(examples.times, proba, recogniser.actions)
     mean, sample = _rows(known, recogniser)
     # What was tested is scored on its own stamps; a proposal is as the recogniser made it.
     stamps = examples.times if own is None else held_out.demonstration.times

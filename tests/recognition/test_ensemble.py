@@ -51,7 +51,7 @@ def test_arrays_answer_as_scikit_learn_does(counts):
     pairs = [
         (Forest.from_extra_trees(trees, len(counts)), trees),
         (Forest.from_boosting(boosted, len(counts)), boosted),
-        (Linear.of(regression), regression),
+        (Linear.from_sklearn(regression), regression),
     ]
     for ours, theirs in pairs:
         np.testing.assert_allclose(

@@ -65,7 +65,7 @@ class Plainly:
         if changes is not None and use != "none":
             near = model.CHANGE * (changes - model.LIKELIER)
         self.change = 0.5 * (near[:-1] + near[1:])  # of one after each step but the last
-        self.limits = HsmmParameters.of(grammar, step, use)
+        self.limits = HsmmParameters.from_grammar(grammar, step, use)
         self.whole, self.cut = self.lengths()
 
     def _lines(self, k, near, blocks=False):
@@ -205,7 +205,7 @@ def test_marginals_where_evidence_lies_hundreds_of_nats_apart():
     truth = np.repeat([0, 1], [130, 130])
     logs = 20.0 * np.eye(2)[truth]
     logs[120:140] = some_logs(rng, 20, 2, 1.0)  # where one ends is not plain to see
-    assert HsmmParameters.of(grammar, 0.1, "order").longest.min() > FINE
+    assert HsmmParameters.from_grammar(grammar, 0.1, "order").longest.min() > FINE
     found = marginals(logs, everywhere(logs), 0.1, grammar, "order")
     plain = Plainly(grammar, logs, 0.1, "order", places=True)
     for t in (3, 121, 128, 133, 138, 250):
@@ -223,7 +223,7 @@ def test_marginals_of_lengths_told_apart_in_blocks_are_those_of_all_segmentation
     grammar = random_grammar(rng, 2, 0.1)
     truth = np.repeat([0, 1, 0], [80, 170, 60])
     logs = some_logs(rng, len(truth), 2, 1.0) + 2.0 * np.eye(2)[truth]
-    assert HsmmParameters.of(grammar, step, "order").longest.min() > FINE
+    assert HsmmParameters.from_grammar(grammar, step, "order").longest.min() > FINE
     found = marginals(logs, everywhere(logs), step, grammar, "order")
     plain = Plainly(grammar, logs, step, "order", places=True)
     for t, k in [(0, 0), (75, 1), (84, 0), (160, 1), (255, 0), (309, 1)]:

@@ -15,7 +15,9 @@ ACTIONS = ("grab", "hold")
 def of(times, grab=0.8):
     """Of one action so probable throughout."""
     values = np.full(len(times), grab)
-    return ProbabilityTrace.of(times, np.stack([values, 1 - values], axis=1), ACTIONS)
+    return ProbabilityTrace.from_probabilities(
+        times, np.stack([values, 1 - values], axis=1), ACTIONS
+    )
 
 
 @given(st.floats(2.0, 2000.0), st.floats(0.0, 1e5), st.integers(2, 3000))
@@ -42,7 +44,7 @@ def test_a_stretch_across_a_gap_is_as_sure_as_what_is_known_of_it():
 def test_a_mean_takes_no_bin_beyond_its_edges():
     times = np.arange(1000) / 100
     values = np.stack([times >= 0.28, times < 0.28], axis=1).astype(float)
-    trace = ProbabilityTrace.of(times, values, ACTIONS)
+    trace = ProbabilityTrace.from_probabilities(times, values, ACTIONS)
     assert trace.mean(0.0, 0.28).tolist() == [0.0, 1.0]  # 0.28 * 50 is 14.000000000000002
     assert trace.mean(0.28, 0.58).tolist() == [1.0, 0.0]
 
@@ -69,7 +71,7 @@ def drawn():
 
 def test_figures_are_their_definitions(drawn):
     P, human = drawn
-    found = Reliability.of(P, THREE, human, THREE)
+    found = Reliability.from_predictions(P, THREE, human, THREE)
     squares, gaps = [], {}
     for p, h in zip(P, human, strict=True):
         if h < 0:
@@ -82,18 +84,22 @@ def test_figures_are_their_definitions(drawn):
 
 def test_parts_add_up_to_the_whole(drawn):
     P, human = drawn
-    full = Reliability.of(P, THREE, human, THREE).to_json()
-    parts = [Reliability.of(P[s], THREE, human[s], THREE) for s in (np.s_[:90], np.s_[90:])]
+    full = Reliability.from_predictions(P, THREE, human, THREE).to_json()
+    parts = [
+        Reliability.from_predictions(P[s], THREE, human[s], THREE) for s in (np.s_[:90], np.s_[90:])
+    ]
     added = (parts[0] + parts[1]).to_json()
     assert added["brier"] == pytest.approx(full["brier"])
     np.testing.assert_allclose(added["bins"], full["bins"])
 
 
 def test_an_action_that_is_not_known_is_wrong_however_sure():
-    found = Reliability.of(np.array([[1.0, 0.0]]), ("grab", "hold"), np.array([2]), THREE)
+    found = Reliability.from_predictions(
+        np.array([[1.0, 0.0]]), ("grab", "hold"), np.array([2]), THREE
+    )
     assert (found.brier, found.ece) == (2.0, 1.0)
 
 
 def test_nothing_labelled_has_no_figures():
-    found = Reliability.of(np.full((4, 3), 1 / 3), THREE, np.full(4, -1), THREE)
+    found = Reliability.from_predictions(np.full((4, 3), 1 / 3), THREE, np.full(4, -1), THREE)
     assert found.to_json() == {"brier": None, "ece": None, "bins": []}

@@ -140,7 +140,7 @@ def outcome_of(*reviewed, **changes):
 def test_confidence_is_that_of_what_is_predicted_and_score_weighs_it_by_time():
     times = np.arange(400) / 100
     probabilities = np.tile([0.2, 0.8], (400, 1))
-    trace = ProbabilityTrace.of(times, probabilities, ("A", "B"))
+    trace = ProbabilityTrace.from_probabilities(times, probabilities, ("A", "B"))
     human, predicted = track((0, 3, "A")), track((0, 2, "B"))
     action, missed = find_differences("d", human, predicted, trace)
     assert action.confidence == pytest.approx(0.8, abs=0.003)

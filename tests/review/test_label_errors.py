@@ -51,7 +51,7 @@ def certain(segments, actions, confidence, random):
         inside = (times >= s.start) & (times < s.end)
         probabilities[inside, actions.index(s.action)] = confidence
     noise = random.dirichlet(np.ones(len(actions)), len(times))
-    return ProbabilityTrace.of(times, 0.9 * probabilities + 0.1 * noise, actions)
+    return ProbabilityTrace.from_probabilities(times, 0.9 * probabilities + 0.1 * noise, actions)
 
 
 def recording(number, order=ORDER, actions=ACTIONS, predicted_as=None, confidence=0.9):
@@ -132,7 +132,7 @@ def test_where_the_model_sees_what_the_coder_sees_the_order_alone_raises_no_susp
         float,
     )
     unsure[(times >= odd.human[1].start) & (times < odd.human[1].end)] = [0.0, 0.35, 0.65, 0.0]
-    trace = ProbabilityTrace.of(times, unsure, ACTIONS)
+    trace = ProbabilityTrace.from_probabilities(times, unsure, ACTIONS)
     outcome = outcome_of([*tested, replace(odd, probability_trace=trace)])
     found = listed(outcome, {one.id: one.human for one in outcome.tested})
     assert not [d for d in found if d.suspicion >= SUSPECT]
@@ -306,7 +306,9 @@ def evaluated(items, settings):
     for i, (item, example) in enumerate(zip(items, examples, strict=True)):
         others = examples[:i] + examples[i + 1 :]
         prediction = finish(fit_examples(others, settings)).predict_examples(example)
-        trace = ProbabilityTrace.of(example.times, prediction.probabilities, prediction.actions)
+        trace = ProbabilityTrace.from_probabilities(
+            example.times, prediction.probabilities, prediction.actions
+        )
         id_, name = item.demonstration.id, item.demonstration.name
         stages = {"filtered": prediction.segments}
         ends = example.times[-1]

@@ -50,7 +50,7 @@ def certainty():
         inside = (times >= segment.start) & (times < segment.end)
         probabilities[inside, column] = sure
         probabilities[inside, (column + 1) % 3] = 1.0 - sure
-    return ProbabilityTrace.of(times, probabilities, ACTIONS)
+    return ProbabilityTrace.from_probabilities(times, probabilities, ACTIONS)
 
 
 def reviewed(id_, name, **changes):

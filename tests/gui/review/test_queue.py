@@ -43,7 +43,7 @@ def certain(segments, length=10.0):
     for s in segments:
         inside = (times >= s.start) & (times < s.end)
         probabilities[inside, ACTIONS.index(s.action)] = 0.9
-    return ProbabilityTrace.of(times, probabilities, ACTIONS)
+    return ProbabilityTrace.from_probabilities(times, probabilities, ACTIONS)
 
 
 def reviewed(id_, name="01", predicted=SEEN):
