@@ -44,7 +44,7 @@ def reviewed(name, probability_trace, human=(), predicted=(), typicality=None):
     )
 
 
-def outcome(tested=(), proposed=()):
+def run(tested=(), proposed=()):
     return RunResult(
         number=1,
         time=datetime(2026, 1, 1, tzinfo=timezone.utc),
@@ -65,7 +65,7 @@ def test_the_calibration_counts_how_often_it_was_right_when_so_sure():
     # 4 s at 0.75 for grab of which the human says grab in 3 s, and 2 s at 0.95, all right.
     trace = trace_of((4, 0.75), (2, 0.95))
     human = (Segment(0, 3, "grab"), Segment(3, 4, "hold"), Segment(4, 6, "grab"))
-    known = calibrate_confidence(outcome([reviewed("01", trace, human)]))
+    known = calibrate_confidence(run([reviewed("01", trace, human)]))
     assert known.seconds == pytest.approx(6.0)
     assert known.accuracy[7] == pytest.approx(0.75)
     assert known.accuracy[9] == pytest.approx(1.0)
@@ -76,13 +76,13 @@ def test_the_calibration_counts_how_often_it_was_right_when_so_sure():
 def test_what_is_unlabelled_or_in_a_gap_counts_for_nothing():
     trace = trace_of((2, 0.75), (2, 0.75))
     trace.values[25:] = 0
-    known = calibrate_confidence(outcome([reviewed("01", trace, (Segment(0, 1, "grab"),))]))
+    known = calibrate_confidence(run([reviewed("01", trace, (Segment(0, 1, "grab"),))]))
     assert known.seconds == pytest.approx(1.0)
 
 
 def test_an_action_that_the_recogniser_never_met_was_predicted_wrong():
     human = (Segment(0, 2, "slip"),)
-    known = calibrate_confidence(outcome([reviewed("01", trace_of((2, 0.95)), human)]))
+    known = calibrate_confidence(run([reviewed("01", trace_of((2, 0.95)), human)]))
     assert known.accuracy[9] == 0.0
 
 
@@ -90,7 +90,7 @@ def test_the_most_uncertain_demonstration_comes_first_with_what_it_would_bring()
     tested = [reviewed("01", trace_of((4, 0.75)), (Segment(0, 3, "grab"), Segment(3, 4, "hold")))]
     unsure = reviewed("02", trace_of((8, 0.75)))
     certain = reviewed("03", trace_of((20, 0.95)))
-    found = rank_proposals(outcome(tested, [certain, unsure]))
+    found = rank_proposals(run(tested, [certain, unsure]))
     assert [one.name for one in found] == ["02", "03"]
     assert found[0].uncertainty == pytest.approx(0.25, abs=0.01)
     assert found[0].wrong == pytest.approx(8 * 0.25, abs=0.01)  # a quarter was wrong when tested
@@ -100,7 +100,7 @@ def test_the_least_certain_of_the_typical_comes_first():
     odd = reviewed("02", trace_of((8, 0.6)), typicality=0.2)
     usual = reviewed("03", trace_of((8, 0.75)), typicality=0.9)
     certain = reviewed("04", trace_of((8, 0.95)), typicality=1.0)
-    found = rank_proposals(outcome([], [certain, odd, usual]))
+    found = rank_proposals(run([], [certain, odd, usual]))
     assert [one.name for one in found] == ["03", "02", "04"]
     assert weighs_typicality(found)
 
@@ -109,18 +109,18 @@ def test_the_least_certain_of_the_typical_comes_first():
 def test_where_a_typicality_was_not_kept_the_least_certain_comes_first(stored):
     odd = reviewed("02", trace_of((8, 0.6)), typicality=None)
     usual = reviewed("03", trace_of((8, 0.75)), typicality=stored)
-    found = rank_proposals(outcome([], [usual, odd]))
+    found = rank_proposals(run([], [usual, odd]))
     assert [one.name for one in found] == ["02", "03"]
     assert not weighs_typicality(found)
 
 
 def test_without_anything_tested_the_probabilities_are_taken_at_their_word():
-    found = rank_proposals(outcome([], [reviewed("02", trace_of((8, 0.75)))]))
+    found = rank_proposals(run([], [reviewed("02", trace_of((8, 0.75)))]))
     assert found[0].wrong == pytest.approx(8 * 0.25, abs=0.05)
 
 
 def test_the_place_is_where_it_knows_least():
-    place = rank_proposals(outcome([], [reviewed("02", trace_of((3, 0.95), (1, 0.55), (4, 0.9)))]))[
+    place = rank_proposals(run([], [reviewed("02", trace_of((3, 0.95), (1, 0.55), (4, 0.9)))]))[
         0
     ].place
     assert (place.start, place.end) == pytest.approx((3.0, 4.0))
@@ -133,18 +133,18 @@ def test_the_place_is_where_it_knows_least():
 def test_a_gap_is_no_place_to_label():
     trace = trace_of((3, 0.95), (3, 0.55), (3, 0.9))
     trace.values[30:60] = 0
-    (found,) = rank_proposals(outcome([], [reviewed("02", trace)]))
+    (found,) = rank_proposals(run([], [reviewed("02", trace)]))
     assert found.place.start >= 6.0 - 0.05
     assert found.uncertainty < 0.1
 
 
 def test_a_recording_shorter_than_a_stretch_is_one_place():
-    (found,) = rank_proposals(outcome([], [reviewed("02", trace_of((0.4, 0.6)))]))
+    (found,) = rank_proposals(run([], [reviewed("02", trace_of((0.4, 0.6)))]))
     assert (found.place.start, found.place.end) == pytest.approx((0.0, 0.4))
 
 
 def test_what_has_no_probabilities_cannot_be_ranked():
-    assert rank_proposals(outcome([], [reviewed("02", None)])) == ()
+    assert rank_proposals(run([], [reviewed("02", None)])) == ()
 
 
 def test_only_what_is_probable_enough_is_acceptable():
@@ -187,7 +187,7 @@ def test_what_is_surer_is_never_taken_for_less_often_right(bins):
 
 def test_of_values_farther_apart_than_a_second_the_least_certain_one_is_looked_at_first():
     slow = trace_of((5, 0.9), (5, 0.5), (10, 0.9), rate=0.2)
-    (proposal,) = rank_proposals(outcome(proposed=[reviewed("slow", slow)]))
+    (proposal,) = rank_proposals(run(proposed=[reviewed("slow", slow)]))
     assert (proposal.place.start, proposal.place.end) == (5.0, 10.0)
 
 

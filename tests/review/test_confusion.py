@@ -29,7 +29,7 @@ def reviewed(id_, human, predicted, raw=None, probability_trace=None):
     )
 
 
-def outcome(*tested, actions=ACTIONS):
+def run(*tested, actions=ACTIONS):
     now = datetime(2026, 1, 1, tzinfo=timezone.utc)
     return RunResult(1, now, "pen", ("pen",), None, "Ada", False, Settings(), actions, (), tested)
 
@@ -41,7 +41,7 @@ def certain(**probabilities):
 
 
 def one():
-    return outcome(
+    return run(
         reviewed(
             "1",
             [Segment(0, 4, "grab"), Segment(4, 6, "hold"), Segment(7, 8, "grab")],
@@ -73,8 +73,8 @@ def test_raw_is_counted_where_it_was_kept():
     assert cells.matrix().tolist() == [[5, 0, 0, 0], [2, 0, 0, 0], [0, 0, 0, 0]]
 
 
-def places(outcome, *cell):
-    return finish(count_confusion(outcome)).places(*cell)
+def places(run, *cell):
+    return finish(count_confusion(run)).places(*cell)
 
 
 def test_places_come_by_duration_times_confidence():
@@ -83,7 +83,7 @@ def test_places_come_by_duration_times_confidence():
     assert [p.confidence for p in found] == pytest.approx([1.0, 0.6])
     assert {(p.human, p.predicted) for p in found} == {("grab", "hold")}
     # Half as confident, one and a half times as long: second.
-    swapped = outcome(
+    swapped = run(
         reviewed(
             "long", [Segment(0, 3, "grab")], [Segment(0, 3, "hold")], probability_trace=certain()
         ),
@@ -107,13 +107,13 @@ def test_missed_time_has_no_confidence_and_the_longest_comes_first():
 def test_no_more_places_are_listed_than_asked_for_the_longest():
     human = [Segment(i, i + 0.1 * (i + 1), "grab") for i in range(5)]
     predicted = [Segment(s.start, s.end, "hold") for s in human]
-    cells = finish(count_confusion(outcome(reviewed("1", human, predicted))))
+    cells = finish(count_confusion(run(reviewed("1", human, predicted))))
     assert [p.start for p in cells.places("grab", "hold", most=2)] == [4, 3]
     assert cells.numbers("time")[0, 1] == 5
 
 
 def test_nothing_tested_is_an_empty_matrix():
-    cells = finish(count_confusion(outcome()))
+    cells = finish(count_confusion(run()))
     assert cells.matrix("time").tolist() == [[0] * 4] * 3
     assert cells.places("grab", "hold") == ()
 
@@ -134,7 +134,7 @@ def test_time_is_that_of_the_counted_samples_and_places_add_up_to_their_cell(dra
         samples += count(human, predicted, times, ACTIONS).confusion
         segments = (from_codes(codes, times, ACTIONS) for codes in (human, predicted))
         tested.append(reviewed(str(number), *segments))
-    cells = finish(count_confusion(outcome(*tested)))
+    cells = finish(count_confusion(run(*tested)))
     assert cells.matrix("time") == pytest.approx(samples * period, abs=1e-4)
     humans = sum(len(item.human) for item in tested)
     assert cells.matrix("segments").sum() == humans

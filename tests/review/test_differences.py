@@ -120,7 +120,7 @@ def test_an_edge_is_distinguished_from_a_wrong_action(human, predicted, kinds):
     assert [d.kind for d in found] == kinds
 
 
-def outcome_of(*reviewed, **changes):
+def run_result_of(*reviewed, **changes):
     values = {
         "number": 7,
         "time": datetime.now(timezone.utc),
@@ -151,9 +151,9 @@ def test_confidence_is_that_of_what_is_predicted_and_score_weighs_it_by_time():
 
 def test_tracks_are_spelt_as_they_were_trained():
     one = DemonstrationResult("1", "one", "pen", 0, 4, (), {"filtered": ()})
-    merged = outcome_of(one, settings=Settings(merge=MergeMap({"grap": "grab"})))
+    merged = run_result_of(one, settings=Settings(merge=MergeMap({"grap": "grab"})))
     assert as_trained(track((0, 1, "grap")), merged, one) == track((0, 1, "grab"))
-    apart = outcome_of(one, apart=True)
+    apart = run_result_of(one, apart=True)
     assert as_trained(track((0, 1, "grab")), apart, one) == track((0, 1, "grab_pen"))
     assert action_as_coded("grab_pen", apart, one) == "grab"
     assert math.isclose(as_trained(track((0, 1, "x")), apart, one)[0].duration, 1)
@@ -161,7 +161,7 @@ def test_tracks_are_spelt_as_they_were_trained():
 
 def test_an_action_of_another_task_is_spelt_as_its_coder_does():
     one = DemonstrationResult("1", "one", "pen", 0, 4, (), {"filtered": ()})
-    apart = outcome_of(one, apart=True, tasks=("pen", "foam", "soft foam"))
+    apart = run_result_of(one, apart=True, tasks=("pen", "foam", "soft foam"))
     assert action_as_coded("grab_soft foam", apart, one) == "grab"
     assert action_as_coded("grab_hard_foam", apart, one) == "grab_hard"
-    assert action_as_coded("grab_pen", outcome_of(one, tasks=("pen",)), one) == "grab_pen"
+    assert action_as_coded("grab_pen", run_result_of(one, tasks=("pen",)), one) == "grab_pen"

@@ -71,34 +71,34 @@ def network(seed, f=6, h=9, actions=("grab", "hold", "still")):
 @given(st.integers(0, 2**32 - 1))
 @settings(max_examples=30)
 def test_the_shares_are_the_integral_of_the_gradient_along_the_way(seed):
-    judge, random = network(seed)
+    scorer, random = network(seed)
     row, mean = random.normal(size=(2, 6))
     # The middles of many pieces of the line: exact but where a kink falls into a piece.
     along = mean + (np.arange(4000) + 0.5)[:, None] / 4000 * (row - mean)
     gradient = [
-        np.subtract(*(log_odds(judge, at, "still", "hold") for at in (along + step, along - step)))
+        np.subtract(*(log_odds(scorer, at, "still", "hold") for at in (along + step, along - step)))
         for step in 1e-6 * np.eye(6)
     ]
     integral = (row - mean) * np.mean(gradient, axis=1) / 2e-6
-    shares = judge.integrated_gradients(row[None], mean, "still", "hold")[0]
+    shares = scorer.integrated_gradients(row[None], mean, "still", "hold")[0]
     assert shares == pytest.approx(integral, abs=0.02)
 
 
 @given(st.integers(0, 2**32 - 1))
 def test_the_shares_add_up_to_the_difference_of_the_log_odds(seed):
-    judge, random = network(seed)
+    scorer, random = network(seed)
     rows, mean = random.normal(size=(5, 6)), random.normal(size=6)
-    reference_odds = log_odds(judge, mean[None], "grab", "still")
-    gained = log_odds(judge, rows, "grab", "still") - reference_odds
-    assert judge.integrated_gradients(rows, mean, "grab", "still").sum(axis=1) == pytest.approx(
+    reference_odds = log_odds(scorer, mean[None], "grab", "still")
+    gained = log_odds(scorer, rows, "grab", "still") - reference_odds
+    assert scorer.integrated_gradients(rows, mean, "grab", "still").sum(axis=1) == pytest.approx(
         gained
     )
 
 
 def test_at_the_reference_itself_nothing_speaks():
-    judge, random = network(4)
+    scorer, random = network(4)
     mean = random.normal(size=6)
-    assert not judge.integrated_gradients(mean[None], mean, "grab", "still").any()
+    assert not scorer.integrated_gradients(mean[None], mean, "grab", "still").any()
 
 
 # --- classifiers --------------------------------------------------------------------------------
@@ -117,12 +117,12 @@ def test_a_network_gives_the_probabilities_of_the_mlp_that_it_was_taken_from(act
     y = random.integers(len(actions), size=120)
     X = random.normal(size=(120, 5)) + y[:, None]
     step = next(fit_classifier("mlp", X, y, 0, True))
-    judge = make_scorer(Recogniser(QUICK_SETTINGS, 1.0, (), actions, {}, step.classifier))
-    assert isinstance(judge, MlpScorer)
+    scorer = make_scorer(Recogniser(QUICK_SETTINGS, 1.0, (), actions, {}, step.classifier))
+    assert isinstance(scorer, MlpScorer)
     expected = step.classifier.predict_proba(X)
-    assert judge.probabilities(X) == pytest.approx(expected, abs=1e-9)
+    assert scorer.probabilities(X) == pytest.approx(expected, abs=1e-9)
     odds = np.log(expected[:, 1] / expected[:, 0])
-    assert log_odds(judge, X, "hold", "grab") == pytest.approx(odds, abs=1e-6)
+    assert log_odds(scorer, X, "hold", "grab") == pytest.approx(odds, abs=1e-6)
 
 
 @pytest.mark.parametrize("name", ["naive-bayes", "decision-tree", "svm", "nearest-neighbours"])
@@ -132,12 +132,12 @@ def test_the_highest_score_is_what_is_recognised(name, actions, probabilities):
     random = np.random.default_rng(1)
     y = np.arange(90) % len(actions)
     X = random.normal(size=(90, 3)) + 3.0 * y[:, None]
-    judge = fitted(name, X, y, actions, probabilities)
-    assert isinstance(judge, BlackBoxScorer)
-    scores = judge.scores(X)
+    scorer = fitted(name, X, y, actions, probabilities)
+    assert isinstance(scorer, BlackBoxScorer)
+    scores = scorer.scores(X)
     assert scores.shape == (90, len(actions))
     assert np.isfinite(scores).all()
-    assert np.mean(scores.argmax(axis=1) == judge.classifier.predict(X)) > 0.97
+    assert np.mean(scores.argmax(axis=1) == scorer.classifier.predict(X)) > 0.97
 
 
 Q, K = 3, 4
@@ -152,8 +152,8 @@ def planted(name, phase):
     X = random.normal(size=(200, 2 * Q * K))
     column = PLANTED[0] * K + PLANTED[1] + phase * Q * K
     X[:, column] += 6.0 * (y - 0.5)
-    judge = fitted(name, X, y, ("hold", "grab"))
-    job = attribute_bands(judge, X[y == 1], "grab", "hold", (Q, K), mean=X.mean(axis=0), sample=X)
+    scorer = fitted(name, X, y, ("hold", "grab"))
+    job = attribute_bands(scorer, X[y == 1], "grab", "hold", (Q, K), mean=X.mean(axis=0), sample=X)
     return finish(job)
 
 
@@ -186,12 +186,12 @@ def test_the_error_of_a_permutation_is_the_spread_of_its_repetitions():
     random = np.random.default_rng(3)
     y = np.arange(200) % 2
     X = random.normal(size=(200, 4)) + 2.0 * y[:, None]
-    judge = fitted("naive-bayes", X, y, ("hold", "grab"))
+    scorer = fitted("naive-bayes", X, y, ("hold", "grab"))
     mean = X.mean(axis=0)
     found = [
         finish(
             attribute_bands(
-                judge, X[y == 1], "grab", "hold", (1, 2), mean=mean, sample=X, seed=seed
+                scorer, X[y == 1], "grab", "hold", (1, 2), mean=mean, sample=X, seed=seed
             )
         )
         for seed in range(12)
@@ -217,35 +217,35 @@ def mlp(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def withheld(mlp):
-    path, outcome = mlp
-    return finish(train_held_out(path, outcome, outcome.tested[0].id))
+def held_out(mlp):
+    path, run = mlp
+    return finish(train_held_out(path, run, run.tested[0].id))
 
 
 def test_it_predicts_what_the_run_predicted_out_of_fold(bayes):
-    path, outcome = bayes
-    for one in outcome.tested:
-        withheld = finish(train_held_out(path, outcome, one.id))
-        assert withheld.how == "left out"
-        assert withheld.same_share == 1.0
-        assert one.id not in {place.demonstration for place in withheld.training.places}
+    path, run = bayes
+    for one in run.tested:
+        held_out = finish(train_held_out(path, run, one.id))
+        assert held_out.how == "left out"
+        assert held_out.same_share == 1.0
+        assert one.id not in {place.demonstration for place in held_out.training.places}
 
 
 def test_so_does_the_one_that_has_seen_none_of_its_group(tmp_path):
     path = tmp_path / "study.forcelab"
-    outcome = make_evaluated_project(path, BAYES, count=5, folds=2)
-    ids = [one.id for one in outcome.tested]
-    for i, one in enumerate(outcome.tested):
-        withheld = finish(train_held_out(path, outcome, one.id))
-        assert withheld.same_share == 1.0
-        shown = {place.demonstration for place in withheld.training.places}
+    run = make_evaluated_project(path, BAYES, count=5, folds=2)
+    ids = [one.id for one in run.tested]
+    for i, one in enumerate(run.tested):
+        held_out = finish(train_held_out(path, run, one.id))
+        assert held_out.same_share == 1.0
+        shown = {place.demonstration for place in held_out.training.places}
         assert shown == {id_ for j, id_ in enumerate(ids) if j % 2 != i % 2}
 
 
 def test_segments_that_were_not_trained_on_are_not_shown_as_if(bayes, monkeypatch):
-    path, outcome = bayes
-    id_ = outcome.tested[0].id
-    before = finish(train_held_out(path, outcome, id_))
+    path, run = bayes
+    id_ = run.tested[0].id
+    before = finish(train_held_out(path, run, id_))
     fits = []
 
     def trimmed(examples, settings):
@@ -259,44 +259,44 @@ def test_segments_that_were_not_trained_on_are_not_shown_as_if(bayes, monkeypatc
 
     monkeypatch.setattr(explanation, "drop_contradicted", trimmed)
     monkeypatch.setattr(explanation, "fit_cleaned", watched)
-    after = finish(train_held_out(path, outcome, id_))
+    after = finish(train_held_out(path, run, id_))
     homes = {place.demonstration for place in before.training.places}
     assert len(after.training.places) == len(before.training.places) - len(homes)
     ((*segments,),) = fits
     assert len(after.training.places) == sum(map(len, segments))
 
 
-def test_so_does_the_mlp_whose_fit_hangs_on_the_seed(withheld):
-    assert withheld.same_share == 1.0
-    assert withheld.how == "left out"
+def test_so_does_the_mlp_whose_fit_hangs_on_the_seed(held_out):
+    assert held_out.same_share == 1.0
+    assert held_out.how == "left out"
 
 
 def test_a_recogniser_that_saw_it_would_be_another_one(bayes):
     # The check can fail: against the prediction of another demonstration's fold it does.
-    path, outcome = bayes
-    one, other = outcome.tested[:2]
+    path, run = bayes
+    one, other = run.tested[:2]
     swapped = replace(one, stages={"filtered": other.predicted})
-    wrong = replace(outcome, tested=(swapped, *outcome.tested[1:]))
-    withheld = finish(train_held_out(path, wrong, one.id))
-    assert withheld.same_share < 1.0
-    why = finish(explain(withheld, wrong, interval_at(one, 2.0)))
+    wrong = replace(run, tested=(swapped, *run.tested[1:]))
+    held_out = finish(train_held_out(path, wrong, one.id))
+    assert held_out.same_share < 1.0
+    why = finish(explain(held_out, wrong, interval_at(one, 2.0)))
     assert any("as the run did" in remark for remark in why.remarks)
 
 
 def test_labels_that_were_edited_since_are_taken_as_they_were(tmp_path):
     path = tmp_path / "study.forcelab"
-    outcome = make_evaluated_project(path, BAYES, count=3)
-    first, second = outcome.tested[:2]
+    run = make_evaluated_project(path, BAYES, count=3)
+    first, second = run.tested[:2]
     with Project.open(path) as project:
         before = project.tracks.get(second.id, "Ann").segments
         project.tracks.edit(second.id, "Ann", before, before[:1], "all but one erased")
-    assert finish(train_held_out(path, outcome, first.id)).same_share == 1.0
+    assert finish(train_held_out(path, run, first.id)).same_share == 1.0
 
 
 def test_a_track_can_be_read_as_it_was_after_each_edit(tmp_path):
     path = tmp_path / "study.forcelab"
-    outcome = make_evaluated_project(path, BAYES, count=2)
-    id_ = outcome.tested[0].id
+    run = make_evaluated_project(path, BAYES, count=2)
+    id_ = run.tested[0].id
     with Project.open(path) as project:
         known = {0: (), project.tracks.head(id_, "Ann"): project.tracks.get(id_, "Ann").segments}
         for number in range(3):
@@ -313,29 +313,27 @@ def test_a_track_can_be_read_as_it_was_after_each_edit(tmp_path):
 
 
 def test_the_probabilities_are_the_runs_where_it_kept_any(bayes):
-    path, outcome = bayes
-    one = outcome.tested[0]
-    anew = finish(train_held_out(path, outcome, one.id))
+    path, run = bayes
+    one = run.tested[0]
+    anew = finish(train_held_out(path, run, one.id))
     assert not anew.trace_from_run
     rows = anew.probability_trace.values.sum(axis=1)
     assert np.abs(rows[rows > 0].astype(int) - 255).max() <= 2
     values = np.zeros((10, 1), dtype=np.uint8)
     own = ProbabilityTrace(one.start, 50.0, ("hold",), values)
-    with_trace = replace(outcome, tested=(replace(one, probability_trace=own), *outcome.tested[1:]))
+    with_trace = replace(run, tested=(replace(one, probability_trace=own), *run.tested[1:]))
     assert finish(train_held_out(path, with_trace, one.id)).probability_trace is own
 
 
 def test_of_an_unlabelled_demonstration_all_others_are_trained_on(tmp_path):
     path = tmp_path / "study.forcelab"
-    outcome = make_evaluated_project(path, BAYES, count=4)
-    last = outcome.tested[-1]
+    run = make_evaluated_project(path, BAYES, count=4)
+    last = run.tested[-1]
     proposed = replace(last, human=())
-    rest = replace(
-        outcome, tested=outcome.tested[:-1], labels=outcome.labels[:-1], proposals=(proposed,)
-    )
-    withheld = finish(train_held_out(path, rest, last.id))
-    assert withheld.how == "final"
-    places = {place.demonstration for place in withheld.training.places}
+    rest = replace(run, tested=run.tested[:-1], labels=run.labels[:-1], proposals=(proposed,))
+    held_out = finish(train_held_out(path, rest, last.id))
+    assert held_out.how == "final"
+    places = {place.demonstration for place in held_out.training.places}
     assert places == {one.id for one in rest.tested}
 
 
@@ -343,16 +341,16 @@ def test_the_final_recogniser_labels_a_proposal_as_the_run_did_on_any_grid(tmp_p
     path = make_labelled_project(tmp_path / "foam.forcelab", labelled=2)
     number = finish(review_job(path, BAYES.replace(rate=37.0), DataSelection(("foam",)), "foam"))
     with Project.open(path) as project:
-        outcome = load_run(project, number)
-    for one in (*outcome.tested, *outcome.proposals):
-        withheld = finish(train_held_out(path, outcome, one.id))
-        assert withheld.same_share == 1.0
-        assert withheld.how == ("left out" if one in outcome.tested else "final")
+        run = load_run(project, number)
+    for one in (*run.tested, *run.proposals):
+        held_out = finish(train_held_out(path, run, one.id))
+        assert held_out.same_share == 1.0
+        assert held_out.how == ("left out" if one in run.tested else "final")
 
 
 def test_it_can_be_stopped_between_any_two_epochs(mlp):
-    path, outcome = mlp
-    job = train_held_out(path, outcome, outcome.tested[0].id)
+    path, run = mlp
+    job = train_held_out(path, run, run.tested[0].id)
     texts = [next(job).text for _ in range(6)]
     assert texts[:2] == ["features"] * 2
     assert texts[-1] == "fit"
@@ -360,39 +358,39 @@ def test_it_can_be_stopped_between_any_two_epochs(mlp):
 
 
 def test_a_stranger_is_refused(bayes):
-    path, outcome = bayes
+    path, run = bayes
     with pytest.raises(InputError, match="train again"):
-        finish(train_held_out(path, outcome, "0" * 32))
+        finish(train_held_out(path, run, "0" * 32))
 
 
 def test_it_travels_between_processes(bayes):
-    path, outcome = bayes
-    withheld = finish(train_held_out(path, outcome, outcome.tested[0].id))
-    again = ForkingPickler.loads(ForkingPickler.dumps(withheld))
-    assert np.array_equal(again.mean, withheld.mean)
-    assert again.bytes == withheld.bytes
+    path, run = bayes
+    held_out = finish(train_held_out(path, run, run.tested[0].id))
+    again = ForkingPickler.loads(ForkingPickler.dumps(held_out))
+    assert np.array_equal(again.mean, held_out.mean)
+    assert again.bytes == held_out.bytes
 
 
 # --- explanations --------------------------------------------------------------------------------
 
 
-def explained(mlp, withheld, human, predicted, hidden=()):
+def explained(mlp, held_out, human, predicted, hidden=()):
     one = mlp[1].tested[0]
     hold = next(s for s in one.human if s.action == "hold")
     place = Interval(one.id, hold.start, hold.end, human, predicted)
-    return finish(explain(withheld, mlp[1], place, hidden))
+    return finish(explain(held_out, mlp[1], place, hidden))
 
 
-def test_the_predicted_action_is_spoken_for_and_the_humans_against(mlp, withheld):
-    why = explained(mlp, withheld, "still", "hold")
+def test_the_predicted_action_is_spoken_for_and_the_humans_against(mlp, held_out):
+    why = explained(mlp, held_out, "still", "hold")
     assert (why.favoured, why.against) == ("hold", "still")
-    back = explained(mlp, withheld, "hold", "still")
+    back = explained(mlp, held_out, "hold", "still")
     assert back.attribution.bands == pytest.approx(-why.attribution.bands)
     assert back.attribution.log_odds == pytest.approx(-why.attribution.log_odds)
 
 
-def test_where_both_agree_the_next_most_probable_action_is_spoken_against(mlp, withheld):
-    why = explained(mlp, withheld, "hold", "hold")
+def test_where_both_agree_the_next_most_probable_action_is_spoken_against(mlp, held_out):
+    why = explained(mlp, held_out, "hold", "hold")
     means = dict(
         zip(
             why.probability_trace.actions,
@@ -405,32 +403,32 @@ def test_where_both_agree_the_next_most_probable_action_is_spoken_against(mlp, w
     assert means[why.against] == max(means.values())
 
 
-def test_where_nothing_is_predicted_the_most_probable_action_is_spoken_for(mlp, withheld):
-    why = explained(mlp, withheld, None, None)
+def test_where_nothing_is_predicted_the_most_probable_action_is_spoken_for(mlp, held_out):
+    why = explained(mlp, held_out, None, None)
     mean = why.probability_trace.mean(why.place.start, why.place.end)
     assert why.favoured == why.probability_trace.actions[int(np.argmax(mean))]
 
 
-def test_an_action_of_no_other_demonstration_is_remarked_on(mlp, withheld):
-    why = explained(mlp, withheld, "juggle", "hold")
+def test_an_action_of_no_other_demonstration_is_remarked_on(mlp, held_out):
+    why = explained(mlp, held_out, "juggle", "hold")
     assert why.against != "juggle"
     assert "juggle" in why.remarks[0]
 
 
 def test_neighbours_are_of_both_actions_and_of_no_hidden_demonstration(bayes):
-    path, outcome = bayes
-    one, other = outcome.tested[0].id, outcome.tested[1].id
-    withheld = finish(train_held_out(path, outcome, one))
-    why = explained(bayes, withheld, "still", "hold")
+    path, run = bayes
+    one, other = run.tested[0].id, run.tested[1].id
+    held_out = finish(train_held_out(path, run, one))
+    why = explained(bayes, held_out, "still", "hold")
     assert [n.place.human for n in why.neighbours["hold"]] == ["hold"] * 3
     assert [n.place.human for n in why.neighbours["still"]] == ["still"] * 3
-    less = explained(bayes, withheld, "still", "hold", hidden={other})
+    less = explained(bayes, held_out, "still", "hold", hidden={other})
     found = {n.place.demonstration for near in less.neighbours.values() for n in near}
-    assert found == {known.id for known in outcome.tested} - {one, other}
+    assert found == {known.id for known in run.tested} - {one, other}
 
 
-def test_the_strongest_bands_come_in_the_order_of_their_weight(mlp, withheld):
-    why = explained(mlp, withheld, "still", "hold")
+def test_the_strongest_bands_come_in_the_order_of_their_weight(mlp, held_out):
+    why = explained(mlp, held_out, "still", "hold")
     weights = [abs(band.weight) for band in why.strongest(5)]
     assert weights == sorted(weights, reverse=True)
     assert weights[0] == np.abs(why.attribution.bands).max()
@@ -439,8 +437,8 @@ def test_the_strongest_bands_come_in_the_order_of_their_weight(mlp, withheld):
     assert why.attribution.bands[row, column] == first.weight
 
 
-def test_an_explanation_is_plain_values_too(mlp, withheld):
-    why = explained(mlp, withheld, "still", "hold")
+def test_an_explanation_is_plain_values_too(mlp, held_out):
+    why = explained(mlp, held_out, "still", "hold")
     plain = json.loads(json.dumps(why.to_json(), allow_nan=False))
     assert plain["method"] == "gradient"
     assert np.array(plain["bands"]).sum() == pytest.approx(
@@ -449,10 +447,10 @@ def test_an_explanation_is_plain_values_too(mlp, withheld):
     assert plain["nearest"]["hold"][0]["distance"] == why.neighbours["hold"][0].distance
 
 
-def test_a_place_without_samples_is_refused(mlp, withheld):
+def test_a_place_without_samples_is_refused(mlp, held_out):
     one = mlp[1].tested[0]
     with pytest.raises(InputError, match="no sample"):
-        finish(explain(withheld, mlp[1], Interval(one.id, one.end + 1, one.end + 2)))
+        finish(explain(held_out, mlp[1], Interval(one.id, one.end + 1, one.end + 2)))
 
 
 # --- places --------------------------------------------------------------------------------------
@@ -625,11 +623,9 @@ def test_what_is_missing_is_passed_over():
 
 def test_no_video_needs_no_decoder(tmp_path, monkeypatch):
     path = tmp_path / "study.forcelab"
-    outcome = make_evaluated_project(
-        path, QUICK_SETTINGS.replace(classifier="naive-bayes"), count=2
-    )
+    run = make_evaluated_project(path, QUICK_SETTINGS.replace(classifier="naive-bayes"), count=2)
     monkeypatch.setitem(sys.modules, "cv2", None)  # importing it fails
-    places = [Interval(one.id, 1.0, 2.0) for one in outcome.tested]
+    places = [Interval(one.id, 1.0, 2.0) for one in run.tested]
     found = finish(preview_job(path, places))
-    assert [one.name for one in found] == [one.name for one in outcome.tested]
+    assert [one.name for one in found] == [one.name for one in run.tested]
     assert all(one.frame is None for one in found)

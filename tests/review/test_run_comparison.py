@@ -14,11 +14,11 @@ from forcelab.review.run_comparison import compare_runs, settings_that_differ
 ACTIONS = ("grab", "hold", "release")
 
 
-def counted(outcome, ids):
+def counted(result, ids):
     return [
-        count_segments(d.human, d.predicted, outcome.actions)
+        count_segments(d.human, d.predicted, result.actions)
         for id_ in ids
-        for d in outcome.tested
+        for d in result.tested
         if d.id == id_
     ]
 

@@ -45,7 +45,7 @@ def trained(path):
 
 
 @pytest.fixture(scope="module")
-def outcome(path, trained):
+def result(path, trained):
     with Project.open(path) as project:
         return load_run(project, trained[1])
 
@@ -75,7 +75,7 @@ def test_in_groups_as_many_recognisers_are_trained_and_the_run_tells_so(path, tr
     assert [one.id for one in found.tested] == [one.id for one in alone.tested]
 
 
-def test_its_tracks_are_those_of_evaluate_to_the_last_bit(path, outcome, capsys, tmp_path):
+def test_its_tracks_are_those_of_evaluate_to_the_last_bit(path, result, capsys, tmp_path):
     arguments = [
         "--task",
         "foam",
@@ -94,10 +94,10 @@ def test_its_tracks_are_those_of_evaluate_to_the_last_bit(path, outcome, capsys,
     with Project.open(path) as project:
         run = project.runs.all()[-1]
         evaluated = load_run(project, run.id)
-    assert evaluated.number != outcome.number
+    assert evaluated.number != result.number
     for which in ("raw", "filtered"):
-        assert printed[which] == outcome.scores[which] == evaluated.scores[which]
-    for ours, theirs in zip(outcome.tested, evaluated.tested, strict=True):
+        assert printed[which] == result.scores[which] == evaluated.scores[which]
+    for ours, theirs in zip(result.tested, evaluated.tested, strict=True):
         assert (ours.id, ours.human) == (theirs.id, theirs.human)
         assert ours.stages["raw"] == theirs.stages["raw"]
         assert ours.predicted == theirs.predicted
@@ -106,13 +106,13 @@ def test_its_tracks_are_those_of_evaluate_to_the_last_bit(path, outcome, capsys,
     assert evaluated.proposals == ()
 
 
-def test_the_certainty_is_the_mean_of_the_probabilities_of_each_fiftieth_of_a_second(path, outcome):
+def test_the_certainty_is_the_mean_of_the_probabilities_of_each_fiftieth_of_a_second(path, result):
     labelled = [LabelledDemonstration(demo, segments) for demo, segments in synthetic_set(3, 100.0)]
     tested = finish(leave_one_out(labelled, BAYES_SETTINGS)).tested
     with Project.open(path) as project:
-        known = {item.name: item for item in outcome.tested}
-        recogniser = load_recogniser(project.runs.recogniser_path(outcome.recogniser))
-        (new,) = outcome.proposals
+        known = {item.name: item for item in result.tested}
+        recogniser = load_recogniser(project.runs.recogniser_path(result.recogniser))
+        (new,) = result.proposals
         prediction = recogniser.predict(project.demonstrations.load(new.id))
     assert set(known) == {item.name for item in tested}
     seconds = new.probability_trace.times
@@ -124,16 +124,16 @@ def test_the_certainty_is_the_mean_of_the_probabilities_of_each_fiftieth_of_a_se
     assert new.predicted == from_codes(prediction.filtered, prediction.times, prediction.actions)
 
 
-def test_the_final_recogniser_knows_all_that_is_labelled_and_proposes_for_the_rest(path, outcome):
+def test_the_final_recogniser_knows_all_that_is_labelled_and_proposes_for_the_rest(path, result):
     with Project.open(path) as project:
-        recogniser = load_recogniser(project.runs.recogniser_path(outcome.recogniser))
+        recogniser = load_recogniser(project.runs.recogniser_path(result.recogniser))
         bare = [i.id for i in project.demonstrations.infos() if not i.labelled]
         stored = project.runs.recognisers()
-    assert set(recogniser.trained_on) == {item.id for item in outcome.tested}
-    assert [item.id for item in outcome.proposals] == bare
-    assert outcome.proposals[0].human == ()
-    assert outcome.proposals[0].typicality == 1  # there is no other
-    assert set(outcome.proposals[0].stages) == {"raw", "threshold", "median", "filtered"}
+    assert set(recogniser.trained_on) == {item.id for item in result.tested}
+    assert [item.id for item in result.proposals] == bare
+    assert result.proposals[0].human == ()
+    assert result.proposals[0].typicality == 1  # there is no other
+    assert set(result.proposals[0].stages) == {"raw", "threshold", "median", "filtered"}
     assert (stored[0].name, set(stored[0].demonstrations)) == ("foam", set(recogniser.trained_on))
 
 
@@ -189,12 +189,12 @@ def test_what_is_edited_while_it_trains_stays_and_is_counted(tmp_path):
         demonstration, _ = synthetic_set(3, 100.0)[2]
         project.demonstrations.add(demonstration, [])
         number = finish(job)
-        outcome = load_run(project, number)
+        result = load_run(project, number)
         assert project.tracks.get(info.id, "Ada").segments == before[1:]
-        assert outcome.find(info.id).human[0].action == before[0].action
-        assert edits_since(project, outcome) == 2
+        assert result.find(info.id).human[0].action == before[0].action
+        assert edits_since(project, result) == 2
         project.tracks.undo(info.id, "Ada")
-        assert edits_since(project, outcome) == 1  # taken back: only the new demonstration
+        assert edits_since(project, result) == 1  # taken back: only the new demonstration
 
 
 @pytest.mark.parametrize("which", [0, -1])
@@ -209,10 +209,10 @@ def test_what_is_removed_while_it_trains_costs_only_itself(tmp_path, which):
             for name in project.demonstrations.info(gone).authors
         }
         project.demonstrations.remove_all({gone: heads})
-        outcome = load_run(project, finish(job))
-        left = {one.id for one in (*outcome.tested, *outcome.proposals)}
+        result = load_run(project, finish(job))
+        left = {one.id for one in (*result.tested, *result.proposals)}
         assert left == {info.id for info in project.demonstrations.infos()}
-        assert {used.demonstration for used in outcome.labels} == left
+        assert {used.demonstration for used in result.labels} == left
 
 
 def test_a_training_that_is_cancelled_leaves_nothing_behind(tmp_path):
@@ -232,15 +232,15 @@ def test_a_training_that_is_cancelled_leaves_nothing_behind(tmp_path):
 def test_one_labelled_demonstration_trains_and_proposes_but_tests_nothing(tmp_path):
     path = make_labelled_project(tmp_path / "p.forcelab", labelled=1, bare=2)
     with Project.open(path) as project:
-        outcome = load_run(
+        result = load_run(
             project,
             finish(review_job(path, BAYES_SETTINGS, replace(FOAM_SELECTION, author="Ada"), "foam")),
         )
-    assert outcome.tested == ()
-    assert [item.name for item in outcome.proposals] == ["foam 02", "foam 03"]
-    assert outcome.scores == {}
-    assert any("Only one demonstration is labelled by Ada" in r for r in outcome.remarks)
-    assert set(outcome.actions) == {"still", "grab", "hold", "release"}
+    assert result.tested == ()
+    assert [item.name for item in result.proposals] == ["foam 02", "foam 03"]
+    assert result.scores == {}
+    assert any("Only one demonstration is labelled by Ada" in r for r in result.remarks)
+    assert set(result.actions) == {"still", "grab", "hold", "release"}
 
 
 def test_folds_that_cannot_be_trained_leave_the_final_recogniser(tmp_path):
@@ -248,12 +248,10 @@ def test_folds_that_cannot_be_trained_leave_the_final_recogniser(tmp_path):
     with Project.create(path) as project:
         for (demo, _), action in zip(synthetic_set(2, 100.0), ("grab", "hold"), strict=True):
             project.demonstrations.add(demo, [Track("Ada", (Segment(0.5, 1.5, action),))])
-        outcome = load_run(
-            project, finish(review_job(path, BAYES_SETTINGS, FOAM_SELECTION, "foam"))
-        )
-    assert outcome.tested == ()
-    assert set(outcome.actions) == {"grab", "hold"}
-    assert any(remark.startswith("Nothing could be tested: With") for remark in outcome.remarks)
+        result = load_run(project, finish(review_job(path, BAYES_SETTINGS, FOAM_SELECTION, "foam")))
+    assert result.tested == ()
+    assert set(result.actions) == {"grab", "hold"}
+    assert any(remark.startswith("Nothing could be tested: With") for remark in result.remarks)
 
 
 @pytest.mark.parametrize(
@@ -290,10 +288,8 @@ def test_an_action_of_a_single_demonstration_is_remarked(tmp_path):
         before = project.tracks.get(info.id, "Ada").segments
         slip = Segment(before[0].start, before[0].end, "slip")
         project.tracks.edit(info.id, "Ada", before, (slip, *before[1:]), "relabelled")
-        outcome = load_run(
-            project, finish(review_job(path, BAYES_SETTINGS, FOAM_SELECTION, "foam"))
-        )
-    assert any("slip (only in foam 01)" in remark for remark in outcome.remarks)
+        result = load_run(project, finish(review_job(path, BAYES_SETTINGS, FOAM_SELECTION, "foam")))
+    assert any("slip (only in foam 01)" in remark for remark in result.remarks)
 
 
 def test_another_task_is_tested_on_and_both_tasks_get_proposals(tmp_path):
@@ -302,18 +298,18 @@ def test_another_task_is_tested_on_and_both_tasks_get_proposals(tmp_path):
         for i, (demonstration, segments) in enumerate(synthetic_set(2, 100.0, "soft", seed=9)):
             project.demonstrations.add(demonstration, [Track("Ada", segments)] if i else [])
         choice = DataSelection(("foam",), test_task="soft")
-        outcome = load_run(project, finish(review_job(path, BAYES_SETTINGS, choice, "foam")))
-    assert [item.task for item in outcome.tested] == ["soft"]
-    assert {item.task for item in outcome.proposals} == {"foam", "soft"}
-    shares = [item.typicality for item in outcome.proposals]
+        result = load_run(project, finish(review_job(path, BAYES_SETTINGS, choice, "foam")))
+    assert [item.task for item in result.tested] == ["soft"]
+    assert {item.task for item in result.proposals} == {"foam", "soft"}
+    shares = [item.typicality for item in result.proposals]
     with Project.open(path) as project:
-        recogniser = load_recogniser(project.runs.recogniser_path(outcome.recogniser))
-        new = [project.demonstrations.load(item.id) for item in outcome.proposals]
+        recogniser = load_recogniser(project.runs.recogniser_path(result.recogniser))
+        new = [project.demonstrations.load(item.id) for item in result.proposals]
     expected = typicality([sample_steps(recogniser.prepare(one)) for one in new])
     assert shares == pytest.approx(expected.tolist())
     assert len(shares) > 1
-    assert (outcome.tasks, outcome.test_task) == (("foam",), "soft")
-    assert {used.demonstration for used in outcome.labels} >= {i.id for i in outcome.tested}
+    assert (result.tasks, result.test_task) == (("foam",), "soft")
+    assert {used.demonstration for used in result.labels} >= {i.id for i in result.tested}
 
 
 def test_the_time_left_is_what_the_fits_before_took():
