@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Collection, Generator, Iterable, Mapping
 from dataclasses import dataclass
 
@@ -46,25 +47,18 @@ class Queue:
 
     def after(self, verdict: StoredVerdict, difference: Difference) -> Queue:
         """The queue after a verdict on a difference."""
-
-        def rest(section: tuple[Difference, ...]) -> tuple[Difference, ...]:
-            return tuple(d for d in section if d != difference)
-
-        return Queue(
-            rest(self.suspected),
-            rest(self.actions),
-            rest(self.missed),
-            rest(self.boundaries),
-            rest(self.invented),
-            (verdict, *self.judged),
+        sections = (self.suspected, self.actions, self.missed, self.boundaries, self.invented)
+        suspected, actions, missed, boundaries, invented = (
+            tuple(d for d in section if d != difference) for section in sections
         )
+        return Queue(suspected, actions, missed, boundaries, invented, (verdict, *self.judged))
 
 
 @dataclass(frozen=True)
 class ComparedDemonstration:
     """The last comparison of a demonstration, so that an edit costs no other one's comparison."""
 
-    reviewed: DemonstrationResult
+    result: DemonstrationResult
     segments: Segments
     differences: tuple[Difference, ...]
     evidence: ModelEvidence
@@ -109,7 +103,7 @@ def arrange_queue(
     for result in shown:
         old = (known or {}).get(result.id)
         segments = tracks[result.id]
-        if old is None or old.reviewed is not result or old.segments != segments:
+        if old is None or old.result is not result or old.segments != segments:
             old = _compare(result, segments, run.actions)
         now[result.id] = old
         yield Progress(len(now), len(shown), "comparing")
@@ -139,35 +133,26 @@ def _arrange(
     invented: bool,
 ) -> Queue:
     """Sort differences into sections."""
-    by_demonstration: dict[str, list[StoredVerdict]] = {}
+    verdicts_of: dict[str, list[StoredVerdict]] = defaultdict(list)
     for verdict in verdicts:
-        by_demonstration.setdefault(verdict.demonstration, []).append(verdict)
+        verdicts_of[verdict.demonstration].append(verdict)
     suspected = [d for d in segments if d.suspicion >= SUSPECT]
-    over: dict[str, list[Difference]] = {}
+    suspects_of: dict[str, list[Difference]] = defaultdict(list)
     for suspect in suspected:
-        over.setdefault(suspect.demonstration, []).append(suspect)
-    sections: dict[DifferenceKind, list[Difference]] = {
-        "action": [],
-        "missed": [],
-        "boundary": [],
-        "invented": [],
-    }
-    still_there: set[int] = set()  # verdicts whose edit was undone
+        suspects_of[suspect.demonstration].append(suspect)
+    sections: dict[DifferenceKind, list[Difference]] = defaultdict(list)
+    reopened: set[int] = set()  # verdicts whose edit was undone
 
-    def settled(difference: Difference) -> bool:
-        speaking = [
-            v
-            for v in by_demonstration.get(difference.demonstration, ())
-            if applies_to(v, difference)
-        ]
-        still_there.update(v.id for v in speaking if changed_labels(v))
-        return any(not changed_labels(v) for v in speaking)
+    def is_settled(difference: Difference) -> bool:
+        applying = [v for v in verdicts_of[difference.demonstration] if applies_to(v, difference)]
+        reopened.update(v.id for v in applying if changed_labels(v))
+        return any(not changed_labels(v) for v in applying)
 
-    open_suspects = [d for d in suspected if not settled(d)]
+    open_suspects = [d for d in suspected if not is_settled(d)]
     for difference in differing:
-        if settled(difference):
+        if is_settled(difference):
             continue
-        if any(_belongs(s, difference) for s in over.get(difference.demonstration, ())):
+        if any(_belongs(s, difference) for s in suspects_of[difference.demonstration]):
             continue
         if difference.suspicion >= SUSPECT:
             open_suspects.append(difference)
@@ -179,7 +164,7 @@ def _arrange(
         _by_score(sections["missed"]),
         _by_score(sections["boundary"]),
         _by_score(sections["invented"]) if invented else (),
-        tuple(v for v in reversed(tuple(verdicts)) if v.id not in still_there),
+        tuple(v for v in reversed(tuple(verdicts)) if v.id not in reopened),
     )
 
 
