@@ -8,8 +8,8 @@ as uncertain, so many were not the human's action.
 Where a coder labels next what a recogniser is least certain of, odd demonstrations come first: what
 is unlike all others is uncertain, too, teaches little about them, and gains less than an order at
 random. Information density [3]_ therefore weighs the uncertainty of each by how many are like it,
-which does not (:mod:`tests.benchmarks.next` measures both). Demonstrations are alike by mean and
-spread of their features, whatever was labelled.
+which does not (:mod:`tests.benchmarks.label_next` measures both). Demonstrations are alike by mean
+and spread of their features, whatever was labelled.
 
 .. [1] Zadrozny and Elkan, "Obtaining calibrated probability estimates from decision trees and naive
    Bayesian classifiers", ICML 2001.
