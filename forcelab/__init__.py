@@ -30,33 +30,33 @@ if TYPE_CHECKING:
     from forcelab.labels import from_codes as segments_from_codes
     from forcelab.project import Project as Project
     from forcelab.project.track_editor import TrackEditor as TrackEditor
-    from forcelab.recognition.cross_validation import across as across
     from forcelab.recognition.cross_validation import leave_one_out as leave_one_out
-    from forcelab.recognition.dataset import Choice as Choice
-    from forcelab.recognition.dataset import corpus as corpus
+    from forcelab.recognition.cross_validation import train_and_test as train_and_test
+    from forcelab.recognition.dataset import DataSelection as DataSelection
+    from forcelab.recognition.dataset import load_dataset as load_dataset
     from forcelab.recognition.examples import Examples as Examples
-    from forcelab.recognition.examples import Labelled as Labelled
-    from forcelab.recognition.examples import prepare as prepare_examples
+    from forcelab.recognition.examples import LabelledDemonstration as LabelledDemonstration
+    from forcelab.recognition.examples import prepare_examples as prepare_examples
     from forcelab.recognition.experiments import evaluate_tasks as evaluate_tasks
     from forcelab.recognition.experiments import train_tasks as train_tasks
-    from forcelab.recognition.features import features as features
+    from forcelab.recognition.features import wavelet_features as wavelet_features
     from forcelab.recognition.metrics import Scores as Scores
     from forcelab.recognition.metrics import score_tracks as score_tracks
     from forcelab.recognition.presets import preset as preset
     from forcelab.recognition.recogniser import Recogniser as Recogniser
     from forcelab.recognition.results import Evaluation as Evaluation
     from forcelab.recognition.settings import Settings as Settings
-    from forcelab.recognition.storage import load as load_recogniser
-    from forcelab.recognition.storage import save as save_recogniser
+    from forcelab.recognition.storage import load_recogniser as load_recogniser
+    from forcelab.recognition.storage import save_recogniser as save_recogniser
     from forcelab.recognition.training import train as train
     from forcelab.review.agreement import agreement as agreement
     from forcelab.review.agreement import coded_demonstrations as coded_demonstrations
-    from forcelab.review.explanation import why_at as why_at
-    from forcelab.review.queue import queue as review_queue
-    from forcelab.review.run_comparison import compare as compare_runs
-    from forcelab.review.run_result import Outcome as Outcome
-    from forcelab.review.run_result import latest as latest_run
-    from forcelab.review.run_result import load as load_run
+    from forcelab.review.explanation import explain_at as explain_at
+    from forcelab.review.queue import review_queue as review_queue
+    from forcelab.review.run_comparison import compare_runs as compare_runs
+    from forcelab.review.run_result import RunResult as RunResult
+    from forcelab.review.run_result import latest_run as latest_run
+    from forcelab.review.run_result import load_run as load_run
     from forcelab.sample import making as making_sample
     from forcelab.signals.cwt import cwt as cwt
     from forcelab.signals.wavelets import DOG as DOG
@@ -70,56 +70,56 @@ if TYPE_CHECKING:
 #: Where each public name lives: the module, and what it is called there.
 _HOMES = {
     "Channel": ("demonstration", "Channel"),
-    "Choice": ("recognition.dataset", "Choice"),
     "DOG": ("signals.wavelets", "DOG"),
+    "DataSelection": ("recognition.dataset", "DataSelection"),
     "Demonstration": ("demonstration", "Demonstration"),
     "Evaluation": ("recognition.results", "Evaluation"),
     "Examples": ("recognition.examples", "Examples"),
     "ForcelabError": ("errors", "ForcelabError"),
     "Haar": ("signals.wavelets", "Haar"),
     "InputError": ("errors", "InputError"),
-    "Labelled": ("recognition.examples", "Labelled"),
+    "LabelledDemonstration": ("recognition.examples", "LabelledDemonstration"),
     "MergeMap": ("label_map", "MergeMap"),
     "Morlet": ("signals.wavelets", "Morlet"),
-    "Outcome": ("review.run_result", "Outcome"),
     "Project": ("project", "Project"),
     "ReadOptions": ("formats.recording", "ReadOptions"),
     "RealMorlet": ("signals.wavelets", "RealMorlet"),
     "Recogniser": ("recognition.recogniser", "Recogniser"),
+    "RunResult": ("review.run_result", "RunResult"),
     "Scores": ("recognition.metrics", "Scores"),
     "Segment": ("labels", "Segment"),
     "Settings": ("recognition.settings", "Settings"),
     "Track": ("labels", "Track"),
     "TrackEditor": ("project.track_editor", "TrackEditor"),
     "Vocabulary": ("vocabulary", "Vocabulary"),
-    "across": ("recognition.cross_validation", "across"),
     "agreement": ("review.agreement", "agreement"),
     "coded_demonstrations": ("review.agreement", "coded_demonstrations"),
-    "compare_runs": ("review.run_comparison", "compare"),
-    "corpus": ("recognition.dataset", "corpus"),
+    "compare_runs": ("review.run_comparison", "compare_runs"),
     "cwt": ("signals.cwt", "cwt"),
     "evaluate_tasks": ("recognition.experiments", "evaluate_tasks"),
-    "features": ("recognition.features", "features"),
+    "explain_at": ("review.explanation", "explain_at"),
     "finish": ("jobs", "finish"),
     "glossary": ("glossary", "glossary"),
     "import_files": ("formats.importing", "import_files"),
-    "latest_run": ("review.run_result", "latest"),
+    "latest_run": ("review.run_result", "latest_run"),
     "leave_one_out": ("recognition.cross_validation", "leave_one_out"),
-    "load_recogniser": ("recognition.storage", "load"),
-    "load_run": ("review.run_result", "load"),
+    "load_dataset": ("recognition.dataset", "load_dataset"),
+    "load_recogniser": ("recognition.storage", "load_recogniser"),
+    "load_run": ("review.run_result", "load_run"),
     "making_sample": ("sample", "making"),
     "performing": ("simulation.tasks", "performing"),
-    "prepare_examples": ("recognition.examples", "prepare"),
+    "prepare_examples": ("recognition.examples", "prepare_examples"),
     "preset": ("recognition.presets", "preset"),
     "read": ("formats", "read"),
-    "review_queue": ("review.queue", "queue"),
-    "save_recogniser": ("recognition.storage", "save"),
+    "review_queue": ("review.queue", "review_queue"),
+    "save_recogniser": ("recognition.storage", "save_recogniser"),
     "score_tracks": ("recognition.metrics", "score_tracks"),
     "segments_from_codes": ("labels", "from_codes"),
     "simulating": ("simulation.generate", "simulating"),
     "train": ("recognition.training", "train"),
+    "train_and_test": ("recognition.cross_validation", "train_and_test"),
     "train_tasks": ("recognition.experiments", "train_tasks"),
-    "why_at": ("review.explanation", "why_at"),
+    "wavelet_features": ("recognition.features", "wavelet_features"),
 }
 
 __all__ = ["__version__", *_HOMES]  # noqa: PLE0604 - all of them are strings

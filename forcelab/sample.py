@@ -53,7 +53,7 @@ def making(path: str | PathLike[str], jobs: int = 1) -> Generator[Progress, None
         _check(path)
         return False
     # What making one needs is loaded only now.
-    from forcelab.recognition.dataset import Choice
+    from forcelab.recognition.dataset import DataSelection
     from forcelab.recognition.experiments import train_tasks
     from forcelab.recognition.presets import preset
     from forcelab.simulation.generate import Job, produce_demonstrations
@@ -74,7 +74,9 @@ def making(path: str | PathLike[str], jobs: int = 1) -> Generator[Progress, None
         yield Progress(len(orders), len(orders), f"writing {path.name}")
         project.demonstrations.add_all(given)
         settings = preset("paper").replace(stride=10)
-        yield from train_tasks(project, settings, Choice((RECOGNISED,), author=CODER), RECOGNISED)
+        yield from train_tasks(
+            project, settings, DataSelection((RECOGNISED,), author=CODER), RECOGNISED
+        )
     return True
 
 

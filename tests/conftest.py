@@ -13,7 +13,7 @@ from hypothesis import settings
 
 #: The files that take longest begin first, so that no process is left with one in the end.
 LONG = (
-    "recognition/test_evaluation.py",
+    "recognition/test_cross_validation.py",
     "gui/test_measuring.py",
     "simulation/test_tasks.py",
     "gui/test_texts.py",
@@ -27,7 +27,7 @@ LONG = (
     "cli/test_measure.py",
     "cli/test_capture_recogniser.py",
     "test_house_rules.py",
-    "review/test_suspicion.py",
+    "review/test_label_errors.py",
     "cli/test_capture.py",
     "cli/test_simulate.py",
     "cli/test_gui.py",

@@ -17,9 +17,9 @@ from forcelab.demonstration import Channel, Demonstration
 from forcelab.labels import Segment
 from forcelab.project import LabelsUsed, Project
 from forcelab.recognition.presets import preset
-from forcelab.recognition.probability_trace import Certainty
-from forcelab.review.run_result import Outcome, Reviewed
-from forcelab.review.training import Step
+from forcelab.recognition.probabilities import ProbabilityTrace
+from forcelab.review.run_result import DemonstrationResult, RunResult
+from forcelab.review.training import TrainingStep
 
 TRACK = (Segment(0.0, 2.0, "grab"), Segment(2.0, 5.0, "hold"))
 PREDICTED = (Segment(0.0, 2.5, "grab"), Segment(2.5, 6.0, "hold"), Segment(6.0, 7.0, "grab"))
@@ -29,7 +29,9 @@ def step(epoch=1, loss=1.0, fold=1, folds=3, phase="fold", seconds_left=12.0):
     """What a training tells of an epoch."""
     done = 100 * fold + (epoch or 0)
     text = f"fold {fold} of {folds}"
-    return Step(done, 100 * (folds + 2), text, phase, fold, folds, epoch, loss, seconds_left)
+    return TrainingStep(
+        done, 100 * (folds + 2), text, phase, fold, folds, epoch, loss, seconds_left
+    )
 
 
 def recording(name, task, shift=0.0):
@@ -43,7 +45,7 @@ def certainty(*parts, rate=50.0):
     """Stretches of (seconds, probability of grab)."""
     grab = np.concatenate([np.full(round(seconds * rate), p) for seconds, p in parts])
     values = np.rint(np.stack([grab, 1 - grab], axis=1) * 255).astype(np.uint8)
-    return Certainty(0.0, rate, ("grab", "hold"), values)
+    return ProbabilityTrace(0.0, rate, ("grab", "hold"), values)
 
 
 def outcome_of(project, number=1, task="foam", author="Ann", proposed=(), **changes):
@@ -52,9 +54,11 @@ def outcome_of(project, number=1, task="foam", author="Ann", proposed=(), **chan
     sure = certainty((2.5, 0.97), (3.5, 0.2), (1.0, 0.6), (3.0, 0.9))
 
     def reviewed(info, human):
-        return Reviewed(info.id, info.name, task, 0.0, 10.0, human, {"filtered": PREDICTED}, sure)
+        return DemonstrationResult(
+            info.id, info.name, task, 0.0, 10.0, human, {"filtered": PREDICTED}, sure
+        )
 
-    made = Outcome(
+    made = RunResult(
         number=number,
         time=datetime(2026, 3, 1, 12, number % 60, tzinfo=timezone.utc),
         title=task,

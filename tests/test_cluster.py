@@ -17,7 +17,7 @@ from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.parallel import map_in_processes
 from forcelab.recognition.cross_validation import leave_one_out
-from forcelab.recognition.examples import Labelled
+from forcelab.recognition.examples import LabelledDemonstration
 
 
 @pytest.fixture(scope="module")
@@ -32,7 +32,7 @@ def cluster():
 
 
 def test_an_evaluation_is_the_same_on_a_cluster_as_here(cluster):
-    items = [Labelled(*pair) for pair in synthetic_set(6, rate=100.0)][:3]
+    items = [LabelledDemonstration(*pair) for pair in synthetic_set(6, rate=100.0)][:3]
     settings = preset("paper").replace(max_scale=64)
     there = finish(leave_one_out(items, settings, jobs=3)).to_json()
     here = finish(leave_one_out(items, settings)).to_json()

@@ -21,7 +21,7 @@ from forcelab.jobs import finish
 from forcelab.labels import Segment
 from forcelab.project import Project
 from forcelab.recognition.settings import Settings
-from forcelab.recognition.storage import load
+from forcelab.recognition.storage import load_recogniser
 from forcelab.simulation import generate
 from forcelab.simulation.scene import TASKS
 
@@ -91,7 +91,7 @@ def test_its_recogniser_was_trained_on_one_coder_and_recognises_what_nobody_labe
             for used in stored.labels
         }
         assert learnt == {f"LEGO-1-{number:02d}": "Ines" for number in range(1, 6)}
-        recogniser = load(project.runs.recogniser_path(stored.id))
+        recogniser = load_recogniser(project.runs.recogniser_path(stored.id))
         found = recogniser.predict(project.demonstrations.load("LEGO-1-06")).segments
         assert {segment.action for segment in found} <= set(recogniser.actions)
         assert found

@@ -11,11 +11,16 @@ from forcelab.cli.options import UsageError, add_author, add_task
 from forcelab.errors import InputError
 from forcelab.label_map import MergeMap
 from forcelab.recognition.presets import preset
-from forcelab.recognition.setting_fields import FIELDS, WINDOWS_FIELD, SettingField
-from forcelab.recognition.settings import Settings, obstacle
+from forcelab.recognition.settings import (
+    FIELDS,
+    WINDOWS_FIELD,
+    SettingField,
+    Settings,
+    why_not_applied,
+)
 
 if TYPE_CHECKING:
-    from forcelab.recognition.dataset import Choice
+    from forcelab.recognition.dataset import DataSelection
 
 _PRESETS = (
     "paper: the published method (default); released: what its authors' code does; fast; best: "
@@ -104,7 +109,7 @@ def settings_from(arguments: argparse.Namespace) -> Settings:
     for name, value in changes.items():
         # That something is switched off which is not used anyway misleads nobody.
         used = value is not None and value is not False
-        if used and (why := obstacle(name, vars(settings))):
+        if used and (why := why_not_applied(name, vars(settings))):
             print(f"forcelab: --{name.replace('_', '-')} has no effect {why}.", file=sys.stderr)
     return settings
 
@@ -134,12 +139,12 @@ def _windows(text: str) -> tuple[float, ...]:
         raise UsageError(f"--windows takes seconds such as 0.01,0.1, not '{text}'.") from error
 
 
-def choice_from(arguments: argparse.Namespace) -> Choice:
+def choice_from(arguments: argparse.Namespace) -> DataSelection:
     """The demonstrations that the command line means."""
     # Loads what trains and evaluates; the settings alone, which plan reads, need none of that.
-    from forcelab.recognition.dataset import Choice
+    from forcelab.recognition.dataset import DataSelection
 
-    return Choice(
+    return DataSelection(
         tasks=tuple(arguments.task or ()),
         author=arguments.author,
         apart=arguments.apart,

@@ -24,13 +24,13 @@ from forcelab.gui.view_state import ViewState
 from forcelab.labels import Segment, Segments, is_model
 from forcelab.project import DemonstrationInfo, Edit, Origin, Project, UndoResult
 from forcelab.project.track_editor import Result, TrackEditor
-from forcelab.review.differences import Interval, spelt_as_coded
+from forcelab.review.differences import Interval, as_coded
 from forcelab.segment_edits import SLIVER
 from forcelab.text import tidy_name
 from forcelab.vocabulary import Action, Vocabulary
 
 if TYPE_CHECKING:
-    from forcelab.review.run_result import Outcome, Reviewed
+    from forcelab.review.run_result import DemonstrationResult, RunResult
 
 __all__ = ["Document", "ReviewState", "Stroke"]
 
@@ -470,15 +470,15 @@ class Document(QObject):
         others = {track.author: track.segments for track in tracks if track.author != author}
         reviewed = None if run is None else run.find(demonstration.id)
         if run is not None and reviewed is not None and not blind:
-            predicted = spelt_as_coded(reviewed.predicted, run, reviewed)
+            predicted = as_coded(reviewed.predicted, run, reviewed)
             others[run.proposer] = predicted
             painted += tuple(segment.action for segment in predicted)
         listed, styles = project.actions.vocabulary(demonstration.task), Vocabulary()
         if run is not None and any(action not in listed for action in painted):
             # Runs are not loaded where none is reviewed.
-            from forcelab.review.run_result import vocabulary_of
+            from forcelab.review.run_result import action_styles
 
-            styles = vocabulary_of(project, run)
+            styles = action_styles(project, run)
         return _VisibleLabels(others, listed, painted, styles)
 
     def _show_labels(self, labels: _VisibleLabels) -> None:
@@ -794,7 +794,7 @@ class ReviewState(QObject):
     def __init__(self, document: Document) -> None:
         super().__init__(document)
         self._document = document
-        self.run: Outcome | None = None
+        self.run: RunResult | None = None
         self.examined: Interval | None = None
         self.training = False
 
@@ -804,7 +804,7 @@ class ReviewState(QObject):
             self.training = training
             self.training_changed.emit()
 
-    def set_run(self, run: Outcome | None) -> None:
+    def set_run(self, run: RunResult | None) -> None:
         """Review another run; its prediction stands below the open demonstration's tracks."""
         self.run = run
         self.examined = None
@@ -828,7 +828,7 @@ class ReviewState(QObject):
         return True
 
     @property
-    def reviewed(self) -> Reviewed | None:
+    def reviewed(self) -> DemonstrationResult | None:
         """The open demonstration in the run; None while coding blind, or if it is not in it."""
         if self.run is None or not self._document.id or self._document.coding_blind:
             return None
@@ -871,17 +871,17 @@ class ReviewState(QObject):
             document.show_message(blind if document.coding_blind else missing, True)
             return False
         # It brings what proposes demonstrations to label, which takes long to load.
-        from forcelab.review.active_learning import acceptable
+        from forcelab.review.active_learning import acceptable_segments
 
-        if at_least and reviewed.certainty is None:
+        if at_least and reviewed.probability_trace is None:
             message = "This run kept no probabilities; train again to have them."
             document.show_message(message, True)
             return False
-        segments = acceptable(reviewed, start, end, at_least)
+        segments = acceptable_segments(reviewed, start, end, at_least)
         if not segments:
             document.show_message("Nothing is predicted here that could be accepted.")
             return False
-        return self.adopt(*spelt_as_coded(segments, run, reviewed), replace=replace)
+        return self.adopt(*as_coded(segments, run, reviewed), replace=replace)
 
     def adopt(self, *segments: Segment, replace: bool = True) -> bool:
         """Paint what the recogniser proposes, in the coder's spelling.
@@ -899,7 +899,7 @@ class ReviewState(QObject):
         if reviewed is None or run is None:
             return time
         end = time
-        for segment in spelt_as_coded(reviewed.predicted, run, reviewed):
+        for segment in as_coded(reviewed.predicted, run, reviewed):
             if segment.start > time and not self._is_labelled(segment):
                 return segment.start
             if segment.start <= time < segment.end:

@@ -21,30 +21,21 @@ from forcelab.capture.stream_merger import StreamMerger
 from forcelab.demonstration import GAP_PERIODS, Channel
 from forcelab.labels import UNLABELLED, Segment, model_author
 from forcelab.project import Project
-from forcelab.recognition.live import Decided, Early, OnlineRecogniser
-from forcelab.recognition.live_model import needs_whole
-from forcelab.recognition.probability_trace import RATE, Certainty
-from forcelab.recognition.rates import unseen_at
+from forcelab.recognition.live import EarlyScale, LiveLabels, OnlineRecogniser
+from forcelab.recognition.live_model import needs_live_model
+from forcelab.recognition.probabilities import RATE, ProbabilityTrace
 from forcelab.recognition.recogniser import Recogniser
 
 
 @dataclass(frozen=True)
-class Recognised:
-    """A segment whose end is decided.
+class ClosedSegment:
+    """A segment whose end is decided."""
 
-    Parameters
-    ----------
-    start, end : float
-        Seconds of the host's monotonic clock.
-    action : str
-    probability : float
-        Mean over its samples; NaN of a classifier that has none.
-    """
-
+    #: start, end: seconds of the host's monotonic clock
     start: float
     end: float
     action: str
-    probability: float
+    probability: float  # mean over its samples; NaN of a classifier that has none
 
     @property
     def segment(self) -> Segment:
@@ -52,20 +43,11 @@ class Recognised:
         return Segment(self.start, self.end, self.action)
 
 
-class Growing:
-    """Segments of labels that come in their order.
+class SegmentBuilder:
+    """Segments of the labels that an online recogniser gives.
 
-    Parameters
-    ----------
-    online : OnlineRecogniser
-        Which gives the labels.
-
-    Attributes
-    ----------
-    action : str
-        Of the latest label; empty where that is unlabelled, or there is none yet.
-    probability : float
-        Of that action; NaN where it is not known.
+    `action` is that of the latest label, empty where that is unlabelled; `probability` its
+    probability, NaN where that is not known.
     """
 
     def __init__(self, online: OnlineRecogniser) -> None:
@@ -81,21 +63,23 @@ class Growing:
         return self._last + self._period
 
     @property
-    def present(self) -> Recognised | None:
+    def present(self) -> ClosedSegment | None:
         """The segment that has not ended, as far as it is decided."""
         if self._code == UNLABELLED:
             return None
-        return Recognised(self._start, self.until, self.action, self._sum / self._count)
+        return ClosedSegment(self._start, self.until, self.action, self._sum / self._count)
 
-    def take(self, decided: Decided) -> list[Recognised]:
-        """Take in labels; gives the segments that they end."""
-        if not len(decided):
+    def take(self, labels: LiveLabels) -> list[ClosedSegment]:
+        """Take labels; gives the segments that they end."""
+        if not len(labels):
             return []
-        times, codes = decided.times, decided.codes
-        sure = np.full(len(codes), np.nan)
-        if decided.probabilities is not None:
+        times, codes = labels.times, labels.codes
+        probabilities = np.full(len(codes), np.nan)
+        if labels.probabilities is not None:
             rows = np.arange(len(codes))
-            sure = np.where(codes >= 0, decided.probabilities[rows, np.maximum(codes, 0)], np.nan)
+            probabilities = np.where(
+                codes >= 0, labels.probabilities[rows, np.maximum(codes, 0)], np.nan
+            )
         before = np.concatenate([[self._last], times[:-1]])
         parted = times - before > GAP_PERIODS * self._period
         changed = codes != np.concatenate([[self._code], codes[:-1]])
@@ -109,15 +93,15 @@ class Growing:
                 found += self._closed(gone if parted[first] else float(times[first]))
                 self._code, self._start = int(codes[first]), float(times[first])
                 self._sum, self._count = 0.0, 0
-            self._sum += float(sure[first:last].sum())
+            self._sum += float(probabilities[first:last].sum())
             self._count += last - first
         self._last = float(times[-1])
         unlabelled = self._code == UNLABELLED
         self.action = "" if unlabelled else self._online.actions[self._code]
-        self.probability = math.nan if unlabelled else float(sure[-1])
+        self.probability = math.nan if unlabelled else float(probabilities[-1])
         return found
 
-    def finish(self) -> list[Recognised]:
+    def finish(self) -> list[ClosedSegment]:
         """The segment that has not ended, which ends with the last label."""
         found = self._closed(self.until)
         self._code = UNLABELLED
@@ -127,11 +111,11 @@ class Growing:
     def _period(self) -> float:
         return self._online.step or 1.0 / self._online.recogniser.rate
 
-    def _closed(self, end: float) -> list[Recognised]:
+    def _closed(self, end: float) -> list[ClosedSegment]:
         if self._code == UNLABELLED:
             return []
         action = self._online.actions[self._code]
-        return [Recognised(self._start, end, action, self._sum / self._count)]
+        return [ClosedSegment(self._start, end, action, self._sum / self._count)]
 
 
 #: Seconds that are kept for views.
@@ -140,39 +124,21 @@ SECONDS = 15.0
 
 @dataclass(frozen=True, eq=False)
 class LiveSnapshot:
-    """What was recognised last; never changed, so that any thread may look at it.
+    """The latest labels; never changed, so that any thread may read it."""
 
-    Parameters
-    ----------
-    segments : tuple of Segment
-        Of the last seconds, on the host's monotonic clock; the last one may still grow.
-    certainty : Certainty or None
-        Of the same time; None of a classifier without probabilities.
-    until : float
-        The time (s) up to which labels are decided; NaN while there are none.
-    action : str
-        Of the latest label; empty where that is unlabelled.
-    probabilities : tuple of float
-        Of each action the recogniser knows, over the latest labels; empty where they are unknown.
-    cost : float
-        Share of one core that recognising has taken of late.
-    """
-
+    #: Of the last seconds, on the host's monotonic clock; the last one may still grow
     segments: tuple[Segment, ...] = ()
-    certainty: Certainty | None = None
-    until: float = math.nan
-    action: str = ""
+    #: Of the same time; None of a classifier without probabilities
+    probability_trace: ProbabilityTrace | None = None
+    until: float = math.nan  # the time (s) up to which labels are decided; NaN while there are none
+    action: str = ""  # of the latest label; empty where that is unlabelled
+    #: Of each action the recogniser knows, over the latest labels; empty where they are unknown
     probabilities: tuple[float, ...] = ()
-    cost: float = 0.0
+    cost: float = 0.0  # share of one core that recognising has taken of late
 
 
-class Recent:
-    """Gathers what a :class:`LiveSnapshot` shows; memory is taken once.
-
-    Parameters
-    ----------
-    actions : tuple of str, length K
-    """
+class SnapshotBuffer:
+    """Gathers what a :class:`LiveSnapshot` shows; memory is taken once."""
 
     def __init__(self, actions: tuple[str, ...]) -> None:
         self._actions = actions
@@ -183,29 +149,29 @@ class Recent:
         self._segments: deque[Segment] = deque()
         self._latest: tuple[float, ...] = ()
 
-    def take(self, decided: Decided, ended: list[Recognised]) -> None:
-        """Take in labels and the segments that they ended."""
-        self._segments.extend(one.segment for one in ended)
-        if not len(decided):
+    def take(self, labels: LiveLabels, ended: list[ClosedSegment]) -> None:
+        """Take labels and the segments that they ended."""
+        self._segments.extend(segment.segment for segment in ended)
+        if not len(labels):
             return
-        while self._segments and self._segments[0].end < decided.times[-1] - SECONDS:
+        while self._segments and self._segments[0].end < labels.times[-1] - SECONDS:
             self._segments.popleft()
-        if decided.probabilities is None:
+        if labels.probabilities is None:
             return
-        times = decided.times
-        kept = times > times[-1] - SECONDS + 1.0
-        self._latest = tuple(decided.probabilities[-1].tolist())
-        self._add(np.floor(times[kept] * RATE).astype(np.int64), decided.probabilities[kept])
+        times = labels.times
+        recent = times > times[-1] - SECONDS + 1.0
+        self._latest = tuple(labels.probabilities[-1].tolist())
+        self._add(np.floor(times[recent] * RATE).astype(np.int64), labels.probabilities[recent])
 
-    def end(self, growing: Growing) -> None:
-        """The segment that grows ends here: another recogniser goes on."""
+    def end(self, growing: SegmentBuilder) -> None:
+        """End the open segment: another recogniser goes on."""
         present = growing.present
         if present is not None:
             self._segments.append(present.segment)
         self._latest = ()
 
-    def glimpse(self, growing: Growing, cost: float) -> LiveSnapshot:
-        """What is to be seen now."""
+    def snapshot(self, growing: SegmentBuilder, cost: float) -> LiveSnapshot:
+        """The snapshot of now."""
         present = growing.present
         segments = (*self._segments, *(() if present is None else (present.segment,)))
         return LiveSnapshot(
@@ -213,7 +179,7 @@ class Recent:
         )
 
     def _add(self, bins: NDArray[np.int64], probabilities: NDArray[np.float64]) -> None:
-        """Add probabilities to their bins; bins that nobody filled are empty."""
+        """Add probabilities to their bins; skipped bins are empty."""
         last = int(bins[-1])
         if self._newest is not None and last > self._newest:
             fresh = np.arange(max(self._newest + 1, last - self._length + 1), last + 1)
@@ -223,7 +189,7 @@ class Recent:
         np.add.at(self._sums, bins % self._length, probabilities)
         np.add.at(self._counts, bins % self._length, 1.0)
 
-    def _certainty(self) -> Certainty | None:
+    def _certainty(self) -> ProbabilityTrace | None:
         """The means, from the oldest bin to the newest."""
         if self._newest is None:
             return None
@@ -231,7 +197,7 @@ class Recent:
         rows = bins % self._length
         means = self._sums[rows] / np.maximum(self._counts[rows], 1.0)[:, None]
         values = np.rint(255.0 * np.clip(means, 0.0, 1.0)).astype(np.uint8)
-        return Certainty(float(bins[0]) / RATE, RATE, self._actions, values)
+        return ProbabilityTrace(float(bins[0]) / RATE, RATE, self._actions, values)
 
 
 #: Seconds of latency, and points of accuracy lost against a second: preset ``fast``, leaving one
@@ -241,52 +207,28 @@ LOSSES = ((0.0, 4.0), (0.05, 2.0), (0.1, 0.5), (0.3, 0.1), (1.0, 0.0))
 
 @dataclass(frozen=True)
 class LatencyBudget:
-    """What a latency is spent on, and what it leaves to be estimated.
+    """The shares of a latency, and which scales it leaves to be estimated."""
 
-    Parameters
-    ----------
-    latency : float
-        Seconds from a sample to its label.
-    ahead, filters : float
-        Seconds of it that wavelets or windows look ahead, and filters or the decoder.
-    scales : int
-        Of wavelets that are used on a stream; 0 where windows take their place.
-    early : tuple of Early
-        Those that are estimated before their wavelet has passed.
-    loss : float
-        Points of accuracy that the latency takes against one of a second, as far as it was
-        measured: see :data:`LOSSES`.
-    """
-
-    latency: float
+    latency: float  # seconds from a sample to its label
+    #: ahead, filters: seconds of it that wavelets or windows look ahead, and filters or the decoder
     ahead: float
     filters: float
-    scales: int
-    early: tuple[Early, ...]
+    scales: int  # of wavelets that are used on a stream; 0 where windows take their place
+    early: tuple[EarlyScale, ...]  # those that are estimated before their wavelet has passed
+    #: Points of accuracy that the latency takes against one of a second, as far as it was measured:
+    #: see :data:`LOSSES`
     loss: float = 0.0
 
 
-def promised(recogniser: Recogniser, latency: float) -> LatencyBudget:
-    """What a latency means, at the rate that the recogniser was trained at.
-
-    Parameters
-    ----------
-    recogniser : Recogniser
-    latency : float
-        Seconds.
-
-    Raises
-    ------
-    InputError
-        If the latency is negative.
-    """
+def latency_budget(recogniser: Recogniser, latency: float) -> LatencyBudget:
+    """The shares of a latency in seconds, at the rate that the recogniser was trained at."""
     channels = [Channel(name, "N") for name in recogniser.channels]
     online = OnlineRecogniser(recogniser, latency, channels, recogniser.rate)
     budget, step = online.budget, online.step
     assert budget is not None
     assert step is not None
     filters = (budget.median + budget.drop + budget.decoder) * step
-    scales = 0 if needs_whole(recogniser.settings) else len(recogniser.settings.scales)
+    scales = 0 if needs_live_model(recogniser.settings) else len(recogniser.settings.scales)
     # Of wavelets the errors of the early ones say it.
     loss = 0.0 if scales else float(np.interp(latency, *np.transpose(LOSSES)))
     return LatencyBudget(latency, budget.features * step, filters, scales, online.early, loss)
@@ -296,7 +238,7 @@ def promised(recogniser: Recogniser, latency: float) -> LatencyBudget:
 LATENCY = 0.3
 #: Blocks whose ages are kept for the figures at the end: half an hour of them.
 AGES = 100_000
-#: Seconds over which the cost is told.
+#: Seconds over which the cost is averaged.
 COSTED = 2.0
 
 
@@ -304,32 +246,9 @@ class LiveRecognition:
     """Labels of what devices give, for as long as a recording lasts, or until it is finished.
 
     Made when the devices are open; :meth:`begin` it with the recording, and :meth:`look` every now
-    and then. Not for several threads at once but for :attr:`glimpse`.
-
-    Parameters
-    ----------
-    recogniser : Recogniser
-    name : str
-        What it is called.
-    latency : float
-        Seconds; see :class:`~forcelab.recognition.live.OnlineRecogniser`.
-    recorder : Recorder
-        It is open.
-    devices : sequence of Device
-        The recorder's.
-
-    Attributes
-    ----------
-    glimpse : Glimpse
-        What was recognised last.
-    remarks : tuple of str
-        What is to be said of the devices: that the recogniser learnt other units, or at a rate at
-        which it saw more.
-
-    Raises
-    ------
-    InputError
-        If the recogniser looks at a channel that no device has, or the latency is negative.
+    and then. Not thread-safe but for :attr:`snapshot`, the latest labels. `remarks` say that the
+    recogniser learnt other units, or at a rate at which it saw more. An InputError says that the
+    recogniser looks at a channel that no device has, or the latency is negative.
     """
 
     def __init__(
@@ -345,12 +264,14 @@ class LiveRecognition:
         self._following = StreamMerger(devices, recorder.since)
         rate = self._following.rate if self._following.rate > 0 else None
         self._online = OnlineRecogniser(recogniser, latency, self._following.channels, rate)
-        slow = () if rate is None else unseen_at(recogniser, rate, "The samples come", "they have")
-        self.remarks = (*recogniser.remarks_on(self._following.channels), *slow)
-        self._segments = Growing(self._online)
-        self._recent = Recent(self._online.actions)
-        self.glimpse = LiveSnapshot()
-        self._found: list[Recognised] = []
+        slow = (
+            () if rate is None else recogniser.rate_remarks(rate, "The samples come", "they have")
+        )
+        self.remarks = (*recogniser.unit_remarks(self._following.channels), *slow)
+        self._segments = SegmentBuilder(self._online)
+        self._recent = SnapshotBuffer(self._online.actions)
+        self.snapshot = LiveSnapshot()
+        self._found: list[ClosedSegment] = []
         self._ages: deque[float] = deque(maxlen=AGES)
         self._keeping = True
         self._begun = self._ended = math.nan
@@ -358,7 +279,7 @@ class LiveRecognition:
         self._costs: deque[tuple[float, float]] = deque()  # when, and seconds of CPU until then
 
     def renewed(self) -> LiveRecognition:
-        """Another one of the same recogniser that knows nothing yet."""
+        """A new one of the same recogniser, in its initial state."""
         return LiveRecognition(
             self.recogniser, self._name, self.latency, self._recorder, self._devices
         )
@@ -372,20 +293,15 @@ class LiveRecognition:
     ) -> None:
         """Recognise from now on.
 
-        Parameters
-        ----------
-        keeping : bool
-            Whether all segments are kept until the end, not only those of the last seconds.
-        after : LiveRecognition, optional
-            Which ends with this; what it said last stays to be seen, and nothing else of it.
-        firsts : sequence of int, optional
-            Numbers of the samples to begin with instead, such as the recorder's
-            :attr:`~forcelab.capture.recorder.Recorder.firsts` of a recording that just began.
+        With `keeping` all segments are kept until the end, not only those of the last seconds.
+        `after` ends with this; its last labels stay to be seen. `firsts` are numbers of the samples
+        to begin with instead, such as the recorder's
+        :attr:`~forcelab.capture.recorder.Recorder.firsts` of a recording that just began.
         """
         if after is not None:
             self._recent = after._recent
             self._recent.end(after._segments)
-            self.glimpse = self._recent.glimpse(self._segments, 0.0)
+            self.snapshot = self._recent.snapshot(self._segments, 0.0)
         self._keeping = keeping
         if firsts is None:
             self._following.skip(self._recorder.latest(0.0))
@@ -402,8 +318,8 @@ class LiveRecognition:
             return ""
         if not growing.action:
             return "-"
-        sure = growing.probability
-        return growing.action if math.isnan(sure) else f"{growing.action} {sure:.2f}"
+        probability = growing.probability
+        return growing.action if math.isnan(probability) else f"{growing.action} {probability:.2f}"
 
     @property
     def begun(self) -> float:
@@ -415,25 +331,25 @@ class LiveRecognition:
         """Whether it takes nothing more."""
         return not math.isnan(self._ended)
 
-    def look(self) -> list[Recognised]:
-        """Take in what came since; gives the segments that have ended, nothing when finished."""
+    def look(self) -> list[ClosedSegment]:
+        """Take the new samples; gives the segments that have ended, nothing when finished."""
         if self.finished:
             return []
         worked = time.thread_time()
         times, values = self._following.read()
-        decided = self._online.push(times, values)
-        found = self._segments.take(decided)
-        self._recent.take(decided, found)
+        labels = self._online.push(times, values)
+        found = self._segments.take(labels)
+        self._recent.take(labels, found)
         if self._keeping:
             self._found += found
-        if len(decided):
-            self._ages.append(time.monotonic() - float(decided.times[0]))
-            self.glimpse = self._recent.glimpse(self._segments, self._cost())
+        if len(labels):
+            self._ages.append(time.monotonic() - float(labels.times[0]))
+            self.snapshot = self._recent.snapshot(self._segments, self._cost())
         self._cpu += time.thread_time() - worked
         return found
 
-    def finish(self) -> list[Recognised]:
-        """Take in the last samples, of a recording that has ended the last that is in it.
+    def finish(self) -> list[ClosedSegment]:
+        """Take the last samples, of a recording that has ended its last ones.
 
         Gives the segments that were waiting. Once is enough.
         """
@@ -455,30 +371,17 @@ class LiveRecognition:
         self._ended = time.monotonic()
         return found
 
-    def keep(self, path: Path, kept: SavedRecording) -> dict[str, Any]:
-        """Keep the track with the demonstration, and tell what became of it as plain values.
-
-        Parameters
-        ----------
-        path : Path
-            The project's folder.
-        kept : Kept
-            The recording.
-
-        Raises
-        ------
-        InputError
-            If the project cannot be written.
-        """
+    def keep(self, path: Path, saved: SavedRecording) -> dict[str, Any]:
+        """Store the track with the demonstration; returns figures of it as plain values."""
         with Project.open(path) as project:
-            stamps = project.media.stamps(kept.added.id)
+            stamps = project.media.stamps(saved.added.id)
             start = self._begun if stamps is None else float(stamps["start"])
-            segments = self._within(start, kept.seconds)
-            before = project.tracks.get(kept.added.id, self.author).segments
+            segments = self._within(start, saved.seconds)
+            before = project.tracks.get(saved.added.id, self.author).segments
             if segments != before:
                 what = f"recognised live, {self.latency:g} s after the force"
                 project.tracks.edit(
-                    kept.added.id, self.author, before, segments, what, kind="predict"
+                    saved.added.id, self.author, before, segments, what, kind="predict"
                 )
         ages = np.array(self._ages) if self._ages else np.full(1, np.nan)
         labelled = math.fsum(segment.duration for segment in segments)
@@ -486,7 +389,7 @@ class LiveRecognition:
         return {
             "author": self.author,
             "segments": len(segments),
-            "labelled": labelled / kept.seconds if kept.seconds > 0 else 0.0,
+            "labelled": labelled / saved.seconds if saved.seconds > 0 else 0.0,
             "latency": self.latency,
             "after": {"median": middle, "p99": most},
             "cpu": self._cpu / max(self._ended - self._begun, 1e-9),
@@ -495,8 +398,12 @@ class LiveRecognition:
     def _within(self, start: float, seconds: float) -> tuple[Segment, ...]:
         """The segments on the demonstration's clock."""
         ends = [
-            (min(max(one.start - start, 0.0), seconds), min(one.end - start, seconds), one.action)
-            for one in self._found
+            (
+                min(max(closed.start - start, 0.0), seconds),
+                min(closed.end - start, seconds),
+                closed.action,
+            )
+            for closed in self._found
         ]
         return tuple(Segment(first, last, action) for first, last, action in ends if last > first)
 

@@ -1,8 +1,8 @@
-"""A scalogram that grows with a stream, in a picture that grows to the right.
+"""A rolling scalogram of a stream.
 
 The coefficient of a wide wavelet is complete only seconds after its sample. Until then it is shown
 as it is known so far, by estimates some steps after the sample (:data:`RUNGS`): each is better than
-the one before and replaces it. What is still estimated lies right of :attr:`Strip.complete`.
+the one before and replaces it. What is still estimated lies right of :attr:`RollingImage.complete`.
 """
 
 from __future__ import annotations
@@ -37,40 +37,21 @@ CALM, ABOVE = 0.02, 2.0
 
 @dataclass(frozen=True, eq=False)
 class RollingImage:
-    """The last seconds, as they are known.
+    """The last seconds as an image."""
 
-    Parameters
-    ----------
-    start, end : float
-        Seconds at the edges of the first and the last column, on the clock of the stream.
-    values : ndarray of float32, shape (rows, columns)
-        Decimal logarithms of magnitudes; NaN where nothing is known.
-    hertz : ndarray, shape (rows,)
-        The frequency of each row, falling.
-    complete : ndarray, shape (rows,)
-        The time (s) up to which each row is complete.
-    low, high : float
-        For the first and the last colour.
-    """
-
+    #: start, end: seconds at the edges of the first and the last column, on the clock of the stream
     start: float
     end: float
-    values: Sizes
-    hertz: Real
-    complete: Real
+    values: Sizes  # (rows, columns); decimal logarithms of magnitudes; NaN where nothing is known
+    hertz: Real  # (rows,); the frequency of each row, falling
+    complete: Real  # (rows,); the time (s) up to which each row is complete
+    #: low, high: for the first and the last colour
     low: float
     high: float
 
 
-class Ring:
-    """Columns of the last seconds.
-
-    Parameters
-    ----------
-    rows, columns : int
-    width : float
-        Seconds of a column; they stand at multiples of it.
-    """
+class ColumnRing:
+    """Columns of the last seconds, each `width` seconds wide, at multiples of it."""
 
     def __init__(self, rows: int, columns: int, width: float) -> None:
         self._columns, self._width = columns, width
@@ -95,16 +76,10 @@ class Ring:
             self._newest = newest
 
     def write(self, rows: NDArray[np.int64], times: Real, sizes: Sizes, source: int) -> None:
-        """Write the largest magnitude in each column, in place of what was there before.
+        """Write the largest magnitudes (k, n) of `rows` (k,) in each column.
 
-        Parameters
-        ----------
-        rows : ndarray of int, shape (k,)
-        times : ndarray, shape (k, n)
-            Increasing along each row; NaN of what is not to be written.
-        sizes : ndarray, shape (k, n)
-        source : int
-            Who writes, from 0; what the same one wrote into a column before counts, too.
+        `times` (k, n) increase along each row; NaN is not written. What the same `source` (from 0)
+        wrote into a column before counts, too.
         """
         ages = self._newest - np.floor(times / self._width)
         row, at = np.nonzero((ages >= 0) & (ages < self._columns))  # not so of NaN
@@ -123,15 +98,15 @@ class Ring:
         self._open[source][target] = places  # the last of each row stays
         self._values[target, columns] = largest
 
-    def strip(self, hertz: Real, complete: Real) -> RollingImage:
+    def image(self, hertz: Real, complete: Real) -> RollingImage:
         """The picture as it is now; parameters as of :class:`RollingImage`."""
         order = np.arange(self._newest - self._columns + 1, self._newest + 1)
         sizes = self._values[:, order % self._columns]
         with np.errstate(divide="ignore"):
             values = np.log10(sizes)
-        known = values[np.isfinite(values)]
-        if known.size:
-            high = float(np.partition(known, place := int(TOP * (known.size - 1)))[place])
+        finite = values[np.isfinite(values)]
+        if finite.size:
+            high = float(np.partition(finite, place := int(TOP * (finite.size - 1)))[place])
             self._high = max(high, min(self._high - CALM, high + ABOVE))
         high = self._high if np.isfinite(self._high) else 0.0
         start = float(order[0]) * self._width
@@ -155,7 +130,7 @@ PIECE = 1000
 
 
 def channels_to_show(channels: Sequence[Channel]) -> tuple[str, ...]:
-    """What a scalogram can be of: recognition channels, then the recorded ones."""
+    """Channels that a scalogram can show: recognition channels, then the recorded ones."""
     names = channel_map(channels).names
     return (*names, *(c.name for c in channels if c.name not in names))
 
@@ -169,32 +144,10 @@ class _Rung:
 
 
 class LiveScalogram:
-    """Magnitudes of one channel over the last seconds.
+    """Magnitudes of one channel over the last seconds, as `image`, which any thread may read.
 
-    Parameters
-    ----------
-    recorder : Recorder
-        Open.
-    devices : sequence of Device
-        The recorder's.
-    channel : str
-        One of :func:`channels_to_show`.
-    seconds : float
-        That are shown.
-    columns, rows : int
-        Of the picture.
-    rates : sequence of float
-        Samples a second of each device, as measured; those that it was told go first.
-
-    Attributes
-    ----------
-    strip : Strip or None
-        The newest picture; never changed, so that any thread may look at it.
-
-    Raises
-    ------
-    InputError
-        If there is no such channel, or it does not come evenly.
+    `rates` are samples a second of each device, as measured; rates that a device was told go first.
+    An InputError says that there is no such channel, or it does not come evenly.
     """
 
     def __init__(
@@ -207,9 +160,9 @@ class LiveScalogram:
         rows: int,
         rates: Sequence[float] = (),
     ) -> None:
-        self.strip: RollingImage | None = None
+        self.image: RollingImage | None = None
         self._recorder = recorder
-        chosen, recorded, self._apply = _made_of(devices, channel)
+        chosen, recorded, self._apply = _channel_source(devices, channel)
         self._chosen = chosen
         used = [devices[i] for i in chosen]
         self._following = StreamMerger(used, lambda i, number: recorder.since(chosen[i], number))
@@ -229,19 +182,19 @@ class LiveScalogram:
         self.scales = np.geomspace(SMALLEST, largest, rows)
         wavelet = Morlet()
         self.hertz = frequencies(self.scales, rate, wavelet)
-        whole = StreamingCwt(self.scales, 1, wavelet, TOLERANCE)
-        self._rungs = [_Rung(whole, np.arange(rows))]
+        full = StreamingCwt(self.scales, 1, wavelet, TOLERANCE)
+        self._rungs = [_Rung(full, np.arange(rows))]
         for after in RUNGS:
             late = round(after * rate)
-            members = np.flatnonzero(whole.complete > late)
+            members = np.flatnonzero(full.complete > late)
             if len(members) and late:
                 transform = StreamingCwt(self.scales[members], 1, wavelet, TOLERANCE, late)
                 self._rungs.insert(-1, _Rung(transform, members))
-        self._complete: Real = whole.complete.astype(np.float64) / rate
-        longest = int(whole.complete.max()) + 1
+        self._complete: Real = full.complete.astype(np.float64) / rate
+        longest = int(full.complete.max()) + 1
         self._grid = CausalGrid(len(recorded), rate, rate, 2 * longest)
         self._times = np.full(longest, np.nan)  # of the steps that some row still waits for
-        self._ring = Ring(rows, columns, seconds / columns)
+        self._ring = ColumnRing(rows, columns, seconds / columns)
 
     def begin(self) -> None:
         """Follow from the oldest samples on that are still to be seen, so that it is full soon."""
@@ -250,18 +203,18 @@ class LiveScalogram:
         self._following.skip([(latest[i][0], none, none) for i in self._chosen])
 
     def read(self) -> tuple[Real, Real]:
-        """What came since, for :meth:`take`; asks the recorder."""
+        """Read the new samples from the recorder, for :meth:`take`."""
         return self._following.read()
 
     def take(self, times: Real, values: Real) -> Iterator[None]:
-        """Take samples in, in pieces so that others have a turn; asks nobody for anything."""
+        """Take samples, in pieces so that other threads have a turn; asks no device."""
         steps = self._grid.push(times, values[:, self._recorded])
         for first in range(0, len(steps), PIECE):
             self._transform(steps[first : first + PIECE])
             yield
         if len(steps):
             complete = float(steps.times[-1]) - self._complete
-            self.strip = self._ring.strip(self.hertz, complete)
+            self.image = self._ring.image(self.hertz, complete)
 
     def _transform(self, steps: Steps) -> None:
         """Write the coefficients that steps of the grid bring."""
@@ -283,10 +236,10 @@ class LiveScalogram:
         self._ring.write(rung.rows, times, sizes, source)
 
 
-def _made_of(
+def _channel_source(
     devices: Sequence[Device], channel: str
 ) -> tuple[list[int], list[int], Callable[[Real], Real]]:
-    """Which devices a channel is of, which of their columns, and how it is made of these."""
+    """The devices of a channel, their columns, and the function that computes it from these."""
     owners = [i for i, device in enumerate(devices) for _ in device.channels]
     channels = channels_of_all([device.channels for device in devices])
     names = [one.name for one in channels]

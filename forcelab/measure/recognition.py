@@ -27,10 +27,16 @@ from forcelab.labels import is_model
 from forcelab.measure.rows import Row, Table, with_front
 from forcelab.process import interruptible
 from forcelab.project import LabelsUsed, Project, StoredRun
-from forcelab.recognition.cross_validation import tested_by
-from forcelab.recognition.dataset import Corpus, corpus
-from forcelab.recognition.examples import Examples, Labelled, actions_of, common_rate, prepare
-from forcelab.recognition.groups import groups
+from forcelab.recognition.cross_validation import held_out_prediction
+from forcelab.recognition.dataset import Dataset, load_dataset
+from forcelab.recognition.examples import (
+    Examples,
+    LabelledDemonstration,
+    actions_of,
+    common_rate,
+    prepare_examples,
+)
+from forcelab.recognition.groups import fold_groups
 from forcelab.recognition.metrics import Counts, Scores, pool
 from forcelab.recognition.presets import PRESETS
 from forcelab.recognition.recogniser import Recogniser
@@ -161,7 +167,7 @@ class Spent:
 class Prepared:
     """Demonstrations with their features, and the CPU seconds that each took."""
 
-    labelled: Sequence[Labelled]
+    labelled: Sequence[LabelledDemonstration]
     examples: list[Examples]
     seconds: list[float]
     peak_bytes: int
@@ -172,7 +178,7 @@ class Prepared:
         return [item.demonstration.duration / 60 for item in self.labelled]
 
 
-def require_labelled(labelled: Sequence[Labelled]) -> list[Labelled]:
+def require_labelled(labelled: Sequence[LabelledDemonstration]) -> list[LabelledDemonstration]:
     """Those that have a segment; `InputError` if they are fewer than two."""
     used = [item for item in labelled if item.segments]
     if len(used) < 2:
@@ -222,7 +228,7 @@ def recognise(
         _, peak = measure_peak(lambda: recogniser.predict_examples(examples))
         spent.peak_bytes = max(prepared.peak_bytes, peak + examples.features.nbytes)
     prediction, taken = measure_seconds(lambda: recogniser.predict_examples(examples))
-    tested = tested_by(prepared.labelled[i], examples, prediction, actions)
+    tested = held_out_prediction(prepared.labelled[i], examples, prediction, actions)
     spent.counts.append(tested.counts("filtered"))
     spent.features.append(prepared.seconds[i] / prepared.minutes[i])
     spent.predict.append(taken / prepared.minutes[i])
@@ -270,11 +276,11 @@ def _further(scores: Scores, spent: Spent) -> dict[str, float]:
 
 Rows = Generator[Progress, None, tuple[Row, ...]]
 #: Takes what is labelled of a task, and what the rows call that.
-Measure = Callable[[Sequence[Labelled], str], Rows]
+Measure = Callable[[Sequence[LabelledDemonstration], str], Rows]
 
 
 def measure_variants(
-    labelled: Sequence[Labelled],
+    labelled: Sequence[LabelledDemonstration],
     variants: Sequence[Variant],
     size: str,
     folds: int | None = FOLDS,
@@ -288,7 +294,7 @@ def measure_variants(
     `folds` is the number of groups at most; None leaves out one demonstration at a time.
     """
     used = require_labelled(labelled)
-    parts = groups([item.demonstration for item in used], folds)
+    parts = fold_groups([item.demonstration for item in used], folds)
     watch = _Watch(variants, len(parts))
     spent: dict[int, Spent] = {id(variant): Spent() for variant in variants}
     for alike in sharing_features(variants):
@@ -324,17 +330,17 @@ def _refuse(variants: Sequence[Variant], spent: dict[int, Spent], error: InputEr
 
 
 def _compute_features(
-    labelled: Sequence[Labelled], variant: Variant, watch: _Watch
+    labelled: Sequence[LabelledDemonstration], variant: Variant, watch: _Watch
 ) -> Generator[Progress, None, Prepared]:
     """Compute the features of all demonstrations, each on the clock."""
     settings, text = variant.settings, f"{variant.name} {variant.setting}: features"
     rate = common_rate([item.demonstration for item in labelled], settings)
     yield watch.at(text)
     # Untimed, as counting memory takes time; it also loads and plans what the others then find.
-    _, peak = measure_peak(lambda: prepare(labelled[0], settings, rate))
+    _, peak = measure_peak(lambda: prepare_examples(labelled[0], settings, rate))
     examples, seconds = [], []
     for item in labelled:
-        prepared, taken = measure_seconds(partial(prepare, item, settings, rate))
+        prepared, taken = measure_seconds(partial(prepare_examples, item, settings, rate))
         examples.append(prepared)
         seconds.append(taken)
         yield watch.at(text)
@@ -363,7 +369,7 @@ def _measure_folds(
                 own = replace(
                     recogniser,
                     settings=variant.settings,
-                    choreography=recogniser.choreography if variant.settings.decodes else None,
+                    grammar=recogniser.grammar if variant.settings.decodes else None,
                 )
                 result = spent[id(variant)]
                 result.fit += fitted
@@ -406,7 +412,7 @@ def main_coder(project: Project, task: str) -> str:
     return count.most_common(1)[0][0]
 
 
-def size_text(task: str, data: Corpus) -> str:
+def size_text(task: str, data: Dataset) -> str:
     """What the rows call the labelled demonstrations of a task."""
     used = [item.demonstration for item in data.labelled if item.segments]
     seconds = sum(demonstration.duration for demonstration in used)
@@ -427,7 +433,7 @@ def measure_tasks(
     `thorough` leaves out one demonstration at a time, however many there are.
     """
 
-    def measure(labelled: Sequence[Labelled], size: str) -> Rows:
+    def measure(labelled: Sequence[LabelledDemonstration], size: str) -> Rows:
         variants = QUICK if quick else VARIANTS
         return measure_variants(labelled, variants, size, None if thorough else FOLDS)
 
@@ -459,7 +465,7 @@ def _rows_of_task(
 ) -> Rows:
     """The rows of a task; a single one with its refusal where it cannot be measured."""
     try:
-        data = corpus(project, [task], author or main_coder(project, task))
+        data = load_dataset(project, [task], author or main_coder(project, task))
         return (yield from measure(data.labelled, size_text(task, data)))
     except InputError as error:
         return (Row(name, "all", task, "the coder's labels", refusal=str(error)),)
@@ -513,7 +519,7 @@ def measure_and_store(
         project.refuse_read_only()  # before the work and not after it
         yield Progress(0, 1, "labels")
         coder = author or main_coder(project, task)
-        data = corpus(project, [task], coder)
+        data = load_dataset(project, [task], coder)
         measured = _with_own(variants, own)
         rows = yield from measure_variants(data.labelled, measured, size_text(task, data))
         with interruptible():

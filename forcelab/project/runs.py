@@ -38,7 +38,7 @@ _RUN = f"{_PROVENANCE}, CAST(result AS BLOB) AS result"
 _OWN = re.compile(r'"recogniser": "([0-9a-f]{32})"\}$')
 #: Characters at the end of a result in which that stands.
 _END = 64
-#: The name under which a run proposed labels: :attr:`forcelab.review.run_result.Outcome.proposer`.
+#: The author of a run's proposals, :attr:`forcelab.review.run_result.RunResult.proposer`.
 _PROPOSER = """(
     'model ' || coalesce(
         CASE WHEN json_valid(settings) THEN json_extract(settings, '$.preset') END, 'paper'

@@ -1,20 +1,16 @@
-"""Offsets, scales and places of sensors matched to the training demonstrations, without labels.
+"""Offsets, scales and swapped sensors of test demonstrations, matched to training without labels.
 
 Another person presses harder, another device counts otherwise, and after a repair the two sensors
-of a pair of tongs may have changed places. What somebody's demonstrations, or those of a task,
-have in common is matched to what the training demonstrations have in common:
+of a pair of tongs may have changed places. Estimated over all test demonstrations together, so that
+they keep what tells one from the other, are
 
 * the *offset* of each recorded channel, the median of its first 0.2 s, when nothing is held;
-* the *scale* of each recognition channel, the 95th percentile of its distances from rest; both
-  axes of a tangential force are scaled alike;
-* the *sensors*: each assignment of the recorded sensors to those of training is judged by how
-  likely it makes the relative sizes of the channels and their correlations, as the training
-  demonstrations have them: independent Student distributions around their medians, whose widths
-  are their spread and what calibration may be off. Sensors are only taken as swapped where that is
-  :data:`MARGIN` more likely, in logarithm for each demonstration.
-
-All is estimated over all test demonstrations together, so that they keep what tells one from the
-other.
+* the *scale* of each recognition channel, the 95th percentile of its distances from rest; both axes
+  of a tangential force are scaled alike;
+* the *assignment of sensors*: of each permutation the likelihood of the channels' relative sizes
+  and correlations, under independent Student distributions around the medians of the training
+  demonstrations, as wide as their spread and what calibration may be off. Sensors count as swapped
+  only where that is :data:`MARGIN` more likely, in logarithm per demonstration.
 """
 
 from __future__ import annotations
@@ -28,12 +24,10 @@ from numpy.typing import NDArray
 
 from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
-from forcelab.recognition.examples import Labelled
+from forcelab.recognition.examples import LabelledDemonstration
 from forcelab.recognition.features import REST, SIZE
 from forcelab.signals.channels import channel_map
 from forcelab.signals.grid import on_grid
-
-__all__ = ["MARGIN", "Adaptation", "matching"]
 
 Real = NDArray[np.float64]
 
@@ -58,33 +52,22 @@ SENSORS = 4
 
 @dataclass(frozen=True)
 class Adaptation:
-    """What is done to test demonstrations before they are recognised.
+    """The change of offsets, scales and sensors that matches test demonstrations to training."""
 
-    Parameters
-    ----------
-    sources : mapping of str to str
-        For each recorded channel the one whose samples it takes; another one's where sensors are
-        swapped.
-    own, wanted : mapping of str to float
-        Level at rest of each source, and of each channel in training.
-    gain : mapping of str to float
-        Factor of each channel.
-    swapped : tuple of (str, str)
-        Sensors that changed places: the one in training, and the recorded one that stands for it.
-    likelier : float
-        Logarithm of how much likelier the best other assignment of sensors is than that of the
-        names, per demonstration; minus infinity where there is no other.
-    """
-
+    #: For each recorded channel the one whose samples it takes; another one's where sensors are
+    #: swapped
     sources: Mapping[str, str]
-    own: Mapping[str, float]
-    wanted: Mapping[str, float]
-    gain: Mapping[str, float]
+    test_rest: Mapping[str, float]  # level at rest of each source
+    train_rest: Mapping[str, float]  # level at rest of each channel in training
+    gain: Mapping[str, float]  # factor of each channel
+    #: Sensors that changed places: the one in training, and the recorded one that stands for it
     swapped: tuple[tuple[str, str], ...] = ()
-    likelier: float = -np.inf
+    #: Of the likelihoods of the best other assignment of sensors and that of the names, per
+    #: demonstration; minus infinity where there is no other
+    log_ratio: float = -np.inf
 
-    def adapted(self, item: Labelled) -> Labelled:
-        """A demonstration of the test set as the training set's sensors would have seen it."""
+    def apply(self, item: LabelledDemonstration) -> LabelledDemonstration:
+        """The test demonstration as the training set's sensors would have recorded it."""
         demonstration = item.demonstration
         names = [channel.name for channel in demonstration.channels]
         columns = {name: demonstration.signals[:, i] for i, name in enumerate(names)}
@@ -92,9 +75,9 @@ class Adaptation:
         for i, name in enumerate(names):
             source = self.sources.get(name)
             if source is not None:
-                moved = columns[source] - self.own[source]
-                signals[:, i] = self.wanted[name] + self.gain[name] * moved
-        made = Demonstration(
+                moved = columns[source] - self.test_rest[source]
+                signals[:, i] = self.train_rest[name] + self.gain[name] * moved
+        adapted = Demonstration(
             demonstration.name,
             demonstration.task,
             demonstration.times,
@@ -102,25 +85,27 @@ class Adaptation:
             demonstration.channels,
             grid_rate=demonstration.grid_rate,
         )
-        return replace(item, demonstration=made)
+        return replace(item, demonstration=adapted)
 
     @property
-    def sentence(self) -> str:
-        """What was done, in one sentence."""
-        said = "no sensor is swapped"
+    def summary(self) -> str:
+        """The change in one sentence, as a remark of an evaluation."""
+        sensors = "no sensor is swapped"
         if self.swapped:
-            pairs = " and ".join(f"{there} for {here}" for here, there in self.swapped)
-            said = f"sensors are swapped ({pairs}; log likelihood ratio {self.likelier:.1f})"
+            pairs = " and ".join(
+                f"{replacement} for {sensor}" for sensor, replacement in self.swapped
+            )
+            sensors = f"sensors are swapped ({pairs}; log likelihood ratio {self.log_ratio:.1f})"
         gains = sorted(self.gain.values())
         return (
-            f"Adapted to the training demonstrations without labels: {said}, forces are scaled by "
-            f"{gains[0]:.2f} to {gains[-1]:.2f}."
+            f"Adapted to the training demonstrations without labels: {sensors}, "
+            f"forces are scaled by {gains[0]:.2f} to {gains[-1]:.2f}."
         )
 
 
 @dataclass(frozen=True)
 class _Look:
-    """What one demonstration is like; u recorded channels, q recognition channels."""
+    """Rest, sizes and correlations of one demonstration's channels."""
 
     recorded: tuple[str, ...]
     channels: tuple[str, ...]
@@ -131,34 +116,25 @@ class _Look:
     related: Real  # (q, q), Fisher's z of the correlations
 
 
-def matching(train: Sequence[Labelled], test: Sequence[Labelled]) -> Adaptation:
-    """Match test demonstrations to training ones.
-
-    Parameters
-    ----------
-    train, test : sequence of Labelled
-        At least one each; labels are not looked at.
-
-    Raises
-    ------
-    InputError
-        If their channels differ.
-    """
-    known = [_look(item.demonstration) for item in train]
-    new = [_look(item.demonstration) for item in test]
-    first = known[0]
-    for look, item in zip([*known, *new], [*train, *test], strict=True):
-        if look.channels != first.channels or look.recorded != first.recorded:
+def estimate_adaptation(
+    train: Sequence[LabelledDemonstration], test: Sequence[LabelledDemonstration]
+) -> Adaptation:
+    """Match test demonstrations to training ones, at least one of each; labels play no part."""
+    train_summaries = [_look(item.demonstration) for item in train]
+    test_summaries = [_look(item.demonstration) for item in test]
+    first = train_summaries[0]
+    for summary, item in zip([*train_summaries, *test_summaries], [*train, *test], strict=True):
+        if summary.channels != first.channels or summary.recorded != first.recorded:
             raise InputError(
-                f"'{item.demonstration.name}' has the channels {', '.join(look.recorded)} but "
+                f"'{item.demonstration.name}' has the channels {', '.join(summary.recorded)} but "
                 f"'{train[0].demonstration.name}' has {', '.join(first.recorded)}; adapt "
                 f"demonstrations with the same channels."
             )
-    order, swapped, likelier = _assigned(known, new)
-    rest = _middle([look.rest for look in known])
-    own = _middle([look.rest for look in new])
-    sizes = np.exp(_middle([np.log(look.size) for look in known]))
-    others = np.exp(_middle([np.log(look.size) for look in new]))[order]
+    order, swapped, likelier = _assigned(train_summaries, test_summaries)
+    rest = _middle([summary.rest for summary in train_summaries])
+    own = _middle([summary.rest for summary in test_summaries])
+    sizes = np.exp(_middle([np.log(summary.size) for summary in train_summaries]))
+    others = np.exp(_middle([np.log(summary.size) for summary in test_summaries]))[order]
     sources, gain = {}, {}
     for i, channel in enumerate(first.channels):
         factor = float(sizes[i] / others[i])
@@ -182,7 +158,7 @@ def _middle(rows: Sequence[Real]) -> Real:
 
 
 def _look(demonstration: Demonstration) -> _Look:
-    """Look at one demonstration."""
+    """Measure one demonstration."""
     names = [channel.name for channel in demonstration.channels]
     channels = channel_map(demonstration.channels)
     grid = on_grid(demonstration, None, channels.recorded)
@@ -210,31 +186,38 @@ def _look(demonstration: Demonstration) -> _Look:
 
 
 def _assigned(
-    known: Sequence[_Look], new: Sequence[_Look]
+    train: Sequence[_Look], test: Sequence[_Look]
 ) -> tuple[NDArray[np.int64], tuple[tuple[str, str], ...], float]:
-    """Which recorded channel stands for each, the sensors that are swapped, and how likely."""
-    channels = known[0].channels
+    """The best assignment of sensors: channel order, swapped pairs, log likelihood ratio."""
+    channels = train[0].channels
     same = np.arange(len(channels))
     sensors = _sensors(channels)
-    weakest = [np.exp(_middle([np.log(one.size) for one in looks])).min() for looks in (known, new)]
+    weakest = [
+        np.exp(_middle([np.log(summary.size) for summary in group])).min()
+        for group in (train, test)
+    ]
     # A dead channel makes its sensor look like the weaker one.
     if not 2 <= len(sensors) <= SENSORS or LARGEST * weakest[1] < weakest[0]:
         return same, (), -np.inf
-    stated = _likelihood(known, new, same)
+    stated = _likelihood(train, test, same)
     best, how, likelier = same, tuple(sensors), -np.inf
     for turn in itertools.permutations(sensors):
         if turn == tuple(sensors):
             continue
         order = same.copy()
-        for here, there in zip(sensors, turn, strict=True):
-            order[list(sensors[here])] = sensors[there]
-        found = _likelihood(known, new, order) - stated
+        for sensor, replacement in zip(sensors, turn, strict=True):
+            order[list(sensors[sensor])] = sensors[replacement]
+        found = _likelihood(train, test, order) - stated
         if found > likelier:
             best, how, likelier = order, turn, found
     if likelier < MARGIN:
         return same, (), likelier
     pairs = zip(sensors, how, strict=True)
-    return best, tuple((here, there) for here, there in pairs if here != there), likelier
+    return (
+        best,
+        tuple((sensor, replacement) for sensor, replacement in pairs if sensor != replacement),
+        likelier,
+    )
 
 
 def _sensors(channels: Sequence[str]) -> dict[str, tuple[int, int]]:
@@ -248,21 +231,21 @@ def _sensors(channels: Sequence[str]) -> dict[str, tuple[int, int]]:
     return found
 
 
-def _likelihood(known: Sequence[_Look], new: Sequence[_Look], order: NDArray[np.int64]) -> float:
-    """Logarithm of how likely an assignment is, per demonstration, but for a constant."""
+def _likelihood(train: Sequence[_Look], test: Sequence[_Look], order: NDArray[np.int64]) -> float:
+    """Log likelihood of an assignment, per demonstration and up to a constant."""
     same = np.arange(len(order))
-    seen = np.stack([_sensor_signature(look, same) for look in known])
-    asked = np.stack([_sensor_signature(look, order) for look in new])
+    train_signatures = np.stack([_sensor_signature(look, same) for look in train])
+    test_signatures = np.stack([_sensor_signature(look, order) for look in test])
     q = len(order)
     slack = np.repeat([CALIBRATION, CIRCUMSTANCES], [q, q * (q - 1) // 2])
-    width = np.sqrt(seen.var(axis=0) + slack**2)
-    off = (asked - np.median(seen, axis=0)) / width
+    width = np.sqrt(train_signatures.var(axis=0) + slack**2)
+    off = (test_signatures - np.median(train_signatures, axis=0)) / width
     logs = -0.5 * (FREEDOM + 1) * np.log1p(off**2 / FREEDOM)
     return float(logs.sum(axis=1).mean())
 
 
 def _sensor_signature(look: _Look, order: NDArray[np.int64]) -> Real:
-    """What tells sensors apart: sizes of channels beside each other, and what moves together."""
+    """What distinguishes sensors: relative sizes of the channels, and their correlations."""
     sizes = np.log(look.size[order])
     related = look.related[np.ix_(order, order)]
     return np.concatenate([sizes - sizes.mean(), related[np.triu_indices(len(order), 1)]])

@@ -1,17 +1,11 @@
 """How much each feature speaks for one action and against another.
 
-Of scikit-learn's MLP with one hidden layer of rectified units the answer is exact: the gradient
-of the log-odds with respect to the features, averaged along the straight line from a reference
-to the time step, times the way along each feature. These are the integrated gradients of [1]_;
-they add up to the difference of the log-odds at the two ends. A rectified unit is linear on
-either side of its kink, so that the average along the line has a closed form: each unit counts
-with the share of the line on which it is active. Of any other classifier only its answers are
-known; for those see :mod:`forcelab.review.explanation`, which replaces features and looks what
-changes.
-
-References
-----------
-.. [1] Sundararajan, Taly and Yan, "Axiomatic Attribution for Deep Networks", ICML 2017.
+For scikit-learn's MLP with one hidden layer of rectified units the answer is exact: the integrated
+gradients of Sundararajan, Taly and Yan, "Axiomatic Attribution for Deep Networks", ICML 2017, which
+add up to the difference of the log-odds at the two ends of the line from a reference to the time
+step. A rectified unit is linear on either side of its kink, so the average along the line has a
+closed form: each unit counts with the share of the line on which it is active. Of other classifiers
+only the scores are known; :mod:`forcelab.review.explanation` permutes their features.
 """
 
 from __future__ import annotations
@@ -32,111 +26,75 @@ Real = NDArray[np.float64]
 FLOOR = 1e-3
 
 
-class Judge(Protocol):
-    """What gives each action a score at each time step."""
+class Scorer(Protocol):
+    """Anything that gives each action a score at each time step."""
 
     @property
     def actions(self) -> tuple[str, ...]:
         """The actions that it tells apart, length K."""
 
     def scores(self, features: Real) -> Real:
-        """Scores whose differences are log-odds of actions.
-
-        Parameters
-        ----------
-        features : ndarray, shape (n, f)
-
-        Returns
-        -------
-        ndarray, shape (n, K)
-            The action with the highest score is the one that is recognised.
-        """
+        """Scores (n, K) of features (n, f), whose differences are log-odds."""
 
 
-def log_odds(judge: Judge, features: Real, favoured: str, against: str) -> Real:
+def log_odds(scorer: Scorer, features: Real, favoured: str, against: str) -> Real:
     """Log-odds of two actions at each time step, positive where `favoured` leads; shape (n,)."""
-    scores = judge.scores(features)
-    one, other = judge.actions.index(favoured), judge.actions.index(against)
-    return np.asarray(scores[:, one] - scores[:, other])
+    scores = scorer.scores(features)
+    first, second = scorer.actions.index(favoured), scorer.actions.index(against)
+    return np.asarray(scores[:, first] - scores[:, second])
 
 
 @dataclass(frozen=True, eq=False)
-class Network:
-    """An MLP with one hidden layer of h rectified units, as plain arrays.
+class MlpScorer:
+    """An MLP with one hidden layer of h rectified units, as plain arrays."""
 
-    Parameters
-    ----------
-    actions : tuple of str, length K
-    inner : ndarray, shape (f, h)
-        Weights of the hidden layer.
-    bias : ndarray, shape (h,)
-    outer : ndarray, shape (h, K)
-        From hidden units to the logits of the actions.
-    outer_bias : ndarray, shape (K,)
-    """
-
-    actions: tuple[str, ...]
-    inner: Real
-    bias: Real
-    outer: Real
-    outer_bias: Real
+    actions: tuple[str, ...]  # length K
+    inner: Real  # (f, h); weights of the hidden layer
+    bias: Real  # (h,)
+    outer: Real  # (h, K); from hidden units to the logits of the actions
+    outer_bias: Real  # (K,)
 
     def scores(self, features: Real) -> Real:
-        """As of :class:`Judge`: the logits."""
+        """The logits, as scores."""
         return np.asarray(np.maximum(self._arriving(features), 0.0) @ self.outer + self.outer_bias)
 
     def probabilities(self, features: Real) -> Real:
-        """Of each action at each time step, shape (n, K)."""
+        """Probabilities of the actions at each time step, shape (n, K)."""
         return softmax(self.scores(features))
 
-    def shares(self, features: Real, reference: Real, favoured: str, against: str) -> Real:
-        """What each feature adds to the log-odds, compared with a reference.
+    def integrated_gradients(
+        self, features: Real, reference: Real, favoured: str, against: str
+    ) -> Real:
+        """What each feature adds to the log-odds, compared with a reference (f,): shape (n, f).
 
-        Parameters
-        ----------
-        features : ndarray, shape (n, f)
-        reference : ndarray, shape (f,)
-            Such as the mean over all time steps that were trained on.
-        favoured, against : str
-
-        Returns
-        -------
-        ndarray, shape (n, f)
-            Each row adds up to the log-odds there minus those at the reference, but for rounding.
+        Each row adds up to the log-odds there minus those at the reference, but for rounding.
         """
         weights = self._between(favoured, against)
-        there = self._arriving(features)
-        here = self._arriving(reference[np.newaxis])
-        way = there - here
+        inputs = self._arriving(features)
+        reference_inputs = self._arriving(reference[np.newaxis])
+        change = inputs - reference_inputs
         # The share of the line on which a unit is active; where it stays put, its state there.
-        moved = way != 0
-        gained = np.maximum(there, 0.0) - np.maximum(here, 0.0)
-        active = np.where(moved, gained / np.where(moved, way, 1.0), here > 0)
+        moved = change != 0
+        gained = np.maximum(inputs, 0.0) - np.maximum(reference_inputs, 0.0)
+        active = np.where(moved, gained / np.where(moved, change, 1.0), reference_inputs > 0)
         return np.asarray((features - reference) * ((active * weights) @ self.inner.T))
 
     def _arriving(self, features: Real) -> Real:
-        """What arrives at the hidden units, shape (n, h)."""
+        """Inputs of the hidden units, shape (n, h)."""
         return np.asarray(features @ self.inner + self.bias)
 
     def _between(self, favoured: str, against: str) -> Real:
-        """What each hidden unit adds to the log-odds, shape (h,)."""
-        one, other = self.actions.index(favoured), self.actions.index(against)
-        return np.asarray(self.outer[:, one] - self.outer[:, other])
+        """Weight of each hidden unit in the log-odds, shape (h,)."""
+        first, second = self.actions.index(favoured), self.actions.index(against)
+        return np.asarray(self.outer[:, first] - self.outer[:, second])
 
 
 @dataclass(frozen=True, eq=False)
-class Voter:
-    """Any other classifier, of which only the answers are known.
-
-    Parameters
-    ----------
-    actions : tuple of str
-    classifier : object
-        Of scikit-learn, fitted to the codes 0 .. K-1.
-    """
+class BlackBoxScorer:
+    """Any other fitted scikit-learn classifier of the codes 0 .. K-1."""
 
     actions: tuple[str, ...]
-    classifier: Any
+    classifier: Any  # of scikit-learn, fitted to the codes 0 .. K-1
 
     @property
     def probabilistic(self) -> bool:
@@ -144,7 +102,7 @@ class Voter:
         return hasattr(self.classifier, "predict_proba")
 
     def scores(self, features: Real) -> Real:
-        """As of :class:`Judge`: logarithms of probabilities from :data:`FLOOR` on, or margins."""
+        """Logarithms of probabilities from :data:`FLOOR` on, or margins, as scores."""
         with one_blas_thread():
             if hasattr(self.classifier, "predict_joint_log_proba"):  # known without rounding
                 return np.asarray(self.classifier.predict_joint_log_proba(features))
@@ -156,21 +114,21 @@ class Voter:
         return margins
 
     def probabilities(self, features: Real) -> Real | None:
-        """Of each action at each time step, shape (n, K); None where it has none."""
+        """Probabilities of the actions at each time step, shape (n, K); None where it has none."""
         if not self.probabilistic:
             return None
         with one_blas_thread():
             return np.asarray(self.classifier.predict_proba(features))
 
 
-def judge_of(recogniser: Recogniser) -> Network | Voter:
-    """What a recogniser's classifier knows, as far as it can be taken apart."""
+def make_scorer(recogniser: Recogniser) -> MlpScorer | BlackBoxScorer:
+    """The scorer of a recogniser's classifier."""
     classifier, actions = recogniser.classifier, recogniser.actions
     layers = getattr(classifier, "coefs_", ())
     if len(layers) != 2 or classifier.activation != "relu":
-        return Voter(actions, classifier)
+        return BlackBoxScorer(actions, classifier)
     inner, outer = (np.asarray(weights, dtype=np.float64) for weights in layers)
     bias, outer_bias = (np.asarray(b, dtype=np.float64) for b in classifier.intercepts_)
     if outer.shape[1] == 1:  # of two actions there is one logit, the second one's
         outer, outer_bias = np.hstack([0 * outer, outer]), np.append(0.0, outer_bias)
-    return Network(actions, inner, bias, outer, outer_bias)
+    return MlpScorer(actions, inner, bias, outer, outer_bias)

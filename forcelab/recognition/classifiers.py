@@ -1,9 +1,8 @@
-"""Classifiers by name, fitted step by step, and checked when they are read from a file.
+"""Classifiers by name: how each is fitted, step by step, and checked when it is read from a file.
 
-Whether a classifier read from a file holds together. scikit-learn's compiled code follows the
-numbers in a classifier without looking: a node of a tree that points outside of it, or a support
-vector too few, is read past the end of an array. So every such number is looked at before anything
-is predicted.
+scikit-learn's compiled code follows the numbers in a classifier without looking: a node of a tree
+that points outside of it, or a support vector too few, is read past the end of an array. So every
+such number is checked before anything is predicted.
 """
 
 from __future__ import annotations
@@ -20,8 +19,8 @@ from numpy.typing import NDArray
 
 from forcelab.errors import InputError
 from forcelab.jobs import finish
-from forcelab.recognition.ensemble import Care, fitting_averaged
-from forcelab.recognition.forest import must
+from forcelab.recognition.ensemble import FitOptions, fit_ensemble
+from forcelab.recognition.forest import require
 from forcelab.runtime import one_blas_thread
 
 #: No number that a recogniser holds is larger: what it learnt are forces, seconds and counts.
@@ -29,27 +28,21 @@ LARGEST = 1e15
 
 
 def check_numbers(content: object) -> None:
-    """Check that every number in nested values, arrays and objects is finite and of a usual size.
-
-    Raises
-    ------
-    ValueError
-        If one is not.
-    """
-    waiting, seen = [content], set[int]()
+    """Raise a ValueError unless all numbers in nested values, arrays and objects are in range."""
+    waiting, visited = [content], set[int]()
     while waiting:
         value = waiting.pop()
         if isinstance(value, np.ndarray):
             if value.dtype.names:
                 waiting += [value[name] for name in value.dtype.names]
             elif value.dtype.kind in "fiu" and value.size:
-                must(float(np.abs(value, dtype=np.float64).max()) <= LARGEST, "numbers in range")
+                require(float(np.abs(value, dtype=np.float64).max()) <= LARGEST, "numbers in range")
         elif isinstance(value, int | float | np.number):
-            must(abs(float(value)) <= LARGEST, "numbers in range")
+            require(abs(float(value)) <= LARGEST, "numbers in range")
         elif isinstance(value, list | tuple):
             waiting += value
-        elif id(value) not in seen:
-            seen.add(id(value))
+        elif id(value) not in visited:
+            visited.add(id(value))
             inner = value if isinstance(value, Mapping) else getattr(value, "__dict__", {})
             waiting += inner.values()
 
@@ -57,54 +50,35 @@ def check_numbers(content: object) -> None:
 def check_classifier(
     classifier: Any, name: str, probabilities: bool, width: int, actions: int
 ) -> None:
-    """Check a fitted classifier and make it ready to predict.
+    """Check a fitted scikit-learn classifier from a file and make it ready to predict.
 
-    Parameters
-    ----------
-    classifier : object
-        As read from a file; a decision tree's nodes are still plain arrays. What is plain arrays
-        throughout checks itself, in :mod:`forcelab.recognition.ensemble`.
-    name : str
-        Which of :data:`REGISTRY` it must be.
-    probabilities : bool
-        Whether it must give probabilities.
-    width : int
-        How many features it must take.
-    actions : int
-        How many actions there are; its codes must lie below.
-
-    Raises
-    ------
-    ValueError
-        If it is another classifier, or its parts do not fit together.
-
-    Notes
-    -----
-    Other errors of NumPy and scikit-learn, over parts that are missing or of a wrong type, pass.
-    What plain NumPy would refuse is left to predicting one sample at the end.
+    `name` is its name in :data:`REGISTRY`, `width` its number of features; codes lie below
+    `actions`. A decision tree's nodes are still plain arrays. Parts that do not fit together raise
+    a ValueError; other errors of NumPy and scikit-learn, over parts that are missing or of a wrong
+    type, pass. What plain NumPy would refuse is left to predicting one sample at the end.
     """
     registered = REGISTRY[name]
     kind, check = registered.type_name, registered.check
     if name == "svm" and probabilities:
         kind, check = "CalibratedClassifierCV", _check_calibrated
-    must(type(classifier).__name__ == kind, f"the type {kind}")
+    require(type(classifier).__name__ == kind, f"the type {kind}")
     codes = classifier.classes_
-    must(codes.ndim == 1 and codes.dtype == np.int64 and len(codes) >= 2, "codes")
-    must(codes[0] >= 0 and codes[-1] < actions and np.all(np.diff(codes) > 0), "codes")
+    require(codes.ndim == 1 and codes.dtype == np.int64 and len(codes) >= 2, "codes")
+    require(codes[0] >= 0 and codes[-1] < actions and np.all(np.diff(codes) > 0), "codes")
     check(classifier, width)
     _check_prediction(classifier, width, probabilities)
 
 
 def _is_array(values: object, shape: tuple[int, ...], kind: str = "f") -> bool:
-    """Whether something is an array of this shape, of floats or of integers."""
+    """Whether a value is an array of this shape, of floats or of integers."""
     return isinstance(values, np.ndarray) and values.shape == shape and values.dtype.kind == kind
 
 
 def _check_mlp(mlp: Any, _width: int) -> None:
     """An output for each action, by one numbering."""
     k, outputs = len(mlp.classes_), len(mlp.intercepts_[-1])
-    must(outputs == (1 if k == 2 else k), "an output for each action")
-    must(np.array_equal(mlp._label_binarizer.classes_, mlp.classes_), "codes")
+    require(outputs == (1 if k == 2 else k), "an output for each action")
+    require(np.array_equal(mlp._label_binarizer.classes_, mlp.classes_), "codes")
 
 
 def _check_nothing(_classifier: Any, _width: int) -> None:
@@ -118,13 +92,13 @@ def _check_tree(classifier: Any, width: int) -> None:
     state = classifier.tree_
     nodes: NDArray[Any] = state["nodes"]
     n, k = len(nodes), len(classifier.classes_)
-    must(n >= 1 and nodes.ndim == 1 and state["node_count"] == n, "as many nodes as it says")
+    require(n >= 1 and nodes.ndim == 1 and state["node_count"] == n, "as many nodes as it says")
     inner = nodes["left_child"] != -1
     ahead = np.arange(n)[inner]
     for child in (nodes["left_child"][inner], nodes["right_child"][inner]):
-        must(np.all((child > ahead) & (child < n)), "nodes that point at nodes")
-    asked = nodes["feature"][inner]
-    must(np.all((asked >= 0) & (asked < width)), "nodes that ask for features")
+        require(np.all((child > ahead) & (child < n)), "nodes that point at nodes")
+    features = nodes["feature"][inner]
+    require(np.all((features >= 0) & (features < width)), "nodes that ask for features")
     classifier.tree_ = Tree(width, np.array([k], dtype=np.intp), 1)
     classifier.tree_.__setstate__(state)
 
@@ -132,27 +106,27 @@ def _check_tree(classifier: Any, width: int) -> None:
 def _check_neighbours(neighbours: Any, width: int) -> None:
     """Every known sample must have a code that there is."""
     n, codes = neighbours.n_samples_fit_, neighbours._y
-    must(_is_array(neighbours._fit_X, (n, width)), "samples that fit the features")
-    must(_is_array(codes, (n,), "i"), "a code for each sample")
-    must(np.all((codes >= 0) & (codes < len(neighbours.classes_))), "codes of actions")
+    require(_is_array(neighbours._fit_X, (n, width)), "samples that fit the features")
+    require(_is_array(codes, (n,), "i"), "a code for each sample")
+    require(np.all((codes >= 0) & (codes < len(neighbours.classes_))), "codes of actions")
     plain = (neighbours._fit_method, neighbours.metric, neighbours.metric_params, neighbours.p)
-    must(plain == ("brute", "minkowski", None, 2), "Euclidean distances")
-    must(neighbours.weights == "uniform" and neighbours.outputs_2d_ is False, "equal votes")
+    require(plain == ("brute", "minkowski", None, 2), "Euclidean distances")
+    require(neighbours.weights == "uniform" and neighbours.outputs_2d_ is False, "equal votes")
 
 
 def _check_svm(svm: Any, width: int) -> None:
     """Support vectors, their counts and coefficients must agree."""
     k, n = len(svm.classes_), len(svm.support_vectors_)
     counts = svm._n_support
-    must(svm.kernel == "rbf" and svm._sparse is False, "a Gaussian kernel")
-    must(_is_array(svm.support_vectors_, (n, width)), "support vectors that fit the features")
-    must(_is_array(svm.support_, (n,), "i"), "a number for each support vector")
-    must(_is_array(counts, (k,), "i") and np.all(counts >= 0) and sum(counts) == n, "counts")
+    require(svm.kernel == "rbf" and svm._sparse is False, "a Gaussian kernel")
+    require(_is_array(svm.support_vectors_, (n, width)), "support vectors that fit the features")
+    require(_is_array(svm.support_, (n,), "i"), "a number for each support vector")
+    require(_is_array(counts, (k,), "i") and np.all(counts >= 0) and sum(counts) == n, "counts")
     for coefficients in (svm.dual_coef_, svm._dual_coef_):
-        must(_is_array(coefficients, (k - 1, n)), "coefficients for each support vector")
+        require(_is_array(coefficients, (k - 1, n)), "coefficients for each support vector")
     for intercepts in (svm.intercept_, svm._intercept_):
-        must(_is_array(intercepts, (k * (k - 1) // 2,)), "an intercept for each pair of actions")
-    must(len(svm._probA) == len(svm._probB) == 0, "no probabilities of its own")
+        require(_is_array(intercepts, (k * (k - 1) // 2,)), "an intercept for each pair of actions")
+    require(len(svm._probA) == len(svm._probB) == 0, "no probabilities of its own")
 
 
 def _check_calibrated(calibrated: Any, width: int) -> None:
@@ -161,8 +135,8 @@ def _check_calibrated(calibrated: Any, width: int) -> None:
 
     (only,) = calibrated.calibrated_classifiers_
     k = len(calibrated.classes_)
-    must(type(only.estimator) is SVC, "an SVM inside")
-    must(len(only.calibrators) == (1 if k == 2 else k), "a curve for each action")
+    require(type(only.estimator) is SVC, "an SVM inside")
+    require(len(only.calibrators) == (1 if k == 2 else k), "a curve for each action")
     _check_svm(only.estimator, width)
 
 
@@ -170,10 +144,12 @@ def _check_prediction(classifier: Any, width: int, probabilities: bool) -> None:
     """Predict one sample, so that whatever is wrong still shows now and not later."""
     sample = np.zeros((1, width))
     with np.errstate(all="ignore"):
-        must(classifier.predict(sample)[0] in classifier.classes_, "codes of actions")
+        require(classifier.predict(sample)[0] in classifier.classes_, "codes of actions")
         if probabilities:
             shape = (1, len(classifier.classes_))
-            must(classifier.predict_proba(sample).shape == shape, "a probability for each action")
+            require(
+                classifier.predict_proba(sample).shape == shape, "a probability for each action"
+            )
 
 
 #: Folds of the inner cross-validation that turns an SVM's decisions into probabilities.
@@ -183,62 +159,30 @@ NEIGHBOURS = 5
 
 
 @dataclass(frozen=True, slots=True)
-class Step:
-    """One step of a fit.
+class FitStep:
+    """One step of a fit."""
 
-    Parameters
-    ----------
-    number, total : int
-        This step, from 1, and the most there can be; a fit may converge earlier.
-    loss : float or None
-        Training loss; None for classifiers that have none.
-    classifier : object
-        The classifier as it stands, ready to predict; None where there is none yet.
-    """
-
+    #: number, total: this step, from 1, and the most there can be; a fit may converge earlier
     number: int
     total: int
-    loss: float | None
-    classifier: Any
+    loss: float | None  # training loss; None for classifiers that have none
+    classifier: Any  # the classifier as it stands, ready to predict; None where there is none yet
 
 
-def fitting(
+def fit_classifier(
     name: str,
     X: NDArray[np.float64],
     y: NDArray[np.int64],
     seed: int,
     probabilities: bool,
-    care: Care | None = None,
-) -> Iterator[Step]:
-    """Fit a classifier step by step; the last step's classifier is the fitted one.
+    options: FitOptions | None = None,
+) -> Iterator[FitStep]:
+    """Fit a classifier to X (n, f) and codes y (n,); the last step's classifier is the fitted one.
 
-    Parameters
-    ----------
-    name : str
-        One of :data:`REGISTRY`.
-    X : ndarray, shape (n, f)
-        Features.
-    y : ndarray of int, shape (n,)
-        Codes of the actions.
-    seed : int
-        Of weights, shuffles and ties.
-    probabilities : bool
-        Whether ``predict_proba`` will be asked for. The SVM gets none otherwise, and decides by
-        its margins; with them, by what its margins were calibrated to.
-    care : Care, optional
-        What the fit must take care of, of those that take any.
-
-    Yields
-    ------
-    Step
-        One an epoch for the MLP; one for each inner fit, without a classifier, and a last one for
-        those that choose or calibrate; a single one for the others.
-
-    Raises
-    ------
-    InputError
-        If there are fewer than two actions, all samples are the same, or there are too few to
-        calibrate an SVM or to have neighbours.
+    The MLP yields every epoch; those that calibrate or average yield their inner fits first,
+    without a classifier. Without `probabilities` an SVM decides by its margins and has no
+    ``predict_proba``. An InputError says that there are fewer than two actions, no feature changes,
+    or samples are too few to calibrate an SVM or to have neighbours.
     """
     if len(np.unique(y)) < 2:
         raise InputError("Recognition needs labels of at least two actions; label one more.")
@@ -247,38 +191,32 @@ def fitting(
     # Two hundred actions of a few samples each are a task; and to put filters back is not safe
     # where there are several threads.
     warnings.filterwarnings("ignore", "The number of unique classes is greater than", UserWarning)
-    yield from REGISTRY[name].fit(X, y, seed, probabilities, care or Care())
+    yield from REGISTRY[name].fit(X, y, seed, probabilities, options or FitOptions())
 
 
-def fitting_at_once(make: Callable[[NDArray[np.int64], int, bool], Any]) -> Fit:
-    """How a classifier is fitted that scikit-learn fits in one step.
-
-    Parameters
-    ----------
-    make : callable
-        ``make(y, seed, probabilities)`` gives the untrained classifier.
-    """
+def fit_in_one_step(make: Callable[[NDArray[np.int64], int, bool], Any]) -> Fit:
+    """A fit of one step, of what ``make(y, seed, probabilities)`` gives untrained."""
 
     def fit(
-        X: NDArray[np.float64], y: NDArray[np.int64], seed: int, probabilities: bool, _: Care
-    ) -> Iterator[Step]:
+        X: NDArray[np.float64], y: NDArray[np.int64], seed: int, probabilities: bool, _: FitOptions
+    ) -> Iterator[FitStep]:
         classifier = make(y, seed, probabilities)
         classifier.fit(X, y)
-        yield Step(1, 1, None, classifier)
+        yield FitStep(1, 1, None, classifier)
 
     return fit
 
 
-def _fitting_averaged(name: str) -> Fit:
-    """Fit what :mod:`forcelab.recognition.ensemble` fits; inner fits are steps on the way."""
+def _fit_ensemble_steps(name: str) -> Fit:
+    """A fit by :func:`fit_ensemble`, of which inner fits are steps."""
 
     def fit(
-        X: NDArray[np.float64], y: NDArray[np.int64], seed: int, _: bool, care: Care
-    ) -> Iterator[Step]:
-        job = fitting_averaged(name, X, y, seed, care)
+        X: NDArray[np.float64], y: NDArray[np.int64], seed: int, _: bool, options: FitOptions
+    ) -> Iterator[FitStep]:
+        job = fit_ensemble(name, X, y, seed, options)
         while (fitted := next(job)).done < fitted.total:
-            yield Step(fitted.done, fitted.total, None, None)
-        yield Step(fitted.total, fitted.total, None, finish(job))
+            yield FitStep(fitted.done, fitted.total, None, None)
+        yield FitStep(fitted.total, fitted.total, None, finish(job))
 
     return fit
 
@@ -325,9 +263,9 @@ def _svm(y: NDArray[np.int64], seed: int, probabilities: bool) -> Any:
     return CalibratedClassifierCV(SVC(random_state=seed), ensemble=False, cv=split)
 
 
-def _fitting_mlp(
-    X: NDArray[np.float64], y: NDArray[np.int64], seed: int, _probabilities: bool, _care: Care
-) -> Iterator[Step]:
+def _fit_mlp(
+    X: NDArray[np.float64], y: NDArray[np.int64], seed: int, _probabilities: bool, _care: FitOptions
+) -> Iterator[FitStep]:
     """Fit scikit-learn's MLP with its defaults, an epoch at a time.
 
     ``partial_fit`` keeps the state of Adam, which ``warm_start`` with ``max_iter=1`` would lose.
@@ -344,10 +282,10 @@ def _fitting_mlp(
     best, stale = np.inf, 0
     for number in range(1, mlp.max_iter + 1):
         # Two BLAS threads on matrices this small cost seven times the time of one.
-        with one_blas_thread(), _hearing_interrupts():
+        with one_blas_thread(), _raise_interrupts():
             mlp.partial_fit(X, y, classes=actions)
         loss = float(mlp.loss_)
-        yield Step(number, mlp.max_iter, loss, mlp)
+        yield FitStep(number, mlp.max_iter, loss, mlp)
         stale = stale + 1 if loss > best - mlp.tol else 0
         best = min(best, loss)
         if stale > mlp.n_iter_no_change:
@@ -355,8 +293,8 @@ def _fitting_mlp(
 
 
 @contextmanager
-def _hearing_interrupts() -> Iterator[None]:
-    """Let Ctrl+C through, which scikit-learn swallows in the middle of an epoch and warns of."""
+def _raise_interrupts() -> Iterator[None]:
+    """Raise the KeyboardInterrupt that scikit-learn turns into a warning in an epoch."""
     if threading.current_thread() is not threading.main_thread():
         yield  # no other thread is ever interrupted, and filters of warnings belong to all threads
         return
@@ -368,35 +306,23 @@ def _hearing_interrupts() -> Iterator[None]:
             raise KeyboardInterrupt from interrupted
 
 
-#: ``fit(X, y, seed, probabilities, care)``, as of :func:`fitting`.
-Fit = Callable[[NDArray[np.float64], NDArray[np.int64], int, bool, Care], Iterator[Step]]
+#: ``fit(X, y, seed, probabilities, care)``, as of :func:`fit_classifier`.
+Fit = Callable[[NDArray[np.float64], NDArray[np.int64], int, bool, FitOptions], Iterator[FitStep]]
 
 
 @dataclass(frozen=True, slots=True)
 class ClassifierKind:
-    """One classifier that can be chosen.
+    """One classifier that can be chosen."""
 
-    Parameters
-    ----------
-    label : str
-        What the window calls it.
-    fit : callable
-        Fits it step by step.
-    type_name : str
-        Of scikit-learn's class, which a file must hold; empty for what
-        :mod:`forcelab.recognition.ensemble` fits and reads.
-    check : callable
-        ``check(classifier, width)`` raises a ValueError where parts of one from a file do not
-        fit together.
-    random : bool
-        Whether something is drawn at random, so that the seed counts.
-    """
-
-    label: str
-    fit: Fit
+    label: str  # what the window calls it
+    fit: Fit  # fits it step by step
+    #: Of scikit-learn's class, which a file must hold; empty for what
+    #: :mod:`forcelab.recognition.ensemble` fits and reads
     type_name: str = ""
+    #: ``check(classifier, width)`` raises a ValueError where parts of one from a file do not fit
+    #: together
     check: Callable[[Any, int], None] = _check_nothing
-    random: bool = True
+    random: bool = True  # whether something is drawn at random, so that the seed counts
 
     @property
     def plain(self) -> bool:
@@ -407,25 +333,27 @@ class ClassifierKind:
 #: Every classifier by name, in the order of menus: the paper's choice and those it was compared
 #: with, then ours.
 REGISTRY: Mapping[str, ClassifierKind] = {
-    "mlp": ClassifierKind("Multilayer perceptron", _fitting_mlp, "MLPClassifier", _check_mlp),
+    "mlp": ClassifierKind("Multilayer perceptron", _fit_mlp, "MLPClassifier", _check_mlp),
     "naive-bayes": ClassifierKind(
-        "Naive Bayes", fitting_at_once(_naive_bayes), "GaussianNB", random=False
+        "Naive Bayes", fit_in_one_step(_naive_bayes), "GaussianNB", random=False
     ),
     "decision-tree": ClassifierKind(
-        "Decision tree", fitting_at_once(_decision_tree), "DecisionTreeClassifier", _check_tree
+        "Decision tree", fit_in_one_step(_decision_tree), "DecisionTreeClassifier", _check_tree
     ),
-    "svm": ClassifierKind("Support vector machine", fitting_at_once(_svm), "SVC", _check_svm),
+    "svm": ClassifierKind("Support vector machine", fit_in_one_step(_svm), "SVC", _check_svm),
     "nearest-neighbours": ClassifierKind(
         "Nearest neighbours",
-        fitting_at_once(_nearest_neighbours),
+        fit_in_one_step(_nearest_neighbours),
         "KNeighborsClassifier",
         _check_neighbours,
         random=False,
     ),
-    "logistic": ClassifierKind("Logistic regression", _fitting_averaged("logistic"), random=False),
-    "extra-trees": ClassifierKind("Extra trees", _fitting_averaged("extra-trees")),
-    "boosting": ClassifierKind("Gradient boosting", _fitting_averaged("boosting")),
+    "logistic": ClassifierKind(
+        "Logistic regression", _fit_ensemble_steps("logistic"), random=False
+    ),
+    "extra-trees": ClassifierKind("Extra trees", _fit_ensemble_steps("extra-trees")),
+    "boosting": ClassifierKind("Gradient boosting", _fit_ensemble_steps("boosting")),
     "ensemble": ClassifierKind(
-        "Extra trees and logistic regression", _fitting_averaged("ensemble")
+        "Extra trees and logistic regression", _fit_ensemble_steps("ensemble")
     ),
 }

@@ -1,8 +1,8 @@
-"""Clusters of time steps: what the features tell apart before anybody has labelled anything.
+"""Clusters of time steps: what wavelet features tell apart without any labels.
 
-A force that rises, holds and falls again looks the same forwards and backwards to the magnitude
-of any wavelet that is itself symmetric or antisymmetric. The phase of a complex wavelet tells the
-two flanks apart, which is why it is among the method's features.
+A force that rises, holds and falls again looks the same forwards and backwards to the magnitude of
+any wavelet that is itself symmetric or antisymmetric. The phase of a complex wavelet tells the two
+flanks apart, which is why it is among the method's features.
 """
 
 from __future__ import annotations
@@ -18,8 +18,6 @@ from forcelab.errors import InputError
 from forcelab.signals.cwt import cwt, usual_scales
 from forcelab.signals.wavelets import DOG, Haar, Morlet, Wavelet
 
-__all__ = ["Clustering", "cluster", "compare_wavelets", "trapezoid"]
-
 #: Magnitudes below this share of the largest are taken as this: no sensor resolves them.
 FLOOR = 1e-3
 #: Weight of the phases beside the standardised log magnitudes. Twice to three times theirs is
@@ -31,27 +29,16 @@ SPACING = 0.25
 
 @dataclass(frozen=True, eq=False)
 class Clustering:
-    """A cluster for every time step.
+    """A cluster for every time step."""
 
-    Parameters
-    ----------
-    title : str
-        The features, such as ``"Morlet, magnitude and phase"``.
-    codes : ndarray of int, shape (n,)
-        0, 1, ... in the order of first occurrence.
-    """
-
-    title: str
-    codes: NDArray[np.int64]
+    title: str  # the features, such as ``"Morlet, magnitude and phase"``
+    codes: NDArray[np.int64]  # (n,); 0, 1, ... in the order of first occurrence.
 
 
 def trapezoid() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """A force that is still, rises, holds, falls and is still again.
+    """Times and samples (801,) of a force that rises to 10 N, holds and falls: 8 s at 100 Hz.
 
-    Returns
-    -------
-    times, signal : ndarray, shape (801,)
-        8 s at 100 Hz, and a force of up to 10 N; the same forwards and backwards.
+    It is the same forwards and backwards.
     """
     times = np.arange(801) / 100
     return times, np.interp(times, [0, 2, 3, 5, 6, 8], [0, 0, 10, 10, 0, 0])
@@ -65,35 +52,11 @@ def cluster(
     clusters: int = 4,
     seed: int = 0,
 ) -> NDArray[np.int64]:
-    """Group the time steps of one channel by k-means over its wavelet features.
+    """Group the time steps of one channel (n,) by k-means over its wavelet features.
 
-    Parameters
-    ----------
-    signal : ndarray, shape (n,)
-        At a uniform rate.
-    wavelet : Wavelet
-        Transforms the signal at all usual scales.
-    phase : bool
-        Whether phases are among the features, or log magnitudes only.
-    clusters : int
-        How many, at most `n`.
-    seed : int
-        Of the ten starts of k-means, the best of which is taken.
-
-    Returns
-    -------
-    ndarray of int64, shape (n,)
-        0, 1, ... in the order of first occurrence.
-
-    Raises
-    ------
-    InputError
-        If there are more clusters than time steps, or the signal never changes.
-
-    Notes
-    -----
-    A phase enters as its cosine and sine, so that -pi and pi are neighbours, times how far the
-    log magnitude stands above its floor (0 to 1): the phase of nothing counts for nothing.
+    A phase enters as its cosine and sine, so that -pi and pi are neighbours, times how far the log
+    magnitude stands above its floor (0 to 1): the phase of nothing counts for nothing. Codes (n,)
+    are numbered by first occurrence.
     """
     if not 1 <= clusters <= len(signal):
         raise InputError(f"{len(signal)} time steps cannot be grouped into {clusters} clusters.")
@@ -116,21 +79,7 @@ def cluster(
 
 
 def compare_wavelets(signal: NDArray[np.float64], seed: int = 0) -> tuple[Clustering, ...]:
-    """Cluster one channel in the four ways that the paper compares.
-
-    Parameters
-    ----------
-    signal : ndarray, shape (n,)
-        Such as :func:`trapezoid` gives.
-    seed : int
-        See :func:`cluster`.
-
-    Returns
-    -------
-    tuple of Clustering, length 4
-        Morlet with magnitude and phase, Morlet with magnitude only, derivative of Gaussian, Haar;
-        of real wavelets the magnitude ``|W|``.
-    """
+    """Cluster one channel (n,) in the four ways that the paper compares."""
     ways: tuple[tuple[str, Wavelet, bool], ...] = (
         ("Morlet, magnitude and phase", Morlet(), True),
         ("Morlet, magnitude only", Morlet(), False),

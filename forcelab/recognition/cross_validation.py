@@ -1,4 +1,8 @@
-"""How well a recogniser does on demonstrations that are left out in turn, or chosen."""
+"""Evaluations: each demonstration is recognised by a recogniser that has not seen it.
+
+Demonstrations are left out in turn, offline or as a stream, or one set is trained on and another
+one tested.
+"""
 
 from __future__ import annotations
 
@@ -15,59 +19,46 @@ from forcelab.errors import InputError
 from forcelab.jobs import Progress, finish
 from forcelab.labels import UNLABELLED, to_codes
 from forcelab.parallel import map_in_processes
-from forcelab.recognition.adaptation import matching
-from forcelab.recognition.calibration import Reliability
-from forcelab.recognition.examples import Examples, Labelled, actions_of, common_rate, prepare
-from forcelab.recognition.groups import groups, twins
-from forcelab.recognition.label_noise import Contradicted, remark_on
-from forcelab.recognition.live import Decided, check_latency, with_latency
+from forcelab.recognition.adaptation import estimate_adaptation
+from forcelab.recognition.examples import (
+    Examples,
+    LabelledDemonstration,
+    actions_of,
+    common_rate,
+    prepare_examples,
+)
+from forcelab.recognition.groups import find_duplicates, fold_groups
+from forcelab.recognition.label_noise import DroppedSegment, dropped_remarks
+from forcelab.recognition.live import LiveLabels, check_latency, recognise_with_latency
+from forcelab.recognition.probabilities import Reliability
 from forcelab.recognition.recogniser import Prediction, Recogniser
-from forcelab.recognition.results import Evaluation, Tested, silence_remark
+from forcelab.recognition.results import Evaluation, HeldOutPrediction, empty_prediction_remarks
 from forcelab.recognition.settings import Settings
-from forcelab.recognition.training import fit_examples, preparing, training
+from forcelab.recognition.training import fit_examples, prepare_all, training_job
 from forcelab.text import there_are
 
 
 @dataclass(frozen=True)
 class Fold:
-    """One demonstration left out, or a group of them.
+    """Examples that are trained on, and those that are left out together."""
 
-    Parameters
-    ----------
-    train : sequence of Examples
-        All the others.
-    held_out : sequence of Examples
-        Those that the recogniser will not have seen.
-    """
-
-    train: Sequence[Examples]
-    held_out: Sequence[Examples]
+    train: Sequence[Examples]  # all the others
+    held_out: Sequence[Examples]  # those that the recogniser will not have seen
 
 
 @dataclass(frozen=True)
 class FoldResult:
-    """What came out of a fold for one of its demonstrations.
+    """The prediction of one left-out demonstration."""
 
-    Parameters
-    ----------
-    prediction : Prediction
-        Of the demonstration that was left out, without probabilities but for its certainty.
-    fit_seconds : float
-        Run time of the fit; 0 for all but the first that was left out of it.
-    reliability : Reliability, optional
-        Of its probabilities, if it has any.
-    left_out : tuple of Contradicted
-        Segments of the others that were not trained on.
-    """
-
+    #: Of the left-out demonstration, without probabilities but for their trace
     prediction: Prediction
-    fit_seconds: float
-    reliability: Reliability | None = None
-    left_out: tuple[Contradicted, ...] = ()
+    fit_seconds: float  # run time of the fit; 0 for all but the first that was left out of it
+    reliability: Reliability | None = None  # of its probabilities, if it has any
+    dropped: tuple[DroppedSegment, ...] = ()  # segments of the others that were not trained on
 
 
-def parted(examples: Sequence[Examples], parts: Sequence[Sequence[int]]) -> list[Fold]:
-    """One fold for each of the :func:`~forcelab.recognition.groups.groups`."""
+def make_folds(examples: Sequence[Examples], parts: Sequence[Sequence[int]]) -> list[Fold]:
+    """One fold for each group of indices."""
     return [
         Fold(
             [example for i, example in enumerate(examples) if i not in out],
@@ -77,23 +68,23 @@ def parted(examples: Sequence[Examples], parts: Sequence[Sequence[int]]) -> list
     ]
 
 
-def one_by_one(
-    folds: Sequence[Fold], settings: Settings, certainty: bool
+def run_folds(
+    folds: Sequence[Fold], settings: Settings, probability_trace: bool
 ) -> Generator[Progress, None, list[list[FoldResult]]]:
-    """Work off the folds here; every epoch is progress, so that stopping is heard at once."""
+    """Run the folds in this process; every epoch is progress, so that cancelling is quick."""
     results: list[list[FoldResult]] = []
     for fold in folds:
         where = f"{len(results) + 1} of {len(folds)}"
-        results.append((yield from _working(fold, settings, where, certainty)))
+        results.append((yield from _run_fold(fold, settings, where, probability_trace)))
     return results
 
 
-def in_processes(
-    folds: Sequence[Fold], settings: Settings, jobs: int, certainty: bool
+def run_folds_in_processes(
+    folds: Sequence[Fold], settings: Settings, jobs: int, probability_trace: bool
 ) -> Generator[Progress, None, list[list[FoldResult]]]:
-    """Work off the folds in several processes; every finished fold is progress."""
+    """Run the folds in several processes; every finished fold is progress."""
     results: list[list[FoldResult]] = []
-    worked = partial(_worked, settings=settings, certainty=certainty)
+    worked = partial(_run_fold_in_process, settings=settings, probability_trace=probability_trace)
     with closing(map_in_processes(worked, folds, jobs)) as coming:
         for result in coming:
             results.append(result)
@@ -101,53 +92,61 @@ def in_processes(
     return results
 
 
-def _working(
-    fold: Fold, settings: Settings, where: str, certainty: bool
+def _run_fold(
+    fold: Fold, settings: Settings, position: str, probability_trace: bool
 ) -> Generator[Progress, None, list[FoldResult]]:
-    """Train and recognise; progress says which fold it is."""
+    """Train on a fold and recognise what it leaves out; progress gives the fold's position."""
     started = perf_counter()
     try:
-        recogniser = yield from fit_examples(fold.train, settings, text=f"fit {where}")
+        recogniser = yield from fit_examples(fold.train, settings, text=f"fit {position}")
     except InputError as error:
         more = len(fold.held_out) - 1
-        those = f"'{fold.held_out[0].name}'" + (f" and {more} more" if more else "")
-        raise InputError(f"With {those} left out: {error}") from error
+        names = f"'{fold.held_out[0].name}'" + (f" and {more} more" if more else "")
+        raise InputError(f"With {names} left out: {error}") from error
     seconds = perf_counter() - started
     results: list[FoldResult] = []
     for examples in fold.held_out:
-        prediction, reliability = recognised(recogniser, examples, certainty)
+        prediction, reliability = predict_held_out(recogniser, examples, probability_trace)
         spent = 0.0 if results else seconds
-        results.append(FoldResult(prediction, spent, reliability, recogniser.left_out))
+        results.append(FoldResult(prediction, spent, reliability, recogniser.dropped))
     return results
 
 
-def recognised(
-    recogniser: Recogniser, examples: Examples, certainty: bool
+def predict_held_out(
+    recogniser: Recogniser, examples: Examples, probability_trace: bool
 ) -> tuple[Prediction, Reliability | None]:
-    """What a recogniser says of a demonstration that it has not seen, and how far to rely on it.
+    """Recognise a demonstration that the recogniser has not seen, and compare its probabilities.
 
-    Probabilities are left out: they would be sent between processes, and what is made of them is
-    far smaller.
+    The probabilities themselves are left out: they would be sent between processes, and what is
+    made of them is far smaller.
     """
-    prediction = recogniser.predict_examples(examples, certainty=certainty, unaided=True)
-    return replace(prediction, probabilities=None), relied_on(prediction, examples)
+    prediction = recogniser.predict_examples(
+        examples, probability_trace=probability_trace, unaided=True
+    )
+    return replace(prediction, probabilities=None), reliability_of(prediction, examples)
 
 
-def relied_on(prediction: Prediction, examples: Examples) -> Reliability | None:
-    """How far to rely on the probabilities of a prediction; None where it has none."""
+def reliability_of(prediction: Prediction, examples: Examples) -> Reliability | None:
+    """Reliability of a prediction's probabilities; None where it has none."""
     if prediction.probabilities is None:
         return None
     actions = actions_of([examples])
     human = examples.codes(actions)
-    return Reliability.of(prediction.probabilities, prediction.actions, human, actions)
+    return Reliability.from_predictions(
+        prediction.probabilities, prediction.actions, human, actions
+    )
 
 
-def _worked(fold: Fold, settings: Settings, certainty: bool) -> list[FoldResult]:
-    """A fold in a process of its own, where nobody watches."""
-    return finish(_working(fold, settings, "", certainty))
+def _run_fold_in_process(
+    fold: Fold, settings: Settings, probability_trace: bool
+) -> list[FoldResult]:
+    """Run a fold in a worker process, without progress."""
+    return finish(_run_fold(fold, settings, "", probability_trace))
 
 
-def with_labels(labelled: Sequence[Labelled]) -> tuple[list[Labelled], tuple[str, ...]]:
+def select_labelled(
+    labelled: Sequence[LabelledDemonstration],
+) -> tuple[list[LabelledDemonstration], tuple[str, ...]]:
     """The demonstrations that have a segment, and a remark on those that have none."""
     used = [item for item in labelled if item.segments]
     without = len(labelled) - len(used)
@@ -159,13 +158,13 @@ def with_labels(labelled: Sequence[Labelled]) -> tuple[list[Labelled], tuple[str
     return used, (f"{without} {what} left out.",)
 
 
-def twin_remarks(labelled: Sequence[Labelled]) -> tuple[str, ...]:
-    """A remark on recordings that are there twice."""
+def duplicate_remarks(labelled: Sequence[LabelledDemonstration]) -> tuple[str, ...]:
+    """A remark on recordings that occur more than once."""
     names = [item.demonstration.name for item in labelled]
     return tuple(
         f"{' and '.join(names[i] for i in same)} hold the same recording, so that they were left "
         f"out together; remove all but one."
-        for same in twins([item.demonstration for item in labelled])
+        for same in find_duplicates([item.demonstration for item in labelled])
         if len(same) > 1
     )
 
@@ -176,7 +175,9 @@ def group_remarks(parts: Sequence[Sequence[int]]) -> tuple[str, ...]:
     return (f"Left out in {len(parts)} groups of up to {most}.",) if most > 1 else ()
 
 
-def lonely_remark(examples: Sequence[Examples], parts: Sequence[Sequence[int]]) -> tuple[str, ...]:
+def unlearnable_remarks(
+    examples: Sequence[Examples], parts: Sequence[Sequence[int]]
+) -> tuple[str, ...]:
     """A remark on actions of a single demonstration or group, which no other can teach."""
     homes: dict[str, dict[int, str]] = {}  # by action, the first demonstration of each group
     for number, group in enumerate(parts):
@@ -187,14 +188,14 @@ def lonely_remark(examples: Sequence[Examples], parts: Sequence[Sequence[int]]) 
     if not lonely:
         return ()
     what = "group" if max(map(len, parts)) > 1 else "demonstration"
-    told = ", ".join(f"{action} (only in {name})" for action, name in lonely.items())
-    return (f"Cannot be recognised when its only {what} is left out: {told}.",)
+    actions = ", ".join(f"{action} (only in {name})" for action, name in lonely.items())
+    return (f"Cannot be recognised when its only {what} is left out: {actions}.",)
 
 
-def fitting_remarks(
-    labelled: Sequence[Labelled], examples: Sequence[Examples], settings: Settings
+def settings_remarks(
+    labelled: Sequence[LabelledDemonstration], examples: Sequence[Examples], settings: Settings
 ) -> tuple[str, ...]:
-    """Remarks on how settings and demonstrations fit together."""
+    """Remarks on rates that differ, and on scales longer than a demonstration."""
     remarks = []
     rates = sorted(item.demonstration.rate for item in labelled)
     if rates[-1] > 1.01 * rates[0]:
@@ -220,12 +221,12 @@ Job = Generator[Progress, None, Evaluation]
 
 
 def leave_one_out(
-    labelled: Sequence[Labelled],
+    labelled: Sequence[LabelledDemonstration],
     settings: Settings,
     title: str = "",
     jobs: int = 1,
     *,
-    certainty: bool = False,
+    probability_trace: bool = False,
     folds: int | None = None,
 ) -> Job:
     """Recognise each demonstration by a recogniser trained on all the others.
@@ -235,17 +236,16 @@ def leave_one_out(
 
     Parameters
     ----------
-    labelled : sequence of Labelled
+    labelled : sequence of LabelledDemonstration
         Demonstrations without a segment take no part, which a remark says.
     settings : Settings
     title : str
     jobs : int
         Processes that share the folds; the result is the same for any number.
-    certainty : bool
+    probability_trace : bool
         Whether to keep how certain each prediction is, for a review; nothing else changes.
     folds : int, optional
-        How many groups are left out, as :func:`~forcelab.recognition.groups.groups` parts them;
-        by default each demonstration by itself.
+        How many groups are left out in turn; by default each demonstration by itself.
 
     Yields
     ------
@@ -261,26 +261,30 @@ def leave_one_out(
         If fewer than two recordings are labelled, they do not fit together, or there is a single
         group.
     """
-    used, parts, remarks = ready_to_part(labelled, folds)
+    used, parts, remarks = plan_folds(labelled, folds)
     started = perf_counter()
-    examples = yield from preparing(used, settings)
+    examples = yield from prepare_all(used, settings)
     seconds = {"features": perf_counter() - started, "fit": 0.0, "predict": 0.0, "filter": 0.0}
     actions = actions_of(examples)
     jobs = min(jobs, len(parts))
     if jobs <= 1:
-        found = yield from one_by_one(parted(examples, parts), settings, certainty)
+        folds_results = yield from run_folds(
+            make_folds(examples, parts), settings, probability_trace
+        )
     else:
-        found = yield from in_processes(parted(examples, parts), settings, jobs, certainty)
+        folds_results = yield from run_folds_in_processes(
+            make_folds(examples, parts), settings, jobs, probability_trace
+        )
     # Groups are interleaved; what was found goes back to the order of the demonstrations.
     order = np.argsort(np.concatenate(parts))
-    flat = [result for group in found for result in group]
+    flat = [result for group in folds_results for result in group]
     results = [flat[i] for i in order]
     for result in results:
         seconds["fit"] += result.fit_seconds
         for stage, spent in result.prediction.seconds.items():
             seconds[stage] += spent
     tested = [
-        tested_by(item, example, result.prediction, actions)
+        held_out_prediction(item, example, result.prediction, actions)
         for item, example, result in zip(used, examples, results, strict=True)
     ]
     return Evaluation(
@@ -292,42 +296,26 @@ def leave_one_out(
         channels=examples[0].channels,
         trained_on=tuple(item.demonstration.id for item in used),
         seconds=seconds,
-        reliability=together([result.reliability for result in results]),
+        reliability=pool_reliability([result.reliability for result in results]),
         remarks=(
             *remarks,
-            *lonely_remark(examples, parts),
-            *remark_on([one for result in results for one in result.left_out]),
-            *fitting_remarks(used, examples, settings),
-            *silence_remark(tested, settings, examples[0].rate),
+            *unlearnable_remarks(examples, parts),
+            *dropped_remarks([segment for result in results for segment in result.dropped]),
+            *settings_remarks(used, examples, settings),
+            *empty_prediction_remarks(tested, settings, examples[0].rate),
         ),
     )
 
 
-def ready_to_part(
-    labelled: Sequence[Labelled], folds: int | None = None
-) -> tuple[list[Labelled], list[list[int]], tuple[str, ...]]:
-    """What can be left out one after the other, and in which groups.
+def plan_folds(
+    labelled: Sequence[LabelledDemonstration], folds: int | None = None
+) -> tuple[list[LabelledDemonstration], list[list[int]], tuple[str, ...]]:
+    """The labelled demonstrations, the groups of indices to leave out in turn, and remarks.
 
-    Parameters
-    ----------
-    labelled : sequence of Labelled
-    folds : int, optional
-        As of :func:`leave_one_out`.
-
-    Returns
-    -------
-    used : list of Labelled
-        Those with a segment.
-    parts : list of list of int
-        Places in `used`, at least two groups.
-    remarks : tuple of str
-
-    Raises
-    ------
-    InputError
-        If fewer than two recordings are labelled, one is there twice, or there is a single group.
+    An InputError says that fewer than two recordings are labelled, a demonstration occurs twice, or
+    there is a single group.
     """
-    used, remarks = with_labels(labelled)
+    used, remarks = select_labelled(labelled)
     if len(used) < 2:
         raise InputError(
             f"Leaving one demonstration out needs two labelled ones; {there_are(len(used))}."
@@ -339,36 +327,28 @@ def ready_to_part(
                 f"'{item.demonstration.name}' is there twice, so that its twin would be trained on "
                 f"while it is left out; name each demonstration once."
             )
-    parts = groups([item.demonstration for item in used], folds)
+    parts = fold_groups([item.demonstration for item in used], folds)
     if len(parts) < 2:
         raise InputError(
             f"All {len(used)} labelled demonstrations hold the same recording, so that nothing "
             f"else is left to train on; label another recording."
         )
-    return used, parts, (*remarks, *group_remarks(parts), *twin_remarks(used))
+    return used, parts, (*remarks, *group_remarks(parts), *duplicate_remarks(used))
 
 
-def together(parts: Sequence[Reliability | None]) -> Reliability | None:
+def pool_reliability(parts: Sequence[Reliability | None]) -> Reliability | None:
     """Reliability of all demonstrations; None where there were no probabilities."""
-    known = [part for part in parts if part is not None]
-    return reduce(add, known) if known else None
+    present = [part for part in parts if part is not None]
+    return reduce(add, present) if present else None
 
 
-def tested_by(
-    item: Labelled, examples: Examples, prediction: Prediction, actions: tuple[str, ...]
-) -> Tested:
-    """Bring a prediction's codes to the evaluation's actions and the demonstration's stamps.
-
-    Parameters
-    ----------
-    item : Labelled
-        The demonstration as it was recorded.
-    examples : Examples
-        Its time steps, which were predicted.
-    prediction : Prediction
-    actions : tuple of str
-        The evaluation's; those of the prediction are among them.
-    """
+def held_out_prediction(
+    item: LabelledDemonstration,
+    examples: Examples,
+    prediction: Prediction,
+    actions: tuple[str, ...],
+) -> HeldOutPrediction:
+    """A prediction in codes of the evaluation's actions, at the demonstration's own stamps."""
     number = [actions.index(action) for action in prediction.actions]
     # One place more for UNLABELLED, which is -1 and so indexes the last one.
     table = np.array([*number, UNLABELLED], dtype=np.int64)
@@ -376,7 +356,7 @@ def tested_by(
     nearest = examples.nearest(stamps)
     human = to_codes(examples.segments, stamps, actions)
     human[~examples.valid[nearest]] = UNLABELLED
-    return Tested(
+    return HeldOutPrediction(
         name=item.demonstration.name,
         id=item.demonstration.id,
         times=stamps,
@@ -385,29 +365,29 @@ def tested_by(
         raw=table[prediction.raw][nearest],
         filtered=table[prediction.filtered][nearest],
         stages={name: table[codes][nearest] for name, codes in prediction.stages.items()},
-        certainty=prediction.certainty,
+        probability_trace=prediction.probability_trace,
         unaided=None if prediction.unaided is None else table[prediction.unaided][nearest],
     )
 
 
-def across(
-    train: Sequence[Labelled],
-    test: Sequence[Labelled],
+def train_and_test(
+    train: Sequence[LabelledDemonstration],
+    test: Sequence[LabelledDemonstration],
     settings: Settings,
     title: str = "",
     *,
-    certainty: bool = False,
+    probability_trace: bool = False,
     adapt: bool = False,
 ) -> Job:
     """Train on all demonstrations of one task and recognise those of another.
 
     Parameters
     ----------
-    train, test : sequence of Labelled
+    train, test : sequence of LabelledDemonstration
         Demonstrations without a segment take no part, which a remark says.
     settings : Settings
     title : str
-    certainty : bool
+    probability_trace : bool
         As of :func:`leave_one_out`.
     adapt : bool
         Whether offsets, scales and places of the sensors are matched to the training
@@ -429,13 +409,13 @@ def across(
     InputError
         If either side has no labels, the two share a demonstration or have different channels.
     """
-    learnt, train_remarks = with_labels(train)
-    asked, test_remarks = with_labels(test)
-    if not learnt or not asked:
-        side = "train on" if not learnt else "test on"
+    train_items, train_remarks = select_labelled(train)
+    tested_items, test_remarks = select_labelled(test)
+    if not train_items or not tested_items:
+        side = "train on" if not train_items else "test on"
         raise InputError(f"There is no labelled demonstration to {side}; label one first.")
-    ids = tuple(item.demonstration.id for item in learnt)
-    for item in asked:
+    ids = tuple(item.demonstration.id for item in train_items)
+    for item in tested_items:
         if item.demonstration.id in ids:
             raise InputError(
                 f"'{item.demonstration.name}' is trained on and so cannot be tested; choose "
@@ -443,33 +423,35 @@ def across(
             )
     started = perf_counter()
     # What is tested must not move the grid.
-    rate = common_rate([item.demonstration for item in learnt], settings)
-    on = settings.replace(rate=rate)
-    examples = yield from preparing([*learnt, *asked], on)
-    matched = matching(learnt, asked) if adapt else None
+    rate = common_rate([item.demonstration for item in train_items], settings)
+    grid_settings = settings.replace(rate=rate)
+    examples = yield from prepare_all([*train_items, *tested_items], grid_settings)
+    matched = estimate_adaptation(train_items, tested_items) if adapt else None
     prepared = perf_counter()
-    known, new = examples[: len(learnt)], examples[len(learnt) :]
-    recogniser = yield from fit_examples(known, settings)
+    train_examples, test_examples = examples[: len(train_items)], examples[len(train_items) :]
+    recogniser = yield from fit_examples(train_examples, settings)
     seconds = {"features": prepared - started, "fit": perf_counter() - prepared}
     seconds.update(predict=0.0, filter=0.0)
     actions = actions_of(examples)
     tested, reliable = [], []
-    for i, (item, example) in enumerate(zip(asked, new, strict=True)):
+    for i, (item, example) in enumerate(zip(tested_items, test_examples, strict=True)):
         before = None
         if matched is not None:
-            before = tested_by(item, example, recogniser.predict_examples(example), actions)
-            example = prepare(matched.adapted(item), on)  # noqa: PLW2901 - as it is seen from here
-        prediction, reliability = recognised(recogniser, example, certainty)
+            before = held_out_prediction(
+                item, example, recogniser.predict_examples(example), actions
+            )
+            example = prepare_examples(matched.apply(item), grid_settings)  # noqa: PLW2901
+        prediction, reliability = predict_held_out(recogniser, example, probability_trace)
         reliable.append(reliability)
         for stage, spent in prediction.seconds.items():
             seconds[stage] += spent
-        found = tested_by(item, example, prediction, actions)
+        found = held_out_prediction(item, example, prediction, actions)
         tested.append(found if before is None else replace(found, unadapted=before.filtered))
-        yield Progress(i + 1, len(asked), "recognising")
+        yield Progress(i + 1, len(tested_items), "recognising")
     remarks = train_remarks + tuple(r for r in test_remarks if r not in train_remarks)
     if matched is not None:
-        remarks += (matched.sentence,)
-    untrained = [action for action in actions_of(new) if action not in recogniser.actions]
+        remarks += (matched.summary,)
+    untrained = [action for action in actions_of(test_examples) if action not in recogniser.actions]
     if untrained:
         remarks += (f"Tested but never trained: {', '.join(untrained)}.",)
     return Evaluation(
@@ -481,89 +463,72 @@ def across(
         channels=recogniser.channels,
         trained_on=ids,
         seconds=seconds,
-        reliability=together(reliable),
+        reliability=pool_reliability(reliable),
         remarks=remarks
-        + _seen_before(learnt, asked)
-        + remark_on(recogniser.left_out)
-        + fitting_remarks([*learnt, *asked], examples, settings)
-        + silence_remark(tested, settings, recogniser.rate),
+        + _trained_on_remarks(train_items, tested_items)
+        + dropped_remarks(recogniser.dropped)
+        + settings_remarks([*train_items, *tested_items], examples, settings)
+        + empty_prediction_remarks(tested, settings, recogniser.rate),
     )
 
 
-def _seen_before(learnt: Sequence[Labelled], asked: Sequence[Labelled]) -> tuple[str, ...]:
+def _trained_on_remarks(
+    train: Sequence[LabelledDemonstration], test: Sequence[LabelledDemonstration]
+) -> tuple[str, ...]:
     """A remark on recordings that are trained on under one name and tested under another."""
-    every = [item.demonstration for item in (*learnt, *asked)]
-    known = len(learnt)
+    every = [item.demonstration for item in (*train, *test)]
+    train_count = len(train)
     return tuple(
         f"'{every[place].name}' holds the same recording as '{every[same[0]].name}', so that it "
         f"was tested by a recogniser that had seen it; remove one of them."
-        for same in twins(every)
+        for same in find_duplicates(every)
         for place in same
-        if same[0] < known <= place
+        if same[0] < train_count <= place
     )
 
 
 def leave_one_out_live(
-    labelled: Sequence[Labelled],
+    labelled: Sequence[LabelledDemonstration],
     settings: Settings,
     latency: float,
     title: str = "",
     folds: int | None = None,
 ) -> Job:
-    """Recognise each demonstration as a stream, by a recogniser trained on all the others.
+    """:func:`leave_one_out` on streams, with `latency` seconds from a force to its label.
 
-    Parameters
-    ----------
-    labelled : sequence of Labelled
-        Demonstrations without a segment take no part.
-    settings : Settings
-    latency : float
-        Seconds from a force to its label.
-    title : str
-    folds : int, optional
-        As of :func:`~forcelab.recognition.cross_validation.leave_one_out`.
-
-    Yields
-    ------
-    Progress
-
-    Returns
-    -------
-    Evaluation
-        Its raw predictions are the filtered ones.
-
-    Raises
-    ------
-    InputError
-        If fewer than two demonstrations are labelled, they do not fit together, or a recogniser
-        with these settings cannot follow a stream.
+    The evaluation's raw predictions are the filtered ones. An InputError says, besides, that a
+    recogniser with these settings cannot follow a stream.
     """
     check_latency(latency)
-    used, parts, remarks = ready_to_part(labelled, folds)
+    used, parts, remarks = plan_folds(labelled, folds)
     rate = common_rate([item.demonstration for item in used], settings)
     fixed = settings.replace(rate=rate)
     merged = [item.merged(settings.merge) for item in used]
     actions = tuple(dict.fromkeys(s.action for item in merged for s in item.segments))
     seconds = {"features": 0.0, "fit": 0.0, "predict": 0.0, "filter": 0.0}
-    tested: dict[int, Tested] = {}
+    tested: dict[int, HeldOutPrediction] = {}
     reliable = []
-    left_out: list[Contradicted] = []
+    left_out: list[DroppedSegment] = []
     for part in parts:
         started = perf_counter()
-        recogniser = yield from training([o for i, o in enumerate(used) if i not in part], fixed)
-        left_out.extend(recogniser.left_out)
+        recogniser = yield from training_job(
+            [o for i, o in enumerate(used) if i not in part], fixed
+        )
+        left_out.extend(recogniser.dropped)
         seconds["fit"] += perf_counter() - started
         for i in part:
             started = perf_counter()
-            decided = with_latency(recogniser, used[i].demonstration, latency)
+            decided = recognise_with_latency(recogniser, used[i].demonstration, latency)
             seconds["predict"] += perf_counter() - started
-            examples = _examples(merged[i], recogniser, decided)
+            examples = _live_examples(merged[i], recogniser, decided)
             codes = decided.codes
             prediction = Prediction(
                 decided.times, recogniser.actions, codes, codes, decided.probabilities, {}
             )
-            tested[i] = tested_by(used[i], examples, prediction, actions)
-            reliable.append(relied_on(prediction, examples))  # gaps, which have none, do not count
+            tested[i] = held_out_prediction(used[i], examples, prediction, actions)
+            reliable.append(
+                reliability_of(prediction, examples)
+            )  # gaps, which have none, do not count
     return Evaluation(
         title=title,
         settings=settings,
@@ -573,26 +538,30 @@ def leave_one_out_live(
         channels=recogniser.channels,
         trained_on=tuple(item.demonstration.id for item in used),
         seconds=seconds,
-        reliability=together(reliable),
+        reliability=pool_reliability(reliable),
         remarks=(
             f"Recognised as a stream, each label {1000 * latency:g} ms after its force.",
             *remarks,
-            *remark_on(left_out),
-            *silence_remark(list(tested.values()), settings, recogniser.rate),
+            *dropped_remarks(left_out),
+            *empty_prediction_remarks(list(tested.values()), settings, recogniser.rate),
         ),
     )
 
 
-def _examples(item: Labelled, recogniser: Recogniser, decided: Decided) -> Examples:
-    """The steps of a stream, of which nothing but the human's labels is wanted."""
-    n = len(decided)
-    known = decided.probabilities
-    seen = np.ones(n, dtype=bool) if known is None else np.asarray(known.any(axis=1))
+def _live_examples(
+    item: LabelledDemonstration, recogniser: Recogniser, live_labels: LiveLabels
+) -> Examples:
+    """The steps of a stream with the human's labels, without features."""
+    n = len(live_labels)
+    probabilities = live_labels.probabilities
+    valid = (
+        np.ones(n, dtype=bool) if probabilities is None else np.asarray(probabilities.any(axis=1))
+    )
     return Examples(
         name=item.demonstration.name,
-        times=decided.times,
+        times=live_labels.times,
         features=np.empty((n, 0)),
-        valid=seen,
+        valid=valid,
         segments=item.segments,
         channels=recogniser.channels,
         rate=recogniser.rate,

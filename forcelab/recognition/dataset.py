@@ -1,4 +1,4 @@
-"""Labelled demonstrations out of a project: which are trained on, and which tested on."""
+"""Datasets out of a project: labelled demonstrations to train and to test on."""
 
 from __future__ import annotations
 
@@ -11,23 +11,13 @@ from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError, UnclearAuthorError
 from forcelab.label_map import MergeMap
 from forcelab.project import DemonstrationInfo, LabelsUsed, Project
-from forcelab.recognition.examples import Labelled, kept_apart
-from forcelab.recognition.groups import check_folds, usual_folds
+from forcelab.recognition.examples import LabelledDemonstration, suffix_actions
+from forcelab.recognition.groups import check_folds, default_fold_count
 from forcelab.recognition.settings import Settings
 
 
-def coder_of(project: Project, infos: Sequence[DemonstrationInfo], author: str | None) -> str:
-    """Whose labels are meant: the author asked for, or the only coder there is.
-
-    Models are no coders: what they predicted is never trained on.
-
-    Raises
-    ------
-    UnclearAuthorError
-        If several coders labelled and none was chosen.
-    InputError
-        If nobody labelled anything, or the chosen one did not.
-    """
+def resolve_coder(project: Project, infos: Sequence[DemonstrationInfo], author: str | None) -> str:
+    """The requested author or the only coder; what models predicted is never trained on."""
     people = project.coding.coders()
     coders = list(dict.fromkeys(a for info in infos for a in info.authors if a in people))
     if author is not None:
@@ -43,56 +33,44 @@ def coder_of(project: Project, infos: Sequence[DemonstrationInfo], author: str |
 
 
 @dataclass(frozen=True)
-class Corpus:
-    """Labelled demonstrations, and which labels they were given.
+class Dataset:
+    """Labelled demonstrations, and which labels of the project they have."""
 
-    Parameters
-    ----------
-    labelled : list of Labelled
-    labels : tuple of LabelsUsed
-        For each: whose labels, and the latest edit of them when they were read.
-    spelt : frozenset of str
-        All actions as the coder spelt them.
-    """
-
-    labelled: list[Labelled]
+    labelled: list[LabelledDemonstration]
+    #: For each: whose labels, and the latest edit of them when they were read
     labels: tuple[LabelsUsed, ...]
-    spelt: frozenset[str]
+    spellings: frozenset[str]  # all actions as the coder spelt them
 
-    def parted(self, pattern: str) -> tuple[Corpus, Corpus]:
-        """The demonstrations whose names do not match a shell's pattern, and those that do.
-
-        Raises
-        ------
-        InputError
-            If one of them would be empty.
-        """
-        chosen = [fnmatchcase(item.demonstration.name, pattern) for item in self.labelled]
-        if all(chosen) or not any(chosen):
+    def split(self, pattern: str) -> tuple[Dataset, Dataset]:
+        """The demonstrations whose names do not match a shell's pattern, and those that do."""
+        matches = [fnmatchcase(item.demonstration.name, pattern) for item in self.labelled]
+        if all(matches) or not any(matches):
             names = ", ".join(item.demonstration.name for item in self.labelled[:3])
-            what = "every" if all(chosen) else "no"
+            what = "every" if all(matches) else "no"
             raise InputError(
                 f"'{pattern}' matches {what} demonstration; there are {names} and the like. Give a "
                 f"pattern that some names match, such as 'bob-*'."
             )
 
-        def those(wanted: bool) -> Corpus:
-            kept = [one is wanted for one in chosen]
-            return Corpus(
-                list(compress(self.labelled, kept)), tuple(compress(self.labels, kept)), self.spelt
+        def select(matching: bool) -> Dataset:
+            mask = [match is matching for match in matches]
+            return Dataset(
+                list(compress(self.labelled, mask)),
+                tuple(compress(self.labels, mask)),
+                self.spellings,
             )
 
-        return those(False), those(True)
+        return select(False), select(True)
 
 
-def corpus(
+def load_dataset(
     project: Project,
     tasks: Sequence[str],
     author: str | None = None,
     *,
     merge: MergeMap | None = None,
     apart: bool = False,
-) -> Corpus:
+) -> Dataset:
     """The demonstrations of one or several tasks with one coder's labels.
 
     Parameters
@@ -118,20 +96,22 @@ def corpus(
         for task in tasks:
             project.demonstrations.check_task(task)
         infos = [info for task in tasks for info in project.demonstrations.infos(task)]
-        coder = coder_of(project, infos, author)
+        coder = resolve_coder(project, infos, author)
         items = [
-            Labelled(_intact(project, info), project.tracks.get(info.id, coder).segments)
+            LabelledDemonstration(
+                _load_checked(project, info), project.tracks.get(info.id, coder).segments
+            )
             for info in infos
         ]
         labels = tuple(LabelsUsed(i.id, coder, project.tracks.head(i.id, coder)) for i in infos)
     spelt = frozenset(s.action for item in items for s in item.segments)
     labelled = [item.merged(merge) for item in items]
     if apart:
-        labelled = kept_apart(labelled, [info.task for info in infos])
-    return Corpus(labelled, labels, spelt)
+        labelled = suffix_actions(labelled, [info.task for info in infos])
+    return Dataset(labelled, labels, spelt)
 
 
-def _intact(project: Project, info: DemonstrationInfo) -> Demonstration:
+def _load_checked(project: Project, info: DemonstrationInfo) -> Demonstration:
     """Load a demonstration and make sure that it is what was imported."""
     demonstration = project.demonstrations.load(info.id)
     if demonstration.fingerprint() != info.id:
@@ -143,8 +123,8 @@ def _intact(project: Project, info: DemonstrationInfo) -> Demonstration:
 
 
 @dataclass(frozen=True)
-class Choice:
-    """Which demonstrations of a project are meant.
+class DataSelection:
+    """Demonstrations of a project to train and test on.
 
     Parameters
     ----------
@@ -164,8 +144,8 @@ class Choice:
         :mod:`forcelab.recognition.adaptation` does.
     folds : int, optional
         In how many groups demonstrations are left out, as
-        :func:`~forcelab.recognition.groups.groups` parts them; 0: each by itself. None where
-        nobody said: as :func:`~forcelab.recognition.dataset.usual_folds` has it.
+        :func:`~forcelab.recognition.groups.fold_groups` parts them; 0: each by itself. None where
+        it was not chosen: :func:`default_fold_count`.
     """
 
     tasks: tuple[str, ...] = ()
@@ -208,29 +188,47 @@ class Choice:
         """Whether demonstrations are left out in turn, not chosen to be tested on."""
         return self.test_task is None and self.test_names is None
 
-    def settled(self, found: Corpus) -> Choice:
-        """The same with a number of groups, by how many demonstrations there are to leave out."""
+    def joined_tasks(self, project: Project) -> tuple[str, ...]:
+        """The tasks to train on together: those selected, or the only one that there is.
+
+        Raises
+        ------
+        InputError
+            If there are several and none was selected.
+        """
+        tasks = tuple(dict.fromkeys(self.tasks)) or project.demonstrations.tasks()
+        if len(tasks) > 1 and not self.tasks:
+            raise InputError(
+                f"'{project.path}' has the tasks {', '.join(tasks)}; choose the task to train on, "
+                f"or several to join."
+            )
+        return tasks
+
+    def with_default_folds(self, found: Dataset) -> DataSelection:
+        """The selection with a number of groups, by how many demonstrations are labelled."""
         if not self.leaves_out or self.folds is not None:
             return self
         labelled = sum(bool(item.segments) for item in found.labelled)
-        return replace(self, folds=usual_folds(labelled))
+        return replace(self, folds=default_fold_count(labelled))
 
-    def corpus(self, project: Project, tasks: Sequence[str], settings: Settings) -> Corpus:
+    def load(self, project: Project, tasks: Sequence[str], settings: Settings) -> Dataset:
         """The demonstrations of some tasks, chosen this way."""
         merge = settings.merge if self.apart else None  # otherwise merged when prepared
-        return corpus(project, tasks, self.author, merge=merge, apart=self.apart)
+        return load_dataset(project, tasks, self.author, merge=merge, apart=self.apart)
 
-    def parts(self, project: Project, tasks: Sequence[str], settings: Settings) -> list[Corpus]:
-        """What is trained on, and what is tested on where that is another part.
+    def load_parts(
+        self, project: Project, tasks: Sequence[str], settings: Settings
+    ) -> list[Dataset]:
+        """The dataset to train on, and the one to test on where that is another.
 
         Raises
         ------
         InputError
             If there is nothing of these tasks, or no name matches.
         """
-        found = self.corpus(project, tasks, settings)
+        found = self.load(project, tasks, settings)
         if self.test_task is not None:
-            return [found, self.corpus(project, [self.test_task], settings)]
+            return [found, self.load(project, [self.test_task], settings)]
         if self.test_names is None:
             return [found]
-        return list(found.parted(self.test_names))
+        return list(found.split(self.test_names))

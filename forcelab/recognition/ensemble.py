@@ -1,8 +1,7 @@
-"""A classifier of several members whose probabilities are averaged, then calibrated.
+"""Classifiers of one or several members whose mean probabilities are calibrated.
 
-Fitting the classifiers of an ensemble, honest about demonstrations.
-Neighbouring samples are almost copies of each other. So what is calibrated here is judged on whole
-demonstrations that were left out of an inner fit, never on left-out samples.
+Neighbouring samples are almost copies of each other: calibration is judged on whole demonstrations
+that were left out of an inner fit, never on left-out samples.
 """
 
 from __future__ import annotations
@@ -16,7 +15,7 @@ from numpy.typing import NDArray
 
 from forcelab.jobs import Progress
 from forcelab.labels import UNLABELLED
-from forcelab.recognition.forest import Forest, Linear, must, must_be_numbers, softmax
+from forcelab.recognition.forest import Forest, Linear, require, require_numbers, softmax
 
 Real = NDArray[np.float64]
 Member = Forest | Linear
@@ -24,7 +23,7 @@ Member = Forest | Linear
 #: How a member is read, by what it is called in a file; "forest" is that of format 1.
 _KINDS: dict[str, Callable[[Mapping[str, Any], int, int], Member]] = {
     "trees": Forest.from_plain,
-    "forest": Forest.from_older,
+    "forest": Forest.from_format_1,
     "linear": Linear.from_plain,
 }
 
@@ -32,35 +31,25 @@ _KINDS: dict[str, Callable[[Mapping[str, Any], int, int], Member]] = {
 FLOOR = 1e-6
 
 
-def sharpened(probabilities: Real, exponent: float) -> Real:
+def sharpen(probabilities: Real, exponent: float) -> Real:
     """Probabilities (n, K) to a power, rows summing to 1 again: above 1 surer, below less sure."""
     return softmax(exponent * np.log(np.maximum(probabilities, FLOOR)))
 
 
 @dataclass(frozen=True, eq=False)
-class Averaged:
-    """Members that each look at the same standardised features; f of them, K actions.
+class CalibratedEnsemble:
+    """Members that look at the same standardised features; f of them, K actions.
 
-    Its attribute and methods are named as those of scikit-learn's classifiers.
-
-    Parameters
-    ----------
-    classes_ : ndarray of int64, shape (K,)
-        Codes of the actions, rising.
-    columns : ndarray of int64, shape (f,)
-        Which columns of the features it looks at.
-    mean, scale : ndarray of float64, shape (f,)
-        Of the training samples; features are standardised by them.
-    members : sequence of Forest or Linear, at least one
-    exponent : float
-        By which the mean of their probabilities is sharpened; 1 leaves it as it is.
+    Attributes and methods are named as those of scikit-learn's classifiers.
     """
 
-    classes_: NDArray[np.int64]
-    columns: NDArray[np.int64]
+    classes_: NDArray[np.int64]  # (K,); codes of the actions, rising
+    columns: NDArray[np.int64]  # (f,); which columns of the features it looks at
+    #: mean, scale: (f,); of the training samples; features are standardised by them
     mean: Real
     scale: Real
     members: Sequence[Member]
+    #: By which the mean of their probabilities is sharpened; 1 leaves it as it is
     exponent: float = 1.0
 
     def predict_proba(self, features: Real) -> Real:
@@ -69,54 +58,40 @@ class Averaged:
         ready -= self.mean
         ready /= self.scale
         found = np.mean([member.probabilities(ready) for member in self.members], axis=0)
-        return np.asarray(found) if self.exponent == 1 else sharpened(found, self.exponent)
+        return np.asarray(found) if self.exponent == 1 else sharpen(found, self.exponent)
 
     def predict(self, features: Real) -> NDArray[np.int64]:
         """Codes of the most probable actions, shape (n,)."""
         return np.asarray(self.classes_[np.argmax(self.predict_proba(features), axis=1)])
 
     def plain(self) -> dict[str, Any]:
-        """Arrays, numbers and lists, from which :meth:`from_plain` makes an equal one."""
+        """Arrays, numbers and lists for :meth:`from_plain`."""
         return vars(self) | {"members": [member.plain() for member in self.members]}
 
     @classmethod
-    def from_plain(cls, plain: Mapping[str, Any], width: int, actions: int) -> Averaged:
-        """Check what was read from a file.
-
-        Parameters
-        ----------
-        plain : mapping
-        width : int
-            How many features there are.
-        actions : int
-            How many actions there are; codes lie below.
-
-        Raises
-        ------
-        ValueError
-            If anything does not fit together.
-        """
+    def from_plain(cls, plain: Mapping[str, Any], width: int, actions: int) -> CalibratedEnsemble:
+        """Check what was read from a file: `width` features, codes below `actions`."""
         codes, columns, exponent = plain["classes_"], plain["columns"], float(plain["exponent"])
-        must(codes.dtype == columns.dtype == np.int64, "whole numbers for codes and columns")
-        must(codes.ndim == columns.ndim == 1 and len(codes) >= 2, "codes")
-        must(codes[0] >= 0 and codes[-1] < actions and (np.diff(codes) > 0).all(), "codes")
-        must(((columns >= 0) & (columns < width)).all(), "columns of features")
-        must(0 < exponent < 1e3, "an exponent above 0")
+        require(codes.dtype == columns.dtype == np.int64, "whole numbers for codes and columns")
+        require(codes.ndim == columns.ndim == 1 and len(codes) >= 2, "codes")
+        require(codes[0] >= 0 and codes[-1] < actions and (np.diff(codes) > 0).all(), "codes")
+        require(((columns >= 0) & (columns < width)).all(), "columns of features")
+        require(0 < exponent < 1e3, "an exponent above 0")
         mean, scale = plain["mean"], plain["scale"]
         for array in (mean, scale):
-            must_be_numbers(array, columns.shape)
-        must((scale > 0).all(), "scales above 0")
-        must(plain["members"], "a member")
+            require_numbers(array, columns.shape)
+        require((scale > 0).all(), "scales above 0")
+        require(plain["members"], "a member")
         members = tuple(
             _KINDS[member["kind"]](member, len(columns), len(codes)) for member in plain["members"]
         )
         return cls(codes, columns, mean, scale, members, exponent)
 
 
-Whole = NDArray[np.int64]
+Codes = NDArray[np.int64]
 
 #: Members of each classifier by its name.
-AVERAGED = {
+MEMBERS = {
     "logistic": ("logistic",),
     "extra-trees": ("extra-trees",),
     "boosting": ("boosting",),
@@ -143,150 +118,112 @@ LEAST = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
-class Care:
-    """What a fit must take care of.
+class FitOptions:
+    """Options of a fit."""
 
-    Parameters
-    ----------
-    groups : ndarray of int64, shape (n,), optional
-        The number of each sample's demonstration; all one by default.
-    balanced : bool
-        Whether every action counts the same, however rare.
-    calibrated : bool
-        Whether probabilities are calibrated across demonstrations.
-    trees : int, optional
-        How many there are in a forest; :data:`TREES` by default.
-    """
-
-    groups: Whole | None = None
-    balanced: bool = False
-    calibrated: bool = False
-    trees: int | None = None
+    #: (n,); the number of each sample's demonstration; all one by default
+    groups: Codes | None = None
+    balanced: bool = False  # whether every action counts the same, however rare
+    calibrated: bool = False  # whether probabilities are calibrated across demonstrations
+    trees: int | None = None  # how many there are in a forest; :data:`TREES` by default
 
 
-def fitting_averaged(
-    name: str, X: Real, y: Whole, seed: int, care: Care
-) -> Generator[Progress, None, Averaged]:
-    """Fit a classifier; yields progress over its inner fits and the last one, returns it.
+def fit_ensemble(
+    name: str, X: Real, y: Codes, seed: int, options: FitOptions
+) -> Generator[Progress, None, CalibratedEnsemble]:
+    """Fit a classifier of :data:`MEMBERS` to X (n, f) and codes y (n,); progress over inner fits.
 
-    Parameters
-    ----------
-    name : str
-        One of :data:`AVERAGED`.
-    X : ndarray, shape (n, f)
-    y : ndarray of int64, shape (n,)
-        Codes of at least two actions.
-    seed : int
-        Of what is drawn at random.
-    care : Care
-
-    Notes
-    -----
     Without two demonstrations nothing can be left out: then the probabilities stay as they are.
     """
-    groups = np.zeros(len(y), dtype=np.int64) if care.groups is None else care.groups
+    groups = np.zeros(len(y), dtype=np.int64) if options.groups is None else options.groups
     folds = _folds(groups)
-    if not care.calibrated or len(folds) < 2:
+    if not options.calibrated or len(folds) < 2:
         yield Progress(1, 1, "fit")
-        return _fitted(name, X, y, slice(None), seed, care)
+        return _fit_members(name, X, y, slice(None), seed, options)
     total = len(folds) + 1
-    known, right = [], []
+    probabilities, codes_right = [], []
     for held_out in folds:
-        P, codes = _judged(name, X, y, held_out, seed, care)
-        known.append(P)
-        right.append(codes)
-        yield Progress(len(known), total, "fit")
-    made = _fitted(name, X, y, slice(None), seed, care)
-    exponent = _exponent(np.concatenate(known), np.concatenate(right))
+        P, codes = _held_out_probabilities(name, X, y, held_out, seed, options)
+        probabilities.append(P)
+        codes_right.append(codes)
+        yield Progress(len(probabilities), total, "fit")
+    ensemble = _fit_members(name, X, y, slice(None), seed, options)
+    exponent = _best_exponent(np.concatenate(probabilities), np.concatenate(codes_right))
     yield Progress(total, total, "fit")
-    return replace(made, exponent=exponent)
+    return replace(ensemble, exponent=exponent)
 
 
-def thinned(y: Whole) -> Whole:
-    """Which samples are learnt from: where there are too many, every few, and one of each code."""
+def thin(y: Codes) -> Codes:
+    """Indices of the samples to learn from: of too many every few, and one of each code."""
     first = np.unique(y, return_index=True)[1]
     if len(y) <= MOST + len(first):
         return np.arange(len(y))
     return np.union1d(np.arange(0, len(y), -(-len(y) // MOST)), first)
 
 
-def learnt_steps(
-    codes: Sequence[Whole], stride: int = 1, *, every: bool = False
-) -> tuple[Whole, Whole, list[Whole]]:
-    """Which time steps of some demonstrations are learnt from, so that no others are gathered.
+def training_steps(
+    codes: Sequence[Codes], stride: int = 1, *, every: bool = False
+) -> tuple[Codes, Codes, list[Codes]]:
+    """Codes and groups (m,) of the labelled time steps, and their indices in each demonstration.
 
-    Parameters
-    ----------
-    codes : sequence of ndarray of int64, shape (n,)
-        Of each demonstration's time steps; :data:`~forcelab.labels.UNLABELLED` teaches nothing.
-    stride : int
-        Of how many time steps one is taken.
-    every : bool
-        Whether all of these are; otherwise of more than :data:`MOST` every second, third or so.
-
-    Returns
-    -------
-    y, groups : ndarray of int64, shape (m,)
-        Their codes, and the number of each one's demonstration.
-    steps : list of ndarray of int64
-        Their places in each demonstration.
+    Of every `stride` steps one is taken, and of more than :data:`MOST` still fewer, unless `every`.
     """
     steps = [stride * np.flatnonzero(own[::stride] != UNLABELLED) for own in codes]
     y = np.concatenate([own[taken] for own, taken in zip(codes, steps, strict=True)])
     groups = np.repeat(np.arange(len(steps)), [len(taken) for taken in steps])
     if every:
         return y, groups, steps
-    some = thinned(y)
+    some = thin(y)
     places, y, groups = np.concatenate(steps)[some], y[some], groups[some]
     return y, groups, [places[groups == i] for i in range(len(steps))]
 
 
-def _folds(groups: Whole) -> list[NDArray[np.bool_]]:
-    """Which samples each inner fit leaves out: those of a whole demonstration, or of several."""
+def _folds(groups: Codes) -> list[NDArray[np.bool_]]:
+    """Masks of the samples of one or several demonstrations that inner fits leave out."""
     numbers = np.unique(groups)
     count = min(FOLDS, len(numbers))
     return [np.isin(groups, numbers[i::count]) for i in range(count)]
 
 
-def _judged(
-    name: str, X: Real, y: Whole, held_out: NDArray[np.bool_], seed: int, care: Care
-) -> tuple[Real, Whole]:
-    """Probabilities of what was left out, and places of the right ones among all codes.
+def _held_out_probabilities(
+    name: str, X: Real, y: Codes, held_out: NDArray[np.bool_], seed: int, options: FitOptions
+) -> tuple[Real, Codes]:
+    """Probabilities of the left-out samples, and indices of the right codes among all codes.
 
-    Samples of an action that only the left-out demonstration has say nothing here.
+    Samples of an action that only the left-out demonstrations have are passed over.
     """
     every, places = np.unique(y, return_inverse=True)
     learnt = ~held_out
     if len(np.unique(y[learnt])) < 2:
         return np.empty((0, len(every))), np.empty(0, dtype=np.int64)
-    made = _fitted(name, X, y, learnt, seed, care)
-    told = held_out & np.isin(y, made.classes_)
-    P = np.zeros((int(told.sum()), len(every)))
-    P[:, np.searchsorted(every, made.classes_)] = made.predict_proba(X[told])
-    return P, places[told]
+    ensemble = _fit_members(name, X, y, learnt, seed, options)
+    rows = held_out & np.isin(y, ensemble.classes_)
+    P = np.zeros((int(rows.sum()), len(every)))
+    P[:, np.searchsorted(every, ensemble.classes_)] = ensemble.predict_proba(X[rows])
+    return P, places[rows]
 
 
-def _exponent(P: Real, codes: Whole) -> float:
+def _best_exponent(P: Real, codes: Codes) -> float:
     """The exponent that gives left-out demonstrations the least logarithmic loss."""
     if not len(codes):
         return 1.0
     rows = np.arange(len(codes))
     losses = [
-        float(-np.log(np.maximum(sharpened(P, float(e))[rows, codes], LEAST)).mean())
+        float(-np.log(np.maximum(sharpen(P, float(e))[rows, codes], LEAST)).mean())
         for e in EXPONENTS
     ]
     return float(EXPONENTS[int(np.argmin(losses))])
 
 
-def _fitted(
-    name: str, X: Real, y: Whole, rows: NDArray[np.bool_] | slice, seed: int, care: Care
-) -> Averaged:
+def _fit_members(
+    name: str, X: Real, y: Codes, rows: NDArray[np.bool_] | slice, seed: int, options: FitOptions
+) -> CalibratedEnsemble:
     """Fit all members to some rows, whose features are standardised."""
     from threadpoolctl import threadpool_limits
 
     y = y[rows]
     # There may be much of it, and extra trees would make a copy in single precision.
-    single = AVERAGED[name] == ("extra-trees",)
+    single = MEMBERS[name] == ("extra-trees",)
     width = X.shape[1]
     ready = np.empty((len(y), width), np.float32 if single else np.float64, order="F")
     mean, scale = np.empty(width), np.empty(width)
@@ -297,24 +234,24 @@ def _fitted(
         scale[i] = spread if spread > 1e-9 * max(abs(mean[i]), 1e-300) else 1.0
         ready[:, i] = (values - mean[i]) / scale[i]
     with threadpool_limits(1):
-        members = tuple(_member(kind, ready, y, seed, care) for kind in AVERAGED[name])
-    return Averaged(np.unique(y), np.arange(width), mean, scale, members)
+        members = tuple(_fit_member(kind, ready, y, seed, options) for kind in MEMBERS[name])
+    return CalibratedEnsemble(np.unique(y), np.arange(width), mean, scale, members)
 
 
-def _member(kind: str, X: Real, y: Whole, seed: int, care: Care) -> Member:
+def _fit_member(kind: str, X: Real, y: Codes, seed: int, options: FitOptions) -> Member:
     """Fit one member."""
-    weight = "balanced" if care.balanced else None
+    weight = "balanced" if options.balanced else None
     classes = len(np.unique(y))
     if kind == "extra-trees":
         from sklearn.ensemble import ExtraTreesClassifier
 
         trees = ExtraTreesClassifier(
-            TREES if care.trees is None else care.trees,
-            min_samples_leaf=SHARED_LEAF if care.balanced else LEAF,
+            TREES if options.trees is None else options.trees,
+            min_samples_leaf=SHARED_LEAF if options.balanced else LEAF,
             class_weight=weight,
             random_state=seed,
         )
-        return Forest.averaging(trees.fit(X, y), classes)
+        return Forest.from_extra_trees(trees.fit(X, y), classes)
     if kind == "boosting":
         from sklearn.ensemble import HistGradientBoostingClassifier
 
@@ -325,8 +262,8 @@ def _member(kind: str, X: Real, y: Whole, seed: int, care: Care) -> Member:
             class_weight=weight,
             random_state=seed,
         )
-        return Forest.boosting(boosted.fit(X, y), classes)
+        return Forest.from_boosting(boosted.fit(X, y), classes)
     from sklearn.linear_model import LogisticRegression
 
     regression = LogisticRegression(C=STRENGTH, max_iter=500, class_weight=weight)
-    return Linear.of(regression.fit(X, y))
+    return Linear.from_sklearn(regression.fit(X, y))

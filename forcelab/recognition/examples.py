@@ -1,4 +1,4 @@
-"""Demonstrations made ready for recognition: units, features and human codes of every time step."""
+"""Examples: the features, units and human codes of every time step of a demonstration."""
 
 from __future__ import annotations
 
@@ -17,56 +17,33 @@ from forcelab.errors import InputError
 from forcelab.jobs import Progress
 from forcelab.label_map import MergeMap
 from forcelab.labels import UNLABELLED, Segment, Segments, to_codes
-from forcelab.recognition.features import features, peak_features, window_features
+from forcelab.recognition.features import peak_features, wavelet_features, window_features
 from forcelab.recognition.settings import Settings
 from forcelab.signals.channels import channel_map
 from forcelab.signals.grid import on_grid
 
-#: Names that are told before it is only said how many more there are.
+#: Names that a remark lists before it only counts the rest.
 NAMED = 3
 #: What can be done where units differ.
 CURE = "readings without a unit may be raw counts, which become newtons by a calibration"
 
 
-def units_of(channels: Sequence[Channel], wanted: Sequence[str] | None = None) -> tuple[str, ...]:
-    """The unit of each recognition channel; empty where it has none.
-
-    Parameters
-    ----------
-    channels : sequence of Channel
-        As they were recorded.
-    wanted : sequence of str, optional
-        As of :func:`~forcelab.signals.channels.channel_map`.
-
-    Raises
-    ------
-    InputError
-        If a wanted channel is not there, or is wanted twice.
-    """
-    found = channel_map(channels, wanted)
+def units_of(channels: Sequence[Channel], names: Sequence[str] | None = None) -> tuple[str, ...]:
+    """The unit of each recognition channel; empty where it has none."""
+    found = channel_map(channels, names)
     return tuple(channels[found.recorded[columns[0]]].unit for columns in found.columns)
 
 
-def mixed_units(demonstrations: Sequence[Demonstration], settings: Settings) -> tuple[str, ...]:
-    """A remark where demonstrations that are recognised together have channels in unlike units.
-
-    Parameters
-    ----------
-    demonstrations : sequence of Demonstration
-        They all have the settings' channels.
-    settings : Settings
-
-    Raises
-    ------
-    InputError
-        If a wanted channel is not there.
-    """
-    wanted = settings.channels
-    for name in channel_map(demonstrations[0].channels, wanted).names if demonstrations else ():
+def mixed_unit_remarks(
+    demonstrations: Sequence[Demonstration], settings: Settings
+) -> tuple[str, ...]:
+    """A remark where demonstrations of one evaluation have channels in different units."""
+    names = settings.channels
+    for name in channel_map(demonstrations[0].channels, names).names if demonstrations else ():
         of = [(units_of(d.channels, [name])[0], d.name) for d in demonstrations]
         of.sort(key=lambda pair: pair[0])
         parts = [
-            f"{_said(unit)} in {_named([name for _, name in pairs])}"
+            f"{_unit_text(unit)} in {_name_list([name for _, name in pairs])}"
             for unit, pairs in groupby(of, key=lambda pair: pair[0])
         ]
         if len(parts) > 1:
@@ -77,47 +54,32 @@ def mixed_units(demonstrations: Sequence[Demonstration], settings: Settings) -> 
     return ()
 
 
-def other_units(
+def unit_remarks(
     learnt: Sequence[str], names: Sequence[str], channels: Sequence[Channel]
 ) -> tuple[str, ...]:
-    """A remark where channels have other units than those that a recogniser has learnt.
-
-    Parameters
-    ----------
-    learnt : sequence of str
-        The recogniser's units; empty where it does not know them.
-    names : sequence of str
-        Of its recognition channels.
-    channels : sequence of Channel
-        That it is to recognise.
-
-    Raises
-    ------
-    InputError
-        If the recogniser looks at a channel that is not there.
-    """
+    """A remark where channels have other units than those (`learnt`) of a recogniser's `names`."""
     for name, known, unit in zip(names, learnt, units_of(channels, names), strict=False):
         if known != unit:
             return (
-                f"The channel '{name}' is {_said(unit)}, but the recogniser learnt it "
-                f"{_said(known)}, which does not compare: {CURE}.",
+                f"The channel '{name}' is {_unit_text(unit)}, but the recogniser learnt it "
+                f"{_unit_text(known)}, which does not compare: {CURE}.",
             )
     return ()
 
 
-def _said(unit: str) -> str:
+def _unit_text(unit: str) -> str:
     return f"in {unit}" if unit else "without a unit"
 
 
-def _named(names: Sequence[str]) -> str:
+def _name_list(names: Sequence[str]) -> str:
     """The first names, and how many more there are."""
-    told = ", ".join(f"'{name}'" for name in names[:NAMED])
+    text = ", ".join(f"'{name}'" for name in names[:NAMED])
     more = len(names) - NAMED
-    return f"{told} and {more} more" if more > 0 else told
+    return f"{text} and {more} more" if more > 0 else text
 
 
 @dataclass(frozen=True)
-class Labelled:
+class LabelledDemonstration:
     """A demonstration with the segments one coder gave it.
 
     Parameters
@@ -134,26 +96,22 @@ class Labelled:
     segments: Segments = ()
     apart: bool = False
 
-    def merged(self, merge: MergeMap | None) -> Labelled:
-        """The same with the actions spelled as a merge map says, unless they are kept apart."""
+    def merged(self, merge: MergeMap | None) -> LabelledDemonstration:
+        """The demonstration with its actions merged, unless they are kept apart."""
         if merge is None or self.apart:
             return self
         return replace(self, segments=merge.apply_segments(self.segments))
 
 
-def kept_apart(labelled: Sequence[Labelled], suffixes: Sequence[str]) -> list[Labelled]:
-    """Give each demonstration's actions a suffix, so that ``grab`` of two tasks stays two actions.
+def suffix_actions(
+    labelled: Sequence[LabelledDemonstration], suffixes: Sequence[str]
+) -> list[LabelledDemonstration]:
+    """Give each demonstration's actions a suffix, such as its task: ``grab`` becomes ``grab_foam``.
 
     No merge map changes them any more: what it is to merge is merged before.
-
-    Parameters
-    ----------
-    labelled : sequence of Labelled
-    suffixes : sequence of str
-        One for each demonstration, usually its task: ``grab`` becomes ``grab_foam``.
     """
     return [
-        Labelled(
+        LabelledDemonstration(
             item.demonstration,
             tuple(Segment(s.start, s.end, f"{s.action}_{suffix}") for s in item.segments),
             apart=True,
@@ -215,33 +173,33 @@ class Examples:
 
 
 @dataclass(frozen=True)
-class Unkept(Examples):
-    """Examples whose features are made whenever they are asked for, and not kept.
+class LazyExamples(Examples):
+    """Examples whose features are computed whenever they are asked for, and not kept.
 
     Of hundreds of demonstrations they are gigabytes, of which a training looks at some rows.
-
-    Parameters
-    ----------
-    making : callable
-        Makes examples that have them; here there is no attribute `features`.
     """
 
     features: NDArray[np.float64] = field(init=False, repr=False, compare=False)
+    #: Makes examples that have them; here there is no attribute `features`
     making: Callable[[], Examples] = field(kw_only=True)
 
     def all_features(self) -> NDArray[np.float64]:
-        """The features of every time step, shape (n, f), made anew."""
+        """The features of every time step, shape (n, f), computed anew."""
         return self.making().features
 
 
-def prepare(
-    labelled: Labelled, settings: Settings, rate: float | None = None, *, kept: bool = True
+def prepare_examples(
+    labelled: LabelledDemonstration,
+    settings: Settings,
+    rate: float | None = None,
+    *,
+    kept: bool = True,
 ) -> Examples:
     """Compute the examples of one demonstration.
 
     Parameters
     ----------
-    labelled : Labelled
+    labelled : LabelledDemonstration
     settings : Settings
     rate : float, optional
         Samples a second of the grid; the settings' rate, or the demonstration's own, by default.
@@ -251,7 +209,7 @@ def prepare(
     Returns
     -------
     examples : Examples
-        Every time step; the settings' stride is for training to take. :class:`Unkept` where
+        Every time step; the settings' stride is for training to take. :class:`LazyExamples` where
         features are not kept.
 
     Raises
@@ -285,41 +243,28 @@ def prepare(
         "units": units_of(demonstration.channels, channels.names),
     }
     if not kept:
-        return Unkept(**known, making=partial(prepare, labelled, settings, rate))
+        return LazyExamples(**known, making=partial(prepare_examples, labelled, settings, rate))
     made = _features(channels.apply(grid.signals), settings, grid.rate, steps)
     return Examples(**known, features=made)
 
 
-def gathering(
-    examples: Sequence[Examples], *wanted: Sequence[NDArray[np.int64]]
+def gather_features(
+    examples: Sequence[Examples], *step_lists: Sequence[NDArray[np.int64]]
 ) -> Generator[Progress, None, list[NDArray[np.float64]]]:
-    """Gather features of some time steps; of one demonstration at a time, where none are kept.
+    """Stacked features of some time steps of each demonstration, for each of `step_lists`.
 
-    Parameters
-    ----------
-    examples : sequence of Examples
-    *wanted : sequence of ndarray of int64
-        Time steps of each demonstration.
-
-    Yields
-    ------
-    Progress
-
-    Returns
-    -------
-    list of ndarray of float64
-        For each of `wanted` the features of its time steps, one demonstration below the other.
+    Lazy examples are computed one at a time, which is progress.
     """
     found: list[NDArray[np.float64]] = []
-    done = [0] * len(wanted)
+    done = [0] * len(step_lists)
     for i, example in enumerate(examples):
         features = example.all_features()
         if not found:
-            found = [np.empty((sum(map(len, steps)), features.shape[1])) for steps in wanted]
-        for number, (rows, steps) in enumerate(zip(found, wanted, strict=True)):
+            found = [np.empty((sum(map(len, steps)), features.shape[1])) for steps in step_lists]
+        for number, (rows, steps) in enumerate(zip(found, step_lists, strict=True)):
             first, done[number] = done[number], done[number] + len(steps[i])
             rows[first : done[number]] = features[steps[i]]
-        if isinstance(example, Unkept):  # those that are there take no time
+        if isinstance(example, LazyExamples):  # those that are there take no time
             yield Progress(i + 1, len(examples), "features")
     return found
 
@@ -327,23 +272,23 @@ def gathering(
 def _features(
     signals: NDArray[np.float64], settings: Settings, rate: float, steps: slice
 ) -> NDArray[np.float64]:
-    """The features of some time steps, shape (m, f), of channels (q, n)."""
+    """Features of some time steps, shape (m, f), of channels (q, n)."""
     if settings.features == "windows":
         places = np.arange(signals.shape[1])[steps]
-        seen = window_features(signals, rate, settings.windows, places, settings.amplitude)
+        values = window_features(signals, rate, settings.windows, places, settings.amplitude)
         if not settings.peaks:
-            return seen
+            return values
         own = settings.amplitude != "absolute"
         peaks = peak_features(signals, rate, settings.windows[0], places, own)
-        return np.concatenate([seen, peaks], axis=1)
-    found = features(
+        return np.concatenate([values, peaks], axis=1)
+    found = wavelet_features(
         signals, settings.scales, settings.mother, settings.phase, circular=settings.circular
     )
     return found if steps == slice(0, None, 1) else found[steps]
 
 
 def common_rate(demonstrations: Sequence[Demonstration], settings: Settings) -> float:
-    """The rate on which demonstrations meet, in Hz: the settings', or the median of their own.
+    """The common rate in Hz: the settings', or the median of the demonstrations' own.
 
     Of an even number the lower median, which one of them really has.
     """
@@ -357,14 +302,8 @@ def actions_of(examples: Sequence[Examples]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(s.action for example in examples for s in example.segments))
 
 
-def same_channels(examples: Sequence[Examples]) -> tuple[str, ...]:
-    """The channels that all demonstrations share.
-
-    Raises
-    ------
-    InputError
-        If two demonstrations have different recognition channels.
-    """
+def common_channels(examples: Sequence[Examples]) -> tuple[str, ...]:
+    """The channels that all demonstrations share; an InputError where they differ."""
     first = examples[0]
     for other in examples[1:]:
         if other.channels != first.channels:

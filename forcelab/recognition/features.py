@@ -1,27 +1,20 @@
-"""Features of every time step: wavelets, windows, and distances from the extremes.
+"""Features of every time step: wavelets, Gaussian windows, and distances from the extremes.
 
-Level, slope and strength of each channel in Gaussian windows, from milliseconds to seconds.
-A wavelet has zero mean and cannot see how hard one grips; these can. In a Gaussian window of
-standard deviation s around a time step the *level* is the weighted mean of the channel, the
-*slope* its derivative and the *rms* the weighted standard deviation. Beyond its ends a recording
-goes on with its end values.
+* Wavelets: with q channels and k scales a vector is ``[M_1 .. M_q, phi_1 .. phi_q]``, where ``M_i``
+  and ``phi_i`` are the k log magnitudes and the k phases of channel i.
+* Windows: a wavelet has zero mean and cannot see how hard one grips; level, slope and strength in
+  Gaussian windows, from milliseconds to seconds, can. In a window of standard deviation s around a
+  time step the *level* is the weighted mean of the channel, the *slope* its derivative and the
+  *rms* the weighted standard deviation. A vector holds the blocks level, slope and rms, each of
+  them the k windows of channel 1, then those of channel 2, and so on; where each demonstration's
+  own amplitude matters, the same blocks once more in units of it.
+* Peaks: a Gaussian window looks to both sides alike and cannot tell a force that has peaked from
+  one that is about to. Each channel's smoothed level is compared with its highest and its lowest
+  one within some seconds before, and within as many after. A vector holds the blocks highest
+  before, highest after, lowest before and lowest after, each of them the k spans of channel 1, then
+  those of channel 2, and so on.
 
-The vector of one time step with q channels and k windows holds the blocks level, slope and rms,
-each of them the k windows of channel 1, then those of channel 2, and so on. Where each
-demonstration's own amplitude matters, there are the same blocks once more in units of it.
-
-How far each channel is from its highest and lowest level, before and after a time step. A Gaussian
-window looks to both sides alike: it cannot tell a force that has peaked from one that is about to.
-Here each channel's smoothed level is compared with its highest and its lowest one within some
-seconds before, and within as many after. Beyond its ends a recording goes on with its end values.
-
-The vector of one time step with q channels and k spans of seconds holds the blocks highest before,
-highest after, lowest before and lowest after, each of them the k spans of channel 1, then those of
-channel 2, and so on.
-
-The vector of one time step with q channels and k scales is
-``[M_1 .. M_q, phi_1 .. phi_q]``, where ``M_i`` and ``phi_i`` are the k log magnitudes and the k
-phases of channel i. Each time step is then an example of its own.
+Beyond its ends a recording goes on with its end values.
 """
 
 from __future__ import annotations
@@ -48,20 +41,10 @@ REST = 0.2
 
 
 def own_amplitude(channels: Real, rate: float) -> tuple[Real, Real]:
-    """Each channel's level at rest and the size of its movements from there.
+    """Level at rest and size of the movements of each channel (q, n): two arrays (q,).
 
-    Parameters
-    ----------
-    channels : ndarray, shape (q, n)
-        Finite.
-    rate : float
-        Samples a second.
-
-    Returns
-    -------
-    rest, size : ndarray, shape (q,)
-        The median of the first 0.2 s, and the 95th percentile of the distances from it, 1 for a
-        channel that never moves. Rare peaks leave both alone.
+    The median of the first 0.2 s, and the 95th percentile of the distances from it, 1 for a channel
+    that never moves. Rare peaks leave both alone.
     """
     rest = np.median(channels[:, : max(1, round(REST * rate))], axis=1)
     size = np.quantile(np.abs(channels - rest[:, None]), SIZE, axis=1)
@@ -75,31 +58,17 @@ def window_features(
     places: NDArray[np.int64],
     amplitude: str = "absolute",
 ) -> Real:
-    """Compute the features of some time steps.
+    """Level, slope and rms of channels (q, n) at the samples `places` (m,): (m, 3 q k), both 6 q k.
 
-    Parameters
-    ----------
-    channels : ndarray, shape (q, n)
-        Recognition channels on a uniform grid; NaN and infinity are bridged.
-    rate : float
-        Samples a second.
-    windows : sequence of float, length k
-        Standard deviations in seconds.
-    places : ndarray of int64, shape (m,)
-        Samples at which there is a time step.
-    amplitude : "absolute", "own" or "both"
-        In the channels' units, in units of each channel's own amplitude, or both side by side.
-
-    Returns
-    -------
-    ndarray of float64, shape (m, 3 q k), or (m, 6 q k) for "both"
-        Always finite for channels below 1e150. Slopes are per second.
+    NaN and infinity are bridged. `windows` are k standard deviations in seconds; `amplitude` is
+    "absolute", in the channels' units, "own", in units of each channel's own amplitude, or "both".
+    Finite for channels below 1e150; slopes are per second.
     """
     ready = np.stack([bridge(channel) for channel in channels])
     q, k = len(ready), len(windows)
     absolute = np.empty((len(places), len(KINDS), q, k))
     for i, channel in enumerate(ready):
-        for kind, values in enumerate(smoothed(channel, rate, windows, places)):
+        for kind, values in enumerate(window_moments(channel, rate, windows, places)):
             absolute[:, kind, i] = values.T
     blocks = [absolute] if amplitude != "own" else []
     if amplitude != "absolute":
@@ -110,18 +79,10 @@ def window_features(
     return np.concatenate([block.reshape(len(places), -1) for block in blocks], axis=1)
 
 
-def smoothed(
+def window_moments(
     channel: Real, rate: float, windows: Sequence[float], places: NDArray[np.int64]
 ) -> tuple[Real, Real, Real]:
-    """Level, slope and rms of one channel in each window at some samples, each of shape (k, m).
-
-    Parameters
-    ----------
-    channel : ndarray, shape (n,)
-        Finite.
-    rate, windows, places
-        As of :func:`window_features`.
-    """
+    """Level, slope and rms, each (k, m), of one finite channel (n,) at some samples."""
     from scipy.fft import irfft, next_fast_len, rfft, rfftfreq  # takes long to load
 
     n = len(channel)
@@ -161,34 +122,18 @@ def peak_features(
     places: NDArray[np.int64],
     own: bool = False,
 ) -> Real:
-    """Compute the features of some time steps.
+    """Distances of channels (q, n) from their extremes at the samples `places` (m,): (m, 4 q k).
 
-    Parameters
-    ----------
-    channels : ndarray, shape (q, n)
-        Recognition channels on a uniform grid; NaN and infinity are bridged.
-    rate : float
-        Samples a second.
-    window : float
-        Standard deviation of the Gaussian window that smooths levels, in seconds.
-    places : ndarray of int64, shape (m,)
-        Samples at which there is a time step.
-    own : bool
-        Whether distances are in units of the demonstration's own amplitude, the root mean square
-        of the channels' own ones. One unit for all of them: how one force compares with another,
-        as friction does, stays what it is.
-
-    Returns
-    -------
-    ndarray of float64, shape (m, 4 q k)
-        Never below 0 for the highest, never above 0 for the lowest; finite for channels below
-        1e150.
+    Levels are smoothed by a Gaussian window of standard deviation `window` in seconds. With `own`
+    distances are in units of the root mean square of the channels' own amplitudes. One unit for all
+    of them: how one force compares with another, as friction does, stays what it is. Never below 0
+    for the highest, never above 0 for the lowest; finite for channels below 1e150.
     """
     from scipy.ndimage import maximum_filter1d, minimum_filter1d  # takes long to load
 
     ready = np.stack([bridge(channel) for channel in channels])
     every = np.arange(ready.shape[1])
-    level = np.stack([smoothed(channel, rate, (window,), every)[0][0] for channel in ready])
+    level = np.stack([window_moments(channel, rate, (window,), every)[0][0] for channel in ready])
     if own:
         level /= _common(own_amplitude(ready, rate)[1])
     now = level[:, places]
@@ -220,7 +165,7 @@ ROUNDING = 1e-13
 BLOCK = 1024
 
 
-def features(
+def wavelet_features(
     channels: NDArray[np.float64],
     scales: NDArray[np.float64],
     wavelet: Wavelet,

@@ -1,7 +1,7 @@
 """The paper's three filters on predicted codes: threshold, median, drop.
 
-Each takes codes and gives new ones, so that any of them can be used alone. Unlabelled is
-:data:`forcelab.labels.UNLABELLED` throughout.
+Each takes codes (n,) and gives new ones, so that any of them can be used alone. Unlabelled is
+:data:`forcelab.labels.UNLABELLED`.
 """
 
 from __future__ import annotations
@@ -24,27 +24,7 @@ ROUNDING = 1e-9
 def threshold(
     codes: NDArray[np.int64], probabilities: NDArray[np.floating], at: float = 0.8
 ) -> NDArray[np.int64]:
-    """Leave unlabelled what the classifier is not sure of.
-
-    Parameters
-    ----------
-    codes : ndarray of int64, shape (n,)
-        Predicted codes.
-    probabilities : ndarray, shape (n, k)
-        Probability of each action at each sample.
-    at : float
-        The least best probability that is kept, in 0..1.
-
-    Returns
-    -------
-    ndarray of int64, shape (n,)
-        `codes`, unlabelled where no probability reaches `at`; NaN reaches nothing.
-
-    Raises
-    ------
-    InputError
-        If `at` is not in 0..1.
-    """
+    """Unlabel samples of which no probability (n, k) reaches `at`, in 0..1; NaN reaches nothing."""
     if not 0 <= at <= 1:
         raise InputError(f"The probability threshold must lie between 0 and 1, not at {at}.")
     return np.where(np.max(probabilities, axis=1, initial=0.0) >= at, codes, UNLABELLED)
@@ -53,29 +33,13 @@ def threshold(
 def median(codes: NDArray[np.int64], width: int = 10) -> NDArray[np.int64]:
     """Running median over the label *numbers*, as in the paper.
 
-    The order of the actions has no meaning, so a median over their numbers can give an action
-    that no sample near by has: between actions 1 and 5 it may say 3. An even width does so at
-    every change, because it takes the mean of the two middle numbers. Unlabelled counts as the
-    number -1. It is kept because the paper did it; use it to repeat the paper, not to improve
-    a prediction. Stamps, and gaps between them, play no part.
-
-    Parameters
-    ----------
-    codes : ndarray of int64, shape (n,)
-        Predicted codes.
-    width : int
-        Samples in the window, at least 1, from ``width // 2`` before the sample to
-        ``(width - 1) // 2`` after it. Beyond its ends the recording goes on with its end values.
-
-    Returns
-    -------
-    ndarray of int64, shape (n,)
-        The medians; of an even width the mean of the two middle numbers, halves rounded up.
-
-    Raises
-    ------
-    InputError
-        If the width is less than 1.
+    The order of the actions has no meaning, so a median over their numbers can give an action that
+    no sample near by has: between actions 1 and 5 it may say 3. An even width does so at every
+    change, because it takes the mean of the two middle numbers, halves rounded up. Unlabelled
+    counts as the number -1. It is kept because the paper did it; use it to repeat the paper, not to
+    improve a prediction. The window goes from ``width // 2`` samples before to ``(width - 1) // 2``
+    after; beyond its ends the recording goes on with its end values. Stamps, and gaps between them,
+    play no part.
     """
     if width < 1:
         raise InputError(f"The median filter must be at least 1 sample wide, not {width}.")
@@ -100,31 +64,10 @@ def drop_short(
     shortest: Mapping[int, float],
     share: float = 1 / 8,
 ) -> NDArray[np.int64]:
-    """Leave unlabelled what is too short to be the action.
+    """Unlabel segments shorter than a share of their action's shortest training segment (s).
 
-    Parameters
-    ----------
-    codes : ndarray of int64, shape (n,)
-        Predicted codes.
-    times : ndarray, shape (n,)
-        Times of the samples in seconds, strictly increasing.
-    shortest : mapping of int to float
-        Length in seconds of the shortest training segment of each code; segments of a code that
-        is not in it are kept.
-    share : float
-        A segment is dropped if it is shorter than this share of the shortest training segment of
-        its action. At least 0.
-
-    Returns
-    -------
-    ndarray of int64, shape (n,)
-        `codes`, unlabelled in dropped segments. A segment is as long as
-        :func:`forcelab.labels.from_codes` makes it; a gap splits it.
-
-    Raises
-    ------
-    InputError
-        If the share is negative or not a number.
+    `times` (n,) are strictly increasing seconds; segments of a code that `shortest` lacks stay. A
+    segment is as long as :func:`forcelab.labels.from_codes` makes it; a gap splits it.
     """
     if not share >= 0:
         raise InputError(f"The share of the shortest segment must not be negative, as {share} is.")

@@ -1,12 +1,11 @@
-"""Trees and weighted sums as plain arrays: fitted by scikit-learn, asked and stored without.
+"""Trees and weighted sums as plain arrays: fitted by scikit-learn, evaluated and stored without.
 
-Binary trees told by nothing but which of their nodes are leaves. Nodes stand in the order in which
-one comes to them: first a node, then all of its left side, then all of its right side; one tree
-after another. Where a node's children are follows from that, so that it need not be stored, and
-whatever is stored makes trees that end.
+Binary trees are described by which of their nodes are leaves, in preorder: first a node, then all
+of its left side, then all of its right side; one tree after another. Where a node's children are
+follows from that and need not be stored, and whatever is stored makes trees that end.
 
-What is stored as arrays can be checked before anything follows it, and is asked for one step as
-fast as for many: scikit-learn looks at its input for longer than a live step may take.
+What is stored as arrays can be checked before anything follows it, and is evaluated for one step as
+fast as for many: scikit-learn checks its input for longer than a live step may take.
 """
 
 from __future__ import annotations
@@ -22,8 +21,8 @@ from numpy.typing import NDArray
 Whole = NDArray[np.int32]
 
 
-def _open(leaf: NDArray[np.bool_]) -> Whole:
-    """How many right sides are still to come before each node, and after all; shape (n + 1,).
+def _pending_right_sides(leaf: NDArray[np.bool_]) -> Whole:
+    """Number of right sides still to come before each node, and after all; shape (n + 1,).
 
     Counted from 0 before the first tree; each tree that is complete takes one away.
     """
@@ -32,15 +31,15 @@ def _open(leaf: NDArray[np.bool_]) -> Whole:
     return steps
 
 
-def are_trees(leaf: NDArray[np.bool_]) -> bool:
-    """Whether nodes, told which are leaves, make complete trees, at least one."""
-    steps = _open(leaf)
+def are_complete_trees(leaf: NDArray[np.bool_]) -> bool:
+    """Whether nodes, given which are leaves, make complete trees, at least one."""
+    steps = _pending_right_sides(leaf)
     return len(leaf) > 0 and bool(steps[-1] < steps[:-1].min())
 
 
 def roots(leaf: NDArray[np.bool_]) -> NDArray[np.int64]:
     """The first node of each tree, shape (t,)."""
-    steps = _open(leaf)[:-1]
+    steps = _pending_right_sides(leaf)[:-1]
     lowest = np.minimum.accumulate(steps)
     return np.flatnonzero(np.diff(lowest, prepend=np.int32(1)))
 
@@ -49,7 +48,7 @@ def right_children(leaf: NDArray[np.bool_]) -> Whole:
     """Where the right side of each node begins, shape (n,); of a leaf, the leaf itself."""
     # A left side takes away what its node has opened: the next node before which as much is open
     # as before the node itself is the first one of the right side.
-    steps = _open(leaf)[:-1]
+    steps = _pending_right_sides(leaf)[:-1]
     order = np.argsort(steps, kind="stable").astype(np.int32)
     following = np.empty(len(leaf), dtype=np.int32)
     following[order[:-1]] = order[1:]
@@ -74,35 +73,24 @@ def softmax(logits: Real) -> Real:
 class Forest:
     """Decision trees, one after another; t trees, n nodes of which l are leaves, K actions.
 
-    Kept as it is stored, which is small; what following the nodes takes beside is made when it is
-    first asked, so that a forest which nobody asks takes no more.
-
-    Parameters
-    ----------
-    feature : ndarray of whole numbers, shape (n,)
-        Which feature a node asks for; -1 at a leaf. Nodes stand in the order of
-        the module's docstring.
-    threshold : ndarray of float32 or float64, shape (n - l,)
-        Of each inner node; at most this: to the left. Features are rounded to the same kind of
-        number first: scikit-learn's averaged trees are grown on float32 and look at nothing finer.
-    leaf : ndarray of unsigned whole numbers, shape (l,)
-        Which row of `value` each leaf says. Most leaves say what others say, too.
-    value : ndarray of float64, shape (v, K)
-    base : ndarray of float64, shape (K,)
-        What is added to the sum over the trees.
-    boosted : bool
-        Whether the sum is of logits; otherwise of probabilities.
+    Kept as it is stored, which is small; what evaluating it takes beside is made at first use.
     """
 
+    #: (n,); which feature a node asks for; -1 at a leaf. Nodes stand in the order of the module's
+    #: docstring.
     feature: NDArray[np.signedinteger[Any]]
+    #: (n - l,); of each inner node; at most this: to the left. Features are rounded to the same
+    #: kind of number first: scikit-learn's averaged trees are grown on float32 and look at nothing
+    #: finer.
     threshold: NDArray[np.floating[Any]]
+    #: (l,); which row of `value` each leaf says. Most leaves say what others say, too.
     leaf: NDArray[np.unsignedinteger[Any]]
-    value: Real
-    base: Real
-    boosted: bool
+    value: Real  # (v, K)
+    base: Real  # (K,); what is added to the sum over the trees
+    boosted: bool  # whether the sum is of logits; otherwise of probabilities
 
     def probabilities(self, features: Real) -> Real:
-        """Of each action at each time step, shape (m, K)."""
+        """Probabilities of the actions at each time step, shape (m, K)."""
         total = np.empty((len(features), self.value.shape[1]))
         with np.errstate(over="ignore"):  # what is too large for float32 is as good as infinite
             known = features.astype(self.threshold.dtype, copy=False)
@@ -112,31 +100,31 @@ class Forest:
         return softmax(total) if self.boosted else total / total.sum(axis=1, keepdims=True)
 
     def _leaf_rows(self, rows: NDArray[np.floating[Any]]) -> Integers:
-        """Which row of values each tree says of each row of features, shape (m, t)."""
-        roots, threshold, right, said = self._paths
+        """Row of values of the leaf that each tree leads each row of features to, shape (m, t)."""
+        roots, threshold, right, row = self._paths
         nodes = np.broadcast_to(roots, (len(rows), len(roots)))
         begin = np.arange(0, rows.size, rows.shape[1])[:, None]  # of each row
         while True:
-            asked = self.feature.take(nodes)
-            if asked.max() < 0:
-                return said.take(nodes)
+            feature = self.feature.take(nodes)
+            if feature.max() < 0:
+                return row.take(nodes)
             # A leaf asks for what stands before the row, but nothing is at most its threshold,
             # which is no number: it goes to the right, where it is itself.
-            low = rows.take(begin + asked) <= threshold.take(nodes)
+            low = rows.take(begin + feature) <= threshold.take(nodes)
             nodes = np.where(low, nodes + 1, right.take(nodes))
 
     @cached_property
     def _paths(self) -> tuple[NDArray[Any], ...]:
-        """First nodes (t,); of each node threshold, right side and row of values, each (n,)."""
+        """First nodes (t,); of each node threshold, right child and row of values, each (n,)."""
         leaf = self.feature < 0
         threshold = np.full(len(leaf), np.nan, dtype=self.threshold.dtype)
         threshold[~leaf] = self.threshold
-        said = np.zeros(len(leaf), dtype=np.int32)
-        said[leaf] = self.leaf
-        return roots(leaf), threshold, right_children(leaf).astype(np.int64), said
+        row = np.zeros(len(leaf), dtype=np.int32)
+        row[leaf] = self.leaf
+        return roots(leaf), threshold, right_children(leaf).astype(np.int64), row
 
     @classmethod
-    def averaging(cls, trees: Any, classes: int) -> Forest:
+    def from_extra_trees(cls, trees: Any, classes: int) -> Forest:
         """From scikit-learn's extra trees or random forest."""
         parts = []
         for tree in (estimator.tree_ for estimator in trees.estimators_):
@@ -148,7 +136,7 @@ class Forest:
         return cls._joined(parts, np.zeros(classes), boosted=False)
 
     @classmethod
-    def boosting(cls, boosted: Any, classes: int) -> Forest:
+    def from_boosting(cls, boosted: Any, classes: int) -> Forest:
         """From scikit-learn's histogram gradient boosting of numbers."""
         parts = []
         for trees in boosted._predictors:
@@ -175,7 +163,7 @@ class Forest:
     def _small(
         cls, feature: Integers, threshold: Any, value: Real, base: Real, boosted: bool
     ) -> Forest:
-        """In the smallest whole numbers that do, each row of values once."""
+        """In the smallest integer types that do, each row of values once."""
         each, leaf = np.unique(value.astype(np.float64), axis=0, return_inverse=True)
         kind = np.min_scalar_type(-int(feature.max()) - 2)
         small = leaf.reshape(-1).astype(np.min_scalar_type(len(each)))
@@ -183,93 +171,87 @@ class Forest:
 
     def plain(self) -> dict[str, Any]:
         """Its arrays by name."""
-        return {"kind": "trees"} | {one.name: getattr(self, one.name) for one in fields(self)}
+        return {"kind": "trees"} | {part.name: getattr(self, part.name) for part in fields(self)}
 
     @classmethod
     def from_plain(cls, plain: Mapping[str, Any], width: int, classes: int) -> Forest:
-        """Check arrays that were read from a file, and make a forest of them.
+        """Check arrays that were read from a file, and make a forest of them; else a ValueError.
 
-        Raises
-        ------
-        ValueError
-            If nodes are no complete trees, or ask for a feature or say a value that there is not:
-            following them would not end, or would read elsewhere.
+        Nodes that are no complete trees, or that point at a feature or value that does not exist,
+        would never end or read elsewhere.
         """
-        made = cls(**{one.name: plain[one.name] for one in fields(cls)})
-        leaf = made.feature == -1
-        must(made.feature.dtype.kind == "i" and made.feature.ndim == 1, "whole numbers for nodes")
-        must(((made.feature >= -1) & (made.feature < width)).all(), "nodes that ask for features")
-        must(are_trees(leaf), "complete trees")
+        forest = cls(**{part.name: plain[part.name] for part in fields(cls)})
+        leaf = forest.feature == -1
+        require(
+            forest.feature.dtype.kind == "i" and forest.feature.ndim == 1, "whole numbers for nodes"
+        )
+        require(
+            ((forest.feature >= -1) & (forest.feature < width)).all(), "nodes that ask for features"
+        )
+        require(are_complete_trees(leaf), "complete trees")
         inner = (int((~leaf).sum()),)
-        must_be_numbers(made.threshold, inner, (np.float32, np.float64))
-        must(made.leaf.dtype.kind == "u" and made.leaf.shape == (int(leaf.sum()),), "a row a leaf")
-        must((made.leaf < len(made.value)).all(), "leaves that say values")
-        made._check_values(classes)
-        return made
+        require_numbers(forest.threshold, inner, (np.float32, np.float64))
+        require(
+            forest.leaf.dtype.kind == "u" and forest.leaf.shape == (int(leaf.sum()),),
+            "a row a leaf",
+        )
+        require((forest.leaf < len(forest.value)).all(), "leaves that say values")
+        forest._check_values(classes)
+        return forest
 
     @classmethod
-    def from_older(cls, plain: Mapping[str, Any], width: int, classes: int) -> Forest:
-        """The same of a file of format 1, in which every node had its children and its values.
-
-        Raises
-        ------
-        ValueError
-            As of :meth:`from_plain`; or if nodes stand in another order than that format's.
-        """
+    def from_format_1(cls, plain: Mapping[str, Any], width: int, classes: int) -> Forest:
+        """The same of a file of format 1, in which every node had its children and its values."""
         n = len(plain["feature"])
         for name in ("feature", "left", "right"):
-            whole = plain[name].dtype == np.int64 and plain[name].shape == (n,)
-            must(whole, "whole numbers for each node")
-        must_be_numbers(plain["threshold"], (n,))
-        must_be_numbers(plain["value"], (n, classes))
+            is_integer = plain[name].dtype == np.int64 and plain[name].shape == (n,)
+            require(is_integer, "whole numbers for each node")
+        require_numbers(plain["threshold"], (n,))
+        require_numbers(plain["value"], (n, classes))
         leaf = plain["feature"] == -1
-        must(are_trees(leaf), "complete trees")
+        require(are_complete_trees(leaf), "complete trees")
         own = np.arange(n)
         for name, child in (
             ("left", np.where(leaf, own, own + 1)),
             ("right", right_children(leaf)),
         ):
-            must(np.array_equal(plain[name], child), "nodes in their order")
-        must(np.array_equal(plain["roots"], roots(leaf)), "trees that begin at a node")
+            require(np.array_equal(plain[name], child), "nodes in their order")
+        require(np.array_equal(plain["roots"], roots(leaf)), "trees that begin at a node")
         feature, threshold, value = plain["feature"], plain["threshold"], plain["value"]
-        must(((feature >= -1) & (feature < width)).all(), "nodes that ask for features")
-        made = cls._small(feature, threshold[~leaf], value[leaf], plain["base"], plain["boosted"])
-        made._check_values(classes)
-        return made
+        require(((feature >= -1) & (feature < width)).all(), "nodes that ask for features")
+        forest = cls._small(feature, threshold[~leaf], value[leaf], plain["base"], plain["boosted"])
+        forest._check_values(classes)
+        return forest
 
     def _check_values(self, classes: int) -> None:
-        """Raise unless leaves say something of each action."""
-        must(self.value.ndim == 2, "values of each action")
-        must_be_numbers(self.value, (len(self.value), classes))
-        must_be_numbers(self.base, (classes,))
-        must(type(self.boosted) is bool, "sums of one kind")
+        """Raise unless leaves have values of each action."""
+        require(self.value.ndim == 2, "values of each action")
+        require_numbers(self.value, (len(self.value), classes))
+        require_numbers(self.base, (classes,))
+        require(type(self.boosted) is bool, "sums of one kind")
         if not self.boosted:
-            must((self.value >= 0).all() and (self.value.sum(axis=1) > 0).all(), "shares at leaves")
-            must((self.base == 0).all(), "shares at its leaves alone")
+            require(
+                (self.value >= 0).all() and (self.value.sum(axis=1) > 0).all(), "shares at leaves"
+            )
+            require((self.base == 0).all(), "shares at its leaves alone")
 
 
 @dataclass(frozen=True, eq=False)
 class Linear:
-    """Multinomial logistic regression; f features, K actions.
+    """Multinomial logistic regression; f features, K actions."""
 
-    Parameters
-    ----------
-    weights : ndarray of float64, shape (f, K)
-    bias : ndarray of float64, shape (K,)
-    """
-
-    weights: Real
-    bias: Real
+    weights: Real  # (f, K)
+    bias: Real  # (K,)
 
     def probabilities(self, features: Real) -> Real:
-        """Of each action at each time step, shape (m, K)."""
+        """Probabilities of the actions at each time step, shape (m, K)."""
         # Each row by itself: a product of many rounds otherwise than one of a few, and a stream's
         # labels must not depend on its blocks.
         rows = np.ascontiguousarray(features)[:, None]
         return softmax(np.matmul(rows, self.weights)[:, 0] + self.bias)
 
     @classmethod
-    def of(cls, fitted: Any) -> Linear:
+    def from_sklearn(cls, fitted: Any) -> Linear:
         """From scikit-learn's logistic regression."""
         weights, bias = fitted.coef_.T, fitted.intercept_
         if weights.shape[1] == 1:  # of two actions there is one logit, the second one's
@@ -282,17 +264,11 @@ class Linear:
 
     @classmethod
     def from_plain(cls, plain: Mapping[str, Any], width: int, classes: int) -> Linear:
-        """Check arrays that were read from a file.
-
-        Raises
-        ------
-        ValueError
-            If they do not fit.
-        """
-        made = cls(plain["weights"], plain["bias"])
-        must_be_numbers(made.weights, (width, classes))
-        must_be_numbers(made.bias, (classes,))
-        return made
+        """Check arrays that were read from a file; a ValueError where they do not fit."""
+        linear = cls(plain["weights"], plain["bias"])
+        require_numbers(linear.weights, (width, classes))
+        require_numbers(linear.bias, (classes,))
+        return linear
 
 
 def _rounded_down(threshold: Real) -> NDArray[np.float32]:
@@ -301,15 +277,15 @@ def _rounded_down(threshold: Real) -> NDArray[np.float32]:
     return np.where(near > threshold, np.nextafter(near, np.float32(-np.inf)), near)
 
 
-def must_be_numbers(
+def require_numbers(
     array: NDArray[Any], shape: tuple[int, ...], kinds: tuple[type, ...] = (np.float64,)
 ) -> None:
-    """Raise unless an array holds finite numbers of some kind in this shape."""
-    must(array.dtype in kinds and array.shape == shape, f"numbers of shape {shape}")
-    must(np.isfinite(array).all(), "finite numbers")
+    """Raise a ValueError unless an array holds finite numbers of these types in this shape."""
+    require(array.dtype in kinds and array.shape == shape, f"numbers of shape {shape}")
+    require(np.isfinite(array).all(), "finite numbers")
 
 
-def must(true: object, what: str) -> None:
-    """Raise unless a part is as it must be."""
+def require(true: object, what: str) -> None:
+    """Raise a ValueError unless a part is as it must be."""
     if not true:
         raise ValueError(f"the classifier must have {what}")

@@ -11,42 +11,27 @@ import numpy as np
 from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
 
-#: More labelled demonstrations than `MANY` are left out in so many groups unless somebody says
-#: otherwise: half an hour of training for each by itself is minutes then, and each is still
-#: recognised by a recogniser that has not seen it.
+#: More labelled demonstrations than `MANY` are left out in so many groups by default: half
+#: an hour of training for each by itself is minutes then, and each is still recognised by a
+#: recogniser that has not seen it.
 MANY, GROUPS = 20, 10
 
 
-def usual_folds(labelled: int) -> int:
-    """In how many groups so many demonstrations are left out; 0: each by itself."""
+def default_fold_count(labelled: int) -> int:
+    """The default number of groups to leave out; 0: each demonstration by itself."""
     return GROUPS if labelled > MANY else 0
 
 
 def check_folds(folds: int | None) -> None:
-    """Refuse a number of groups that nothing can be left out in.
-
-    Raises
-    ------
-    InputError
-        If it is negative or 1.
-    """
+    """Refuse a negative number of groups, or a single one."""
     if folds is not None and (folds < 0 or folds == 1):
         raise InputError(f"Demonstrations are left out in two groups or more, not in {folds}.")
 
 
-def twins(demonstrations: Sequence[Demonstration]) -> list[list[int]]:
-    """Which demonstrations hold the same recording, by whatever names and stamps.
+def find_duplicates(demonstrations: Sequence[Demonstration]) -> list[list[int]]:
+    """Indices of the demonstrations of each recording, usually one, in order.
 
-    Their ids differ as soon as a stamp does; what was recorded is then still the same.
-
-    Parameters
-    ----------
-    demonstrations : sequence of Demonstration
-
-    Returns
-    -------
-    list of list of int
-        The places of each recording's demonstrations, usually one, in order.
+    Ids differ as soon as a stamp does; equal signals are still the same recording.
     """
     places: dict[bytes, list[int]] = {}
     for i, demonstration in enumerate(demonstrations):
@@ -55,25 +40,14 @@ def twins(demonstrations: Sequence[Demonstration]) -> list[list[int]]:
     return list(places.values())
 
 
-def groups(demonstrations: Sequence[Demonstration], folds: int | None) -> list[list[int]]:
-    """The places of the demonstrations that are left out together, one group after the other.
+def fold_groups(demonstrations: Sequence[Demonstration], folds: int | None) -> list[list[int]]:
+    """Indices of the demonstrations that are left out together, one group after the other.
 
     Neighbours in the order are in different groups, so that each group has some of every task;
-    but those that hold the same recording are left out together.
-
-    Parameters
-    ----------
-    demonstrations : sequence of Demonstration
-    folds : int or None
-        How many groups; each recording is one by itself with 0 or None, or where there are no more
-        than that.
-
-    Raises
-    ------
-    InputError
-        If the number is negative or 1.
+    those that hold the same recording are left out together. With 0 or None folds each recording is
+    a group.
     """
     check_folds(folds)
-    recordings = twins(demonstrations)
+    recordings = find_duplicates(demonstrations)
     parts = min(folds or len(recordings), len(recordings))
     return [sorted(chain(*recordings[first::parts])) for first in range(parts)]

@@ -1,43 +1,36 @@
-"""The semi-Markov decoder: the most probable course of actions, and its marginals.
+"""The semi-Markov decoder: the most probable sequence of actions, and its marginals.
 
-The semi-Markov model behind the decoder: what a segmentation of a stretch scores. A segmentation of
-the steps ``0 .. n`` into segments, neighbours of different actions, scores
+A segmentation of the steps ``0 .. n`` into segments, neighbours of different actions, scores
 
     start(k_1) + S(k_1, d_1) + sum_i [ follow(k_i, k_i+1) + F(k_i, d_i) ] + S(k_m, d_m)
         + sum_t evidence(t, action at t) + sum of change(t) wherever the action changes,
 
-the first and the last segment cut off by the ends of what was recorded: of them is known only that
-they last at least so long, S, and of the ones between how long they last, F. Both are log-normal
-up to a length that is longer than nearly all, and fall by the same share a step from there on: so
-nothing is too long to be, and a step costs no more the longer the recording is. Whole segments of
-many steps are told apart in blocks of lengths, the middle one of which gives a block its height;
-within a block F falls as it does at the end. All else is exact.
+the first and the last segment cut off by the ends of the recording: of them is known only that they
+last at least so long, S, and of the ones between how long they last, F. Both are log-normal up to a
+length that is longer than nearly all, and fall by the same share a step from there on: so nothing
+is too long to be, and a step costs no more the longer the recording is. Segments of many steps are
+told apart in blocks of lengths, the middle one of which gives a block its height; within a block F
+falls as it does at the end. All else is exact.
 
-Sweeps over all segmentations of a stretch of evidence, from its first step on. With ``h_t(k)`` the
-score of the best segmentation (or the sum of all) of the steps before ``t`` whose last segment, of
-action k, ends at ``t``, and ``g_t(k)`` that of those after which k starts at ``t``, both without
-the running sum ``C_t(k)`` of k's evidence,
+A forward pass covers all segmentations of a stretch of evidence, from its first step on. With
+``h_t(k)`` the score of the best segmentation (or the sum of all) of the steps before ``t`` whose
+last segment, of action k, ends at ``t``, and ``g_t(k)`` that of those after which k starts at
+``t``, both without the running sum ``C_t(k)`` of k's evidence,
 
     h_t(k) = max_d [ g_(t-d)(k) + F(k, d) ],
     g_t(k) = max_j [ h_t(j) + C_t(j) + follow(j, k) - C_t(k) ] + change_t.
 
-As no segment is shorter than some steps, so many steps are independent of each other and made at
-once. Of the best segmentation more steps are: first as if no segment began and ended among them,
+As no segment is shorter than some steps, so many steps are independent of each other and computed
+at once. Of the best segmentation more steps are: first as if no segment began and ended among them,
 then with those that do, over and over until nothing becomes better, which is soon: hardly ever do
 several of the shortest segments follow each other. Where F is a straight line, one maximum stands
 for all the starts that it is taken of: over a block of long lengths, and beyond the tabulated
-lengths over all there are.
+lengths over all there are. The cost is one addition and one maximum for each step, action and
+duration that is considered.
 
-Decoding: the most probable course of actions, given probabilities and the choreography. An exact
-semi-Markov Viterbi: of all segmentations of a stretch the one that scores best by the model stated
-above. The cost is one addition and one maximum for each step, action and duration that is
-considered.
-
-Sources
--------
-Yu, "Hidden semi-Markov models", Artificial Intelligence 174, 2010. Guédon, "Estimating hidden
-semi-Markov chains from discrete sequences", J. Comput. Graph. Stat. 12, 2003: segments cut off by
-the ends of what was recorded.
+Sources: Yu, "Hidden semi-Markov models", Artificial Intelligence 174, 2010. Guédon, "Estimating
+hidden semi-Markov chains from discrete sequences", J. Comput. Graph. Stat. 12, 2003: segments cut
+off by the ends of what was recorded.
 """
 
 from __future__ import annotations
@@ -53,7 +46,7 @@ from numpy.typing import NDArray
 
 from forcelab.errors import InputError
 from forcelab.labels import UNLABELLED
-from forcelab.recognition.task_grammar import Choreography
+from forcelab.recognition.task_grammar import TaskGrammar
 
 Real = NDArray[np.float64]
 
@@ -65,37 +58,29 @@ RANGE = 600.0
 TINY = 1e-250
 
 
-class Algebra(Protocol):
-    """How scores of several segmentations become one; k rows, of actions.
+class Semiring(Protocol):
+    """Joins the scores of several segmentations into one; k rows, of actions.
 
-    Attributes
-    ----------
-    repeats : int
-        Steps that may be found at once by repetition; 1 where joining a score twice counts twice.
+    `repeats` says whether joining a score twice counts once, so that steps may be found by
+    repetition.
     """
 
+    #: Steps that may be found at once by repetition; 1 where joining a score twice counts twice
     repeats: bool
 
     def table(self, scores: Real) -> Any:
-        """What :meth:`windows` takes of scores by length, shape (k, W)."""
+        """Scores by length (k, W), prepared for :meth:`windows`."""
         ...
 
     def windows(self, line: Real, strided: Real, table: Any, out: Real) -> Real:
         """Join ``strided[k, t, :] + table[k]``: shape (k, m).
 
-        Parameters
-        ----------
-        line : ndarray, shape (k, n)
-        strided : ndarray, shape (k, m, W)
-            The same numbers: windows of the line, each begun one number after the one before.
-        table
-            As :meth:`table` gives it.
-        out : ndarray, shape (k, m, W)
-            To be written upon.
+        `strided` (k, m, W) are windows of the numbers `line` (k, n), each begun one number after
+        the one before; `out` (k, m, W) is overwritten.
         """
         ...
 
-    def join(self, one: Real, other: Real, out: Real) -> Real:
+    def join(self, first: Real, second: Real, out: Real) -> Real:
         """Join two of the same shape."""
         ...
 
@@ -104,7 +89,7 @@ class Algebra(Protocol):
         ...
 
     def order(self, follow: Real) -> Any:
-        """What :meth:`follow` takes of which action follows which, shape (K, K)."""
+        """Scores of the order of actions (K, K), prepared for :meth:`follow`."""
         ...
 
     def follow(self, ends: Real, sums: Real, order: Any) -> Real:
@@ -115,7 +100,7 @@ class Algebra(Protocol):
         ...
 
 
-class Best:
+class MaxPlus:
     """The best of them."""
 
     repeats = True
@@ -129,9 +114,9 @@ class Best:
         np.add(strided, table, out=out)
         return np.asarray(np.maximum.reduce(out, axis=2))
 
-    def join(self, one: Real, other: Real, out: Real) -> Real:
+    def join(self, first: Real, second: Real, out: Real) -> Real:
         """The larger."""
-        return np.maximum(one, other, out=out)
+        return np.maximum(first, second, out=out)
 
     def running(self, scores: Real) -> Real:
         """The running maximum."""
@@ -148,7 +133,7 @@ class Best:
         return found
 
 
-class Total:
+class LogSumExp:
     """The sum of them, as a logarithm."""
 
     repeats = False
@@ -170,7 +155,7 @@ class Total:
         strides = (every.strides[0], across, stride * across)
         windows = np.ndarray(strided.shape, every.dtype, every, 0, strides)
         sums = np.einsum("kmw,kw->km", windows, raised)
-        if sums.min() < TINY and _lost(below):
+        if sums.min() < TINY and _underflows(below):
             return self._apart(strided, scores, out)
         with np.errstate(divide="ignore"):
             np.log(sums, out=sums)
@@ -178,7 +163,7 @@ class Total:
         return np.asarray(sums)
 
     def _apart(self, strided: Real, scores: Real, out: Real) -> Real:
-        """The same of numbers too far apart for one unit."""
+        """The same for numbers too far apart for one unit."""
         np.add(strided, scores[:, None, :], out=out)
         unit = np.maximum(out.max(axis=2, keepdims=True), SMALLEST)
         out -= unit
@@ -186,9 +171,9 @@ class Total:
         with np.errstate(divide="ignore"):
             return np.asarray(np.log(out.sum(axis=2)) + unit[:, :, 0])
 
-    def join(self, one: Real, other: Real, out: Real) -> Real:
+    def join(self, first: Real, second: Real, out: Real) -> Real:
         """The logarithm of the sum."""
-        return np.logaddexp(one, other, out=out)
+        return np.logaddexp(first, second, out=out)
 
     def running(self, scores: Real) -> Real:
         """Running sums."""
@@ -205,7 +190,7 @@ class Total:
         unit = np.maximum(np.maximum.reduce(before, axis=0), SMALLEST)
         below = before - unit
         found = matrix @ np.exp(below)
-        if found.min() < TINY and _lost(below):
+        if found.min() < TINY and _underflows(below):
             every = before[:, None, :] + logs
             unit = np.maximum(every.max(axis=0), SMALLEST)
             found = np.exp(every - unit).sum(axis=0)
@@ -216,7 +201,7 @@ class Total:
         return np.asarray(found)
 
 
-def _lost(below: Real) -> bool:
+def _underflows(below: Real) -> bool:
     """Whether logarithms are so small that their exponentials count for nothing by mistake."""
     return bool(((below < -RANGE) & (below > SMALLEST)).any())
 
@@ -257,65 +242,38 @@ CHANGE, LIKELIER = 1.5, 0.5
 
 
 @dataclass(frozen=True, eq=False)
-class Scores:
-    """The model's numbers at one step length; K actions, all logarithms in nats.
+class HsmmParameters:
+    """The model's parameters at one step length; K actions, all logarithms in nats."""
 
-    Parameters
-    ----------
-    step : float
-        Seconds.
-    prior : ndarray, shape (K,)
-        What is taken off the log probabilities.
-    start : ndarray, shape (K,)
-    follow : ndarray, shape (K, K)
-        From the row's action to the column's; minus infinity from an action to itself.
-    mean, sd : ndarray, shape (K,)
-        Of the logarithm of durations in seconds.
-    emphasis : float
-        Exponent of durations; 0 leaves them out.
-    shortest, longest : ndarray of int64, shape (K,)
-        Fewest steps of a whole segment, and the steps up to which durations are log-normal.
-    """
-
-    step: float
-    prior: Real
-    start: Real
+    step: float  # seconds
+    prior: Real  # (K,); what is taken off the log probabilities
+    start: Real  # (K,)
+    #: (K, K); from the row's action to the column's; minus infinity from an action to itself
     follow: Real
+    #: mean, sd: (K,); of the logarithm of durations in seconds
     mean: Real
     sd: Real
-    emphasis: float
+    emphasis: float  # exponent of durations; 0 leaves them out
+    #: shortest, longest: (K,); fewest steps of a whole segment, and the steps up to which durations
+    #: are log-normal
     shortest: NDArray[np.int64]
     longest: NDArray[np.int64]
 
     @classmethod
-    def of(cls, choreography: Choreography, step: float, use: Use) -> Scores:
-        """The numbers of a choreography.
-
-        Parameters
-        ----------
-        choreography : Choreography
-        step : float
-            Seconds between two steps.
-        use : "none", "durations" or "order"
-            "order" uses durations as well.
-
-        Raises
-        ------
-        InputError
-            If the step is not above 0, or there is no such use.
-        """
+    def from_grammar(cls, grammar: TaskGrammar, step: float, use: Use) -> HsmmParameters:
+        """The parameters of a grammar at `step` seconds; "order" uses durations as well."""
         if not (step > 0 and math.isfinite(step)):
             raise InputError(f"The decoder's step must be longer than 0 s, not {step} s.")
         if use not in ("none", "durations", "order"):
             raise InputError(f"The decoder uses none, durations or order, not '{use}'.")
-        K = len(choreography.actions)
+        K = len(grammar.actions)
         least = max(1, round(STEP / step))
         shortest = np.full(K, least)
         longest = shortest
         if use != "none":
-            usual = SHORTEST * np.exp(choreography.mean) / step
+            usual = SHORTEST * np.exp(grammar.mean) / step
             shortest = np.maximum(shortest, np.minimum(usual, 2**31).astype(np.int64))
-            limit = np.exp(choreography.mean + LOG_NORMAL * choreography.sd) / step
+            limit = np.exp(grammar.mean + LOG_NORMAL * grammar.sd) / step
             powers = np.ceil(np.log(np.clip(limit, 1.0, 2.0**31)) / math.log(ROUNDING))
             longest = np.maximum(shortest, np.ceil(ROUNDING**powers).astype(np.int64))
             # Whole blocks only: none is partly too short, and a table ends with one.
@@ -326,22 +284,22 @@ class Scores:
         follow = np.full((K, K), -SWITCH if use == "none" else -math.log(max(K - 1, 1)))
         if use == "order":
             with np.errstate(divide="ignore"):
-                start, follow = np.log(choreography.start), np.log(choreography.follow)
+                start, follow = np.log(grammar.start), np.log(grammar.follow)
         np.fill_diagonal(follow, -np.inf)
         return cls(
             step,
-            PRIOR * np.log(choreography.share),
+            PRIOR * np.log(grammar.share),
             start,
             follow,
-            choreography.mean,
-            choreography.sd,
+            grammar.mean,
+            grammar.sd,
             0.0 if use == "none" else DURATION,
             shortest,
             longest,
         )
 
     def evidence(self, log_probabilities: NDArray[np.floating]) -> Real:
-        """What each step says for each action, shape (n, K) as `log_probabilities`; finite.
+        """The score of each step for each action, shape (n, K) as `log_probabilities`; finite.
 
         Only differences within a step count. A step that rules out every action says nothing.
         """
@@ -361,14 +319,9 @@ class Scores:
         return below
 
     def changing(self, ratios: NDArray[np.floating]) -> Real:
-        """What a change of actions scores right after each step, shape (n,).
+        """The score of a change of actions right after each step, given log ratios (n,).
 
-        Nothing where durations are not used, as nothing else keeps an action from flickering there.
-
-        Parameters
-        ----------
-        ratios : ndarray, shape (n,)
-            How much likelier than usual a change is near each step, in nats.
+        Zero where durations are not used, as nothing else keeps an action from flickering there.
         """
         above = np.asarray(ratios, dtype=np.float64) - LIKELIER
         scores = (CHANGE if self.emphasis else 0.0) * above
@@ -377,14 +330,14 @@ class Scores:
 
     @property
     def slope(self) -> Real:
-        """What each step beyond the longest adds, shape (K,); never positive."""
+        """Score of each step beyond the longest, shape (K,); never positive."""
         seconds = self.longest * self.step
         z = (np.log(seconds) - self.mean) / self.sd
         fall = -(1.0 + z / self.sd) / self.longest
         return self.emphasis * np.minimum(fall, 0.0)
 
     def lasting(self, code: int | NDArray[np.int64], steps: NDArray[np.int64]) -> Real:
-        """F: how probable it is that a segment lasts so many steps (>= 1); shapes broadcast."""
+        """F: log probability that a segment lasts so many steps (>= 1); shapes broadcast."""
         table = np.minimum(steps, self.longest[code])
         within = (table - FINE - 1) % LENGTHS
         table = np.where(table > FINE, table - within + LENGTHS // 2, table)
@@ -395,23 +348,23 @@ class Scores:
         return np.where(steps >= self.shortest[code], scores, -np.inf)
 
     def outlasting(self, code: int | NDArray[np.int64], steps: NDArray[np.int64]) -> Real:
-        """S: how probable it is that a segment lasts so many steps or more; shapes broadcast."""
+        """S: log probability that a segment lasts so many steps or more; shapes broadcast."""
         from scipy.special import log_ndtr
 
         table = np.minimum(steps, self.longest[code])
         z = (np.log(table * self.step) - self.mean[code]) / self.sd[code]
         return self.emphasis * log_ndtr(-z) + self.slope[code] * (steps - table)
 
-    def per_place(self) -> Scores:
-        """The same for sums over all places of a boundary, of which finer steps have more."""
+    def per_place(self) -> HsmmParameters:
+        """The parameters for sums over all places of a boundary, of which finer steps have more."""
         return replace(self, follow=self.follow + math.log(self.step / STEP))
 
-    def anywhere(self) -> Scores:
-        """The same of a stretch that does not begin with its demonstration."""
+    def anywhere(self) -> HsmmParameters:
+        """The parameters of a stretch that does not begin with its demonstration."""
         return replace(self, start=np.full_like(self.start, -math.log(len(self.start))))
 
-    def of_actions(self, order: NDArray[np.int64]) -> Scores:
-        """The same with the actions in another order."""
+    def of_actions(self, order: NDArray[np.int64]) -> HsmmParameters:
+        """The parameters with the actions in another order."""
         return replace(
             self,
             prior=self.prior[order],
@@ -423,8 +376,8 @@ class Scores:
             longest=self.longest[order],
         )
 
-    def reversed(self) -> Scores:
-        """The same of time that runs backwards, from after the last step."""
+    def reversed(self) -> HsmmParameters:
+        """The parameters of time that runs backwards, from after the last step."""
         return replace(self, follow=self.follow.T.copy(), start=np.zeros_like(self.start))
 
 
@@ -439,10 +392,10 @@ TABLE = 32
 WORTH = 10_000
 
 
-class _Group:
+class _ActionGroup:
     """Neighbouring rows whose durations share a table; r of them."""
 
-    def __init__(self, sweep: Sweep, rows: slice, block: int, algebra: Algebra) -> None:
+    def __init__(self, sweep: ForwardPass, rows: slice, block: int, algebra: Semiring) -> None:
         scores, codes = sweep.scores, np.arange(rows.start, rows.stop)[:, None]
         self.rows = rows
         self.reach = max(int(scores.longest[rows].max()), TABLE)
@@ -476,59 +429,26 @@ class _Group:
 
 
 def _width(reach: int | NDArray[np.int64]) -> NDArray[np.int64]:
-    """How many numbers tables up to some lengths hold."""
+    """Number of entries of a table up to some length."""
     return np.minimum(reach, FINE) + np.maximum(np.asarray(reach) - FINE, 0) // LENGTHS
 
 
 def _windows(line: Real, table: Real, stride: int) -> Real:
-    """What a table is added to at each place: shape (k, places, W), of every `stride`-th number."""
+    """Every `stride`-th number before each place, to which a table is added: (k, places, W)."""
     near, far = line.strides
     count = line.shape[1] - stride * (table.shape[1] - 1)
     shape = (len(line), count, table.shape[1])
     return as_strided(line, shape, (near, far, stride * far), writeable=False)
 
 
-class Sweep:
-    """The scores of all segmentations of what was seen so far.
+class ForwardPass:
+    """The scores of all segmentations of the steps so far; :meth:`forget` makes room for more.
 
     Rows of its arrays are actions, in an order of its own; columns are the places between steps,
-    from :attr:`base` on.
-
-    Parameters
-    ----------
-    scores : Scores
-    algebra : Algebra
-    room : int
-        Steps that it can hold; :meth:`forget` makes room for more.
-
-    Attributes
-    ----------
-    order : ndarray of int64, shape (K,)
-        The action in each row.
-    scores : Scores
-        In the order of the rows.
-    now, base : int
-        Steps seen, and how many of them are forgotten.
-    sums : ndarray, shape (K, room + 1)
-        C, the evidence before each place.
-    ends : ndarray, shape (K, room + 1)
-        h: of the action in the row that ends at the place.
-    before : dict
-        What was found to come before a segment, by its row and start, since places were forgotten.
-    blocks : ndarray, shape (K, margin + room + 1)
-        g less what the slope adds up to, of the place and those just before it joined.
-    slope : ndarray, shape (K,)
-        What each step beyond the tables adds.
-    whole : ndarray, shape (K,)
-        The score of a first segment that ends now, without evidence.
-    outlasting : ndarray, shape (K, margin)
-        S, of 1, 2, ... steps.
-    starts : ndarray, shape (K, margin + room + 1)
-        g: of the action in the row that starts there; before the first place nothing starts, nor
-        at it: what goes on from there is looked after apart.
+    from `base` on: `sums` is C, `ends` h, `starts` g and `outlasting` S of the module's docstring.
     """
 
-    def __init__(self, scores: Scores, algebra: Algebra, room: int) -> None:
+    def __init__(self, scores: HsmmParameters, algebra: Semiring, room: int) -> None:
         self._algebra = algebra
         self.order = np.argsort(scores.longest, kind="stable")
         self.scores = scores = scores.of_actions(self.order)
@@ -560,12 +480,12 @@ class Sweep:
         self._steps = min(alone, STEPS, steps)
         self._order = algebra.order(scores.follow)
         parts = self._split(slice(0, K))
-        self.groups = [_Group(self, rows, self._steps, algebra) for rows in parts]
+        self.groups = [_ActionGroup(self, rows, self._steps, algebra) for rows in parts]
         # Of so many at once all that has lasted long is known.
         self._part = min(FINE, self.groups[0].reach) // self._steps * self._steps
 
     def _split(self, rows: slice) -> list[slice]:
-        """Part rows where tables of their own length are worth it."""
+        """Split rows where tables of their own length are worth it."""
         width = _width(np.maximum(self.scores.longest[rows], TABLE))
         saved = (width[-1] - width) * np.arange(1, len(width) + 1) * self._steps
         best = int(saved.argmax())
@@ -575,14 +495,7 @@ class Sweep:
         return [*self._split(slice(rows.start, cut)), *self._split(slice(cut, rows.stop))]
 
     def push(self, evidence: Real, changes: Real | None = None) -> None:
-        """Go on with the next steps, for which there is room.
-
-        Parameters
-        ----------
-        evidence : ndarray, shape (m, K)
-        changes : ndarray, shape (m,), optional
-            What a change of actions scores right after each of them; nothing by default.
-        """
+        """Take evidence (m, K) and scores of changes (m,) of steps for which there is room."""
         place, m = self.now - self.base + 1, len(evidence)
         self._changes[place : place + m] = 0.0 if changes is None else changes
         sums = self.sums[:, place : place + m]
@@ -679,8 +592,8 @@ class Sweep:
         """Join the levels of each block of starts whose last lies before `place`."""
         found, reach = self.level(slice(None), self._blocked - LENGTHS + 1, place), 1
         while reach < LENGTHS:
-            one, other = found[:, reach:], found[:, :-reach]
-            found, reach = self._algebra.join(one, other, np.empty_like(one)), 2 * reach
+            first, second = found[:, reach:], found[:, :-reach]
+            found, reach = self._algebra.join(first, second, np.empty_like(first)), 2 * reach
         self.blocks[:, self.margin + self._blocked : self.margin + place] = found
         self._blocked = place
 
@@ -715,12 +628,12 @@ class Sweep:
 
     @property
     def room(self) -> int:
-        """How many more steps it can hold."""
+        """Number of further steps that it can hold."""
         return self.ends.shape[1] - 1 - (self.now - self.base)
 
-    def forget(self, kept: int) -> None:
-        """Make room: keep the last so many places only, which must hold every window."""
-        places = self.now - self.base - kept
+    def forget(self, count: int) -> None:
+        """Make room: keep the last `count` places only, which must hold every window."""
+        places = self.now - self.base - count
         if places <= 0:
             return
         self._run_on(self.now - self.base)
@@ -742,69 +655,43 @@ def decode(
     log_probabilities: NDArray[np.floating],
     valid: NDArray[np.bool_],
     step: float,
-    choreography: Choreography,
+    grammar: TaskGrammar,
     use: Use = "order",
     changes: NDArray[np.floating] | None = None,
 ) -> Codes:
-    """The best course of actions.
+    """The best sequence of actions: codes (n,) of log probabilities (n, K).
 
-    Parameters
-    ----------
-    log_probabilities : ndarray, shape (n, K)
-        Of each action at each step, by the classifier; minus infinity is allowed, and a constant
-        added to a step changes nothing.
-    valid : ndarray of bool, shape (n,)
-        False in gaps. What lies between two gaps is decoded by itself.
-    step : float
-        Seconds between two steps; 0.02 is fine enough.
-    choreography : Choreography
-        Of the same K actions.
-    use : "none", "durations" or "order"
-        How much of the choreography may be used: nothing but a cost of changes, durations, or
-        also which action follows which and how demonstrations start.
-    changes : ndarray, shape (n,), optional
-        How much likelier than usual a change of actions is near each step, in nats; finite. It
-        counts for nothing with "none".
-
-    Returns
-    -------
-    ndarray of int64, shape (n,)
-        Codes; unlabelled in gaps and where a step holds no number. Of equally good courses it is
-        always the same one.
-
-    Raises
-    ------
-    InputError
-        If the numbers of steps or actions disagree, the step is not above 0 or there is no such
-        use.
+    A constant added to a step changes nothing. Unlabelled in gaps (not `valid`) and where a step
+    holds no number; what lies between two gaps is decoded by itself. `step` is in seconds; 0.02 is
+    fine enough. `use` says how much of the grammar counts: "none" but a cost of changes,
+    "durations", or with the "order" also which action follows which and how demonstrations start.
+    `changes` (n,) are finite log ratios in nats of how much likelier than usual a change is near;
+    they count for nothing with "none". Of equally good sequences it is always the same one.
     """
     codes = np.full(len(log_probabilities), UNLABELLED, dtype=np.int64)
-    for part, scores, evidence, after in scored(
-        log_probabilities, valid, step, choreography, use, changes
+    for part, scores, evidence, after in prepare_runs(
+        log_probabilities, valid, step, grammar, use, changes
     ):
-        sweep = Sweep(scores, Best(), len(evidence))
+        sweep = ForwardPass(scores, MaxPlus(), len(evidence))
         sweep.push(evidence, after)
         codes[part] = best_codes(sweep, len(evidence))
     return codes
 
 
-def scored(
+def prepare_runs(
     log_probabilities: NDArray[np.floating],
     valid: NDArray[np.bool_],
     step: float,
-    choreography: Choreography,
+    grammar: TaskGrammar,
     use: Use,
     changes: NDArray[np.floating] | None,
-) -> Iterator[tuple[slice, Scores, Real, Real | None]]:
-    """Each stretch without a gap: where it is, the model, and what it takes of steps and changes.
-
-    Parameters and errors as of :func:`decode`.
-    """
-    valid = checked(log_probabilities, valid, choreography)
+) -> Iterator[tuple[slice, HsmmParameters, Real, Real | None]]:
+    """Each stretch without a gap: its steps, the model, its evidence and its scores of changes."""
+    valid = decodable_steps(log_probabilities, valid, grammar)
     if not valid.any():
         return
-    scores = Scores.of(choreography, step, use)
-    for first, last in runs_of(valid):
+    scores = HsmmParameters.from_grammar(grammar, step, use)
+    for first, last in true_runs(valid):
         yield (
             slice(first, last),
             scores if first == 0 else scores.anywhere(),
@@ -813,17 +700,11 @@ def scored(
         )
 
 
-def checked(
-    log_probabilities: NDArray[np.floating], valid: NDArray[np.bool_], choreography: Choreography
+def decodable_steps(
+    log_probabilities: NDArray[np.floating], valid: NDArray[np.bool_], grammar: TaskGrammar
 ) -> NDArray[np.bool_]:
-    """Where there is something to decode, shape (n,); steps that hold no number are gaps.
-
-    Raises
-    ------
-    InputError
-        If the numbers of steps or actions disagree.
-    """
-    K = len(choreography.actions)
+    """Where there is something to decode, shape (n,); steps that hold no number are gaps."""
+    K = len(grammar.actions)
     shape = np.shape(log_probabilities)
     if len(shape) != 2 or shape[1] != K:
         raise InputError(
@@ -841,7 +722,7 @@ def checked(
     return np.asarray(valid & ~missing.any(axis=1) if missing.any() else valid, dtype=np.bool_)
 
 
-def runs_of(valid: NDArray[np.bool_]) -> list[tuple[int, int]]:
+def true_runs(valid: NDArray[np.bool_]) -> list[tuple[int, int]]:
     """First and last (excluded) step of each stretch without a gap."""
     if valid.all():
         return [(0, len(valid))] if len(valid) else []
@@ -849,30 +730,30 @@ def runs_of(valid: NDArray[np.bool_]) -> list[tuple[int, int]]:
     return [(int(first), int(last)) for first, last in edges.reshape(-1, 2)]
 
 
-def best_codes(sweep: Sweep, last: int) -> Codes:
-    """Codes of the `last` most recent steps of a sweep for the best, as if it ended now."""
+def best_codes(sweep: ForwardPass, last: int) -> Codes:
+    """Codes of the `last` most recent steps of a best forward pass, as if it ended now."""
     codes = np.empty(last, dtype=np.int64)
     begin, end = sweep.now - last, sweep.now
-    row, start = _final(sweep)
+    row, start = _last_segment(sweep)
     while True:
         codes[max(start - begin, 0) : end - begin] = sweep.order[row]
         if start <= begin:
             return codes
         end = start
-        row, start = _before(sweep, row, start)
+        row, start = _previous_segment(sweep, row, start)
 
 
-def best_code(sweep: Sweep, ago: int) -> int:
+def best_code(sweep: ForwardPass, ago: int) -> int:
     """The code of the step that came so many steps ago, 0 being the last, as if it ended now."""
     step = sweep.now - 1 - ago
-    row, start = _final(sweep)
+    row, start = _last_segment(sweep)
     while start > step:
-        row, start = _before(sweep, row, start)
+        row, start = _previous_segment(sweep, row, start)
     return int(sweep.order[row])
 
 
-def _final(sweep: Sweep) -> tuple[int, int]:
-    """Row and start of the segment that goes on at the end of what was seen."""
+def _last_segment(sweep: ForwardPass) -> tuple[int, int]:
+    """Row and start of the segment that goes on at the last step."""
     now, place = sweep.now, sweep.now - sweep.base
     sums = sweep.sums[:, place]
     whole = sweep.whole + sums
@@ -898,17 +779,17 @@ def _final(sweep: Sweep) -> tuple[int, int]:
     return row, start
 
 
-def _before(sweep: Sweep, row: int, start: int) -> tuple[int, int]:
-    """Row and start of the segment before the one in `row` that starts at `start`."""
+def _previous_segment(sweep: ForwardPass, row: int, start: int) -> tuple[int, int]:
+    """Row and start of the segment before the one in `row` that starts at `start`, remembered."""
     # What comes later changes nothing about it, and a stream asks again at every step.
     known = sweep.before.get((row, start))
     if known is None:
-        known = sweep.before[row, start] = _found_before(sweep, row, start)
+        known = sweep.before[row, start] = _find_previous_segment(sweep, row, start)
     return known
 
 
-def _found_before(sweep: Sweep, row: int, start: int) -> tuple[int, int]:
-    """The same, looked for."""
+def _find_previous_segment(sweep: ForwardPass, row: int, start: int) -> tuple[int, int]:
+    """Row and start of the segment before, computed."""
     place = start - sweep.base
     scores = sweep.scores
     ends = sweep.ends[:, place] + sweep.sums[:, place]
@@ -928,7 +809,7 @@ def _found_before(sweep: Sweep, row: int, start: int) -> tuple[int, int]:
     return row, 0 if first >= found else began
 
 
-def _far_start(sweep: Sweep, row: int, last: int) -> int:
+def _far_start(sweep: ForwardPass, row: int, last: int) -> int:
     """The best start at place `last` or before; what is forgotten counts as its last step."""
     level = sweep.level(row, 0, last + 1)
     best = int(level.argmax())
@@ -939,33 +820,28 @@ def marginals(
     log_probabilities: NDArray[np.floating],
     valid: NDArray[np.bool_],
     step: float,
-    choreography: Choreography,
+    grammar: TaskGrammar,
     use: Use = "order",
     changes: NDArray[np.floating] | None = None,
 ) -> Real:
-    """How probable each action is at each step, given all steps and the choreography.
+    """Probability of each action at each step (n, K), given all steps and the grammar.
 
-    Exact: the forward-backward algorithm over segments. Parameters and errors as of
-    :func:`forcelab.recognition.hsmm.decode`.
-
-    Returns
-    -------
-    ndarray of float64, shape (n, K)
-        Rows sum to 1, and are 0 where nothing is decoded.
+    Exact: the forward-backward algorithm over segments. Rows sum to 1, and are 0 where nothing is
+    decoded. Parameters as of :func:`decode`.
     """
     result = np.zeros(np.shape(log_probabilities))
-    for part, scores, evidence, after in scored(
-        log_probabilities, valid, step, choreography, use, changes
+    for part, scores, evidence, after in prepare_runs(
+        log_probabilities, valid, step, grammar, use, changes
     ):
         result[part] = _marginals(evidence, scores.per_place(), after)
     return result
 
 
-def _marginals(evidence: Real, scores: Scores, changes: Real | None) -> Real:
-    """The same of one stretch, given what a change scores after each step."""
+def _marginals(evidence: Real, scores: HsmmParameters, changes: Real | None) -> Real:
+    """The marginals of one stretch, given the scores of changes after each step."""
     n = len(evidence)
-    forward = Sweep(scores, Total(), n)
-    backward = Sweep(scores.reversed(), Total(), n)
+    forward = ForwardPass(scores, LogSumExp(), n)
+    backward = ForwardPass(scores.reversed(), LogSumExp(), n)
     forward.push(evidence, changes)
     # What comes after a step comes, backwards, after the next one.
     backward.push(evidence[::-1], None if changes is None else np.roll(changes[::-1], -1))

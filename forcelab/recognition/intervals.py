@@ -1,17 +1,12 @@
-"""How far scores would move if other demonstrations of the same kind had been recorded.
-
-Scores of many resamples of demonstrations at once. Counts of demonstrations add up, so a resample
-is a number of times that each demonstration is counted: a row of weights. All resamples together
-are a few products of matrices.
+"""Confidence intervals of scores by the percentile bootstrap over demonstrations.
 
 Demonstrations are resampled with replacement, as many as there are, and each resample is scored;
-the interval holds the middle 95 % of those scores. This is the percentile interval.
+the interval holds the middle 95 % of those scores. Counts of demonstrations add up, so a resample
+is a row of weights, and all resamples together are a few products of matrices.
 
-Sources
--------
-Efron, "Bootstrap methods: another look at the jackknife", Annals of Statistics 7(1), 1979, the
-bootstrap; Efron, "Nonparametric standard errors and confidence intervals", Canadian Journal of
-Statistics 9(2), 1981, section 4: the percentile interval. It is neither widened nor corrected for
+Sources: Efron, "Bootstrap methods: another look at the jackknife", Annals of Statistics 7(1), 1979,
+the bootstrap; Efron, "Nonparametric standard errors and confidence intervals", Canadian Journal of
+Statistics 9(2), 1981, section 4, the percentile interval. It is neither widened nor corrected for
 bias and tends to be too narrow for a handful of demonstrations. It says nothing of what another
 training of the same recogniser would give.
 """
@@ -47,46 +42,30 @@ METRICS = (
 AT_ONCE = 4_000_000
 
 
-def draws(demonstrations: int, resamples: int, seed: int) -> Weights:
-    """How often each demonstration is drawn in each resample.
-
-    Returns
-    -------
-    ndarray of int64, shape (resamples, demonstrations)
-        Each row sums to `demonstrations`: that many are drawn, with replacement.
-    """
+def draw_resamples(demonstrations: int, resamples: int, seed: int) -> Weights:
+    """How often each demonstration is drawn in each resample, shape (resamples, demonstrations)."""
     random = np.random.default_rng(seed)
     chances = np.full(demonstrations, 1.0 / demonstrations)
     return random.multinomial(demonstrations, chances, size=resamples)
 
 
-def replicates(parts: Sequence[Counts], weights: Weights) -> dict[str, Real]:
-    """Score resamples of demonstrations as :func:`~forcelab.recognition.metrics.pool` would.
+def score_resamples(parts: Sequence[Counts], weights: Weights) -> dict[str, Real]:
+    """Score resamples, given weights (r, n) of n demonstrations, as pooling them would: (r,) each.
 
-    Parameters
-    ----------
-    parts : sequence of Counts, length n >= 1
-        One for each demonstration, all made with the same actions.
-    weights : ndarray of int64, shape (r, n)
-        How often each demonstration counts in each resample.
-
-    Returns
-    -------
-    dict of str to ndarray of float64, shape (r,)
-        For each of :data:`METRICS`; NaN where the metric is not defined.
+    A key for each of :data:`METRICS`; NaN where the metric is not defined.
     """
-    result = _of_frames(parts, weights)
+    result = _frame_metrics(parts, weights)
     edits = np.array([sum(part.edits) for part in parts])
-    result["edit"] = _over(weights @ edits, weights @ np.array([len(p.edits) for p in parts]))
+    result["edit"] = _fractions(weights @ edits, weights @ np.array([len(p.edits) for p in parts]))
     for name in ("segments", "labelled_segments"):
         segments = np.stack([getattr(part, name).ravel() for part in parts])
         matched = (weights @ segments).reshape(len(weights), len(OVERLAPS), 3)
         for number, overlap in enumerate(OVERLAPS):
             true, false, missed = (matched[:, number, column] for column in range(3))
             f1 = "f1" if name == "segments" else "f1_labelled"
-            result[f"{f1}.{overlap}"] = _over(2 * true, 2 * true + false + missed)
+            result[f"{f1}.{overlap}"] = _fractions(2 * true, 2 * true + false + missed)
     found, boundaries = (weights @ np.stack([part.found for part in parts])).T
-    result["boundaries_found"] = _over(found, boundaries)
+    result["boundaries_found"] = _fractions(found, boundaries)
     for name, errors in (
         ("boundary_ms", [part.boundaries for part in parts]),
         ("boundary_labelled_ms", [part.labelled_boundaries for part in parts]),
@@ -100,7 +79,7 @@ def replicates(parts: Sequence[Counts], weights: Weights) -> dict[str, Real]:
     return result
 
 
-def _of_frames(parts: Sequence[Counts], weights: Weights) -> dict[str, Real]:
+def _frame_metrics(parts: Sequence[Counts], weights: Weights) -> dict[str, Real]:
     """The metrics that are made from the confusion."""
     confusions = np.stack([part.confusion for part in parts]).astype(np.float64)
     right = weights @ np.diagonal(confusions, axis1=1, axis2=2)
@@ -117,9 +96,9 @@ def _of_frames(parts: Sequence[Counts], weights: Weights) -> dict[str, Real]:
         where=total**2 > chance,
     )
     return {
-        "accuracy": _over(right.sum(axis=1), total),
-        "balanced_accuracy": _over(recalls.sum(axis=1), used.sum(axis=1)),
-        "coverage": _over(predicted.sum(axis=1), total),
+        "accuracy": _fractions(right.sum(axis=1), total),
+        "balanced_accuracy": _fractions(recalls.sum(axis=1), used.sum(axis=1)),
+        "coverage": _fractions(predicted.sum(axis=1), total),
         "kappa": np.where(total > 0, kappa, np.nan),
     }
 
@@ -127,7 +106,7 @@ def _of_frames(parts: Sequence[Counts], weights: Weights) -> dict[str, Real]:
 def _percentiles(parts: Sequence[Real], weights: Weights, percents: tuple[int, ...]) -> list[Real]:
     """Percentiles of the boundary errors, linear between neighbours as ``np.percentile`` is.
 
-    All errors are sorted once; in a resample each stands there as often as its demonstration.
+    All errors are sorted once; in a resample each occurs as often as its demonstration.
     """
     errors = np.concatenate(parts)
     owners = np.repeat(np.arange(len(parts)), [len(part) for part in parts])
@@ -141,7 +120,7 @@ def _percentiles(parts: Sequence[Real], weights: Weights, percents: tuple[int, .
         chunk = slice(first, first + step)
         upto = np.cumsum(weights[chunk][:, owners], axis=1)
         count = upto[:, -1]
-        there = count > 0
+        defined = count > 0
         for percent, values in zip(percents, result, strict=True):
             rank = np.maximum(count - 1, 0) * (percent / 100)
             low = np.floor(rank)
@@ -150,11 +129,11 @@ def _percentiles(parts: Sequence[Real], weights: Weights, percents: tuple[int, .
                 for at in (low, np.minimum(low + 1, np.maximum(count - 1, 0)))
             ]
             between = ends[0] + (rank - low) * (ends[1] - ends[0])
-            values[chunk] = np.where(there, between, np.nan)
+            values[chunk] = np.where(defined, between, np.nan)
     return result
 
 
-def _over(parts: NDArray[np.number], wholes: NDArray[np.number]) -> Real:
+def _fractions(parts: NDArray[np.number], wholes: NDArray[np.number]) -> Real:
     """Fractions; NaN of nothing."""
     above, below = parts.astype(np.float64), wholes.astype(np.float64)
     return np.divide(above, below, out=np.full(above.shape, np.nan), where=below > 0)
@@ -221,7 +200,7 @@ class Intervals:
 
 
 def look_up(record: Mapping[str, Any], name: str) -> Any:
-    """What stands in a JSON of scores under a name such as ``"f1.50"``; None if nothing does."""
+    """The value in a JSON of scores under a name such as ``"f1.50"``; None if there is none."""
     found: Any = record
     for part in name.split("."):
         if not isinstance(found, (dict, Mapping)):  # to ask for a dict alone is much faster
@@ -230,57 +209,39 @@ def look_up(record: Mapping[str, Any], name: str) -> Any:
     return found
 
 
-def intervals(parts: Sequence[Counts], seed: int = 0) -> Intervals:
-    """Intervals of the scores of demonstrations that are pooled.
-
-    Parameters
-    ----------
-    parts : sequence of Counts
-        One for each demonstration, all made with the same actions.
-    seed : int
-        Of the resamples; the same seed gives the same intervals.
-    """
-    if reason := _too_few(len(parts)):
+def score_intervals(parts: Sequence[Counts], seed: int = 0) -> Intervals:
+    """Intervals of the pooled scores of demonstrations, counted with the same actions."""
+    if reason := _too_few_reason(len(parts)):
         return Intervals(reason=reason, seed=seed)
-    found = replicates(parts, draws(len(parts), RESAMPLES, seed))
-    return Intervals({name: _middle(found[name]) for name in METRICS}, seed=seed)
+    found = score_resamples(parts, draw_resamples(len(parts), RESAMPLES, seed))
+    return Intervals({name: _percentile_interval(found[name]) for name in METRICS}, seed=seed)
 
 
-def differences(one: Sequence[Counts], other: Sequence[Counts], seed: int = 0) -> Intervals:
-    """Intervals of `other` minus `one`, both of which tested the same demonstrations.
+def difference_intervals(
+    first: Sequence[Counts], second: Sequence[Counts], seed: int = 0
+) -> Intervals:
+    """Intervals of the second minus the first, both of which tested the same demonstrations.
 
     The two are resampled together, so that what is hard for both does not widen the interval.
-
-    Parameters
-    ----------
-    one, other : sequence of Counts, of equal length
-        The same demonstrations in the same order; the actions of the two may differ.
-    seed : int
-        Of the resamples.
-
-    Raises
-    ------
-    ValueError
-        If the lengths differ.
     """
-    if len(one) != len(other):
-        raise ValueError(f"{len(one)} demonstrations cannot be paired with {len(other)}")
-    if reason := _too_few(len(one)):
+    if len(first) != len(second):
+        raise ValueError(f"{len(first)} demonstrations cannot be paired with {len(second)}")
+    if reason := _too_few_reason(len(first)):
         return Intervals(reason=reason, seed=seed)
-    weights = draws(len(one), RESAMPLES, seed)
-    before, after = replicates(one, weights), replicates(other, weights)
-    return Intervals({n: _middle(after[n] - before[n]) for n in METRICS}, seed=seed)
+    weights = draw_resamples(len(first), RESAMPLES, seed)
+    before, after = score_resamples(first, weights), score_resamples(second, weights)
+    return Intervals({n: _percentile_interval(after[n] - before[n]) for n in METRICS}, seed=seed)
 
 
-def _too_few(demonstrations: int) -> str:
-    """Why so few demonstrations have no interval; ``""`` if they have."""
+def _too_few_reason(demonstrations: int) -> str:
+    """Why so few demonstrations have no interval; empty if they have."""
     if demonstrations >= FEWEST:
         return ""
     few = counted(demonstrations, "demonstration")
     return f"An interval needs {FEWEST} demonstrations; {few} cannot tell how they differ."
 
 
-def _middle(values: NDArray[np.float64]) -> Range | None:
+def _percentile_interval(values: NDArray[np.float64]) -> Range | None:
     """The middle of resampled scores; None where no resample has one."""
     values = values[np.isfinite(values)]
     if len(values) == 0:

@@ -1,28 +1,25 @@
-"""Evidence of other demonstrations against a human's segments, and training without these.
+"""Label noise: evidence of other demonstrations against a human's segments.
 
-What other demonstrations say about a human's segments: evidence that one is called wrongly. Two
-witnesses speak about a segment. What a classifier says, that was trained without its demonstration:
-the mean probability `r` that it gives to each action over the segment. And the neighbours: which
-segments come before and after it. How each witness usually speaks of an action is learnt from all
-*other* segments that bear its name, so that a confusion which occurs everywhere, or an action that
-is seldom recognised, makes nobody suspicious. For a segment called x and every other action y the
-evidence is a naive Bayes log ratio,
+Two sources of evidence speak about a segment: the mean probability `r` that a classifier, trained
+without its demonstration, gives to each action over it, and which segments come before and after.
+How each usually looks for an action is learnt from all *other* segments of that name, so that a
+confusion which occurs everywhere, or an action that is seldom recognised, raises no suspicion. For
+a segment called x and every other action y the evidence is a naive Bayes log ratio,
 
     log E = sum_k r_k log(P[k | y] / P[k | x])
             + log(P[before | y] / P[before | x]) + log(P[after | y] / P[after | x]),
 
-with one pseudo-segment for the classifier and one for every possible neighbour (Laplace); what the
-neighbours say is weighed by how much they tell at all, the mutual information with the action as a
-share of the action's entropy. The suspicion is E / (1 + E) for the y that makes it largest, and
-none if the classifier gives x itself 0.9 or more. The most suspect segment of a demonstration is
-then taken for y, and the others are looked at again: none is suspect only for standing beside an
-error.
+with one pseudo-segment for the classifier and one for every possible neighbour (Laplace); the
+neighbours are weighted by the mutual information of neighbour and action as a share of the action's
+entropy. The suspicion is E / (1 + E) for the y that makes it largest, and none if the classifier
+gives x itself 0.9 or more. The most suspect segment of a demonstration is then taken for y, and the
+others are looked at again: none is suspect only for standing beside an error.
 
 A coder who takes one action for another teaches a recogniser, and its decoder, something wrong. So
-before a fit each training demonstration is heard through a few trees grown on the others; segments
-of which these, and their neighbours, are nine in ten sure that they are another action are left
-out. It is never more than a third of an action's segments, and none of fewer than three: what is
-rare is not taken for wrong. Of the labels nothing changes.
+before a fit each training demonstration is recognised by a few trees grown on the others; segments
+that are nine in ten likely to be another action are left out. It is never more than a third of an
+action's segments, and none of fewer than three: what is rare is not taken for wrong. Labels stay as
+they are.
 
 With 5 % of the segments swapped, simulated LEGO tasks then cost `best` 0.5 points of accuracy
 instead of 1.5; four in five of the swapped ones are found. `fast`, which goes without as its fit
@@ -44,15 +41,15 @@ from numpy.typing import NDArray
 
 from forcelab.jobs import Progress
 from forcelab.labels import UNLABELLED, Segment
-from forcelab.recognition.ensemble import learnt_steps
-from forcelab.recognition.examples import Examples, actions_of, gathering
+from forcelab.recognition.ensemble import training_steps
+from forcelab.recognition.examples import Examples, actions_of, gather_features
 from forcelab.recognition.settings import Settings
 
 Real = NDArray[np.float64]
 
 #: From this suspicion on a segment or an edge counts as suspected: more likely wrong than right.
 SUSPECT = 0.5
-#: What is left out at either end of a segment, as a share of it: edges are nobody's error.
+#: What is left out at either end of a segment, as a share of it: edges are no coding errors.
 MARGIN = 0.1
 #: A label to which the classifier gives this mean probability is not suspected.
 SUPPORTED = 0.9
@@ -62,25 +59,16 @@ PSEUDO = 1.0
 ROUNDS = 12
 
 
-class Line:
+class SegmentSequence:
     """The codes of all segments of several demonstrations, one after the other.
 
-    Parameters
-    ----------
-    codes : sequence of sequence of int
-        Of each demonstration's segments, in order; -1 where the action is none of those judged.
-
-    Attributes
-    ----------
-    known : ndarray of int64, shape (m,)
-        Which segments have an action that is judged.
-    homes : ndarray of int64, shape (m,)
-        The number of the demonstration of each.
+    Given each demonstration's codes in order, -1 for an action that is not judged. `known` (m,) are
+    the indices of the judged segments, `homes` (m,) the numbers of their demonstrations.
     """
 
     def __init__(self, codes: Sequence[Sequence[int]]) -> None:
         # -2 stands between demonstrations.
-        self._line = np.array([-2, *(c for one in codes for c in (*one, -2))])
+        self._line = np.array([-2, *(c for own in codes for c in (*own, -2))])
         places = np.flatnonzero(self._line != -2)
         self.known = np.flatnonzero(self._line[places] >= 0)
         self._places = places[self.known]
@@ -101,78 +89,70 @@ class Line:
         self._line[self._places[segment]] = code
 
 
-def suspicions(
-    said: Real, line: Line, possible: NDArray[np.bool_] | None = None
+def score_suspicions(
+    probabilities: Real, sequence: SegmentSequence, possible: NDArray[np.bool_] | None = None
 ) -> list[tuple[int, int, float]]:
-    """How suspect each known segment is, and of being which other action.
+    """Index, most likely other code and suspicion (0 to 1) of each known segment.
 
-    Parameters
-    ----------
-    said : ndarray of float64, shape (m, K)
-        Mean probability of each action over the middle of each known segment, by a classifier that
-        has not seen its demonstration.
-    line : Line
-        Of codes below K. The worst are corrected in it.
-    possible : ndarray of bool, shape (m, K), optional
-        Which other actions each segment is suspected of; by default any.
-
-    Returns
-    -------
-    list of (int, int, float)
-        The segment's number among all, the code of the action that most speaks for, and the
-        suspicion from 0 to 1.
+    `probabilities` (m, K) are means over the middle of each known segment, by a classifier that has
+    not seen its demonstration; `possible` (m, K) limits the other actions. The worst segments are
+    corrected in the sequence.
     """
     result: dict[int, tuple[int, float]] = {}
     for _ in range(ROUNDS):
-        evidence = _evidence(said, line)
+        evidence = _evidence(probabilities, sequence)
         if possible is not None:
             evidence[~possible] = -np.inf
         others, strength = evidence.argmax(axis=1), evidence.max(axis=1)
         suspicion = np.exp(-np.logaddexp(0.0, -strength))
         suspicion[list(result)] = 0.0
-        worst = [i for i in _firsts(suspicion, line.homes) if suspicion[i] >= SUSPECT]
+        worst = [
+            i
+            for i in _largest_per_demonstration(suspicion, sequence.homes)
+            if suspicion[i] >= SUSPECT
+        ]
         if not worst:
             break
         for i in worst:
             result[i] = (int(others[i]), float(suspicion[i]))
-            line.correct(i, int(others[i]))
-    for i in range(len(said)):
+            sequence.correct(i, int(others[i]))
+    for i in range(len(probabilities)):
         result.setdefault(i, (int(others[i]), float(suspicion[i])))
-    return [(int(line.known[i]), *found) for i, found in result.items()]
+    return [(int(sequence.known[i]), *found) for i, found in result.items()]
 
 
-def _firsts(values: Real, homes: NDArray[np.int64]) -> list[int]:
-    """Where the largest value of each home is; values with the same home stand together."""
+def _largest_per_demonstration(values: Real, homes: NDArray[np.int64]) -> list[int]:
+    """Index of the largest value of each home; values with the same home stand together."""
     order = np.lexsort((-values, homes))
     return [int(i) for i in order[np.flatnonzero(np.diff(homes[order], prepend=-1))]]
 
 
-def _evidence(said: Real, line: Line) -> Real:
+def _evidence(probabilities: Real, sequence: SegmentSequence) -> Real:
     """Log ratio for each segment and other action, shape (m, K); minus infinity without any."""
-    evidence = _model_evidence(said, line.codes)
-    for neighbours in line.neighbours:
-        evidence += _neighbour_evidence(neighbours, line.codes, said.shape[1])
-    own = np.arange(len(said)), line.codes
+    evidence = _model_evidence(probabilities, sequence.codes)
+    for neighbours in sequence.neighbours:
+        evidence += _neighbour_evidence(neighbours, sequence.codes, probabilities.shape[1])
+    own = np.arange(len(probabilities)), sequence.codes
     # Whom the model supports is not suspected, however unusual the order is.
-    evidence[said[own] >= SUPPORTED] = -np.inf
+    evidence[probabilities[own] >= SUPPORTED] = -np.inf
     evidence[own] = -np.inf
     return evidence
 
 
-def _model_evidence(said: Real, codes: NDArray[np.int64]) -> Real:
-    """Log ratio for each segment and other action of what the model says, shape (m, K)."""
-    K = said.shape[1]
+def _model_evidence(probabilities: Real, codes: NDArray[np.int64]) -> Real:
+    """Log ratio of the classifier's probabilities for each segment and other action, (m, K)."""
+    K = probabilities.shape[1]
     totals = np.zeros((K, K))
-    np.add.at(totals, codes, said)
+    np.add.at(totals, codes, probabilities)
     counts = np.bincount(codes, minlength=K).astype(np.float64)
     usual = np.log((totals + 1.0 / K) / (counts + 1.0)[:, None])
-    own = np.maximum(totals[codes] - said, 0.0)  # without the segment itself
+    own = np.maximum(totals[codes] - probabilities, 0.0)  # without the segment itself
     without = np.log((own + 1.0 / K) / counts[codes][:, None])
-    return np.asarray(said @ usual.T - (said * without).sum(axis=1)[:, None])
+    return np.asarray(probabilities @ usual.T - (probabilities * without).sum(axis=1)[:, None])
 
 
 def _neighbour_evidence(neighbours: NDArray[np.int64], codes: NDArray[np.int64], K: int) -> Real:
-    """Log ratio for each segment and other action of one of its neighbours, shape (m, K)."""
+    """Log ratio of the neighbour on one side for each segment and other action, (m, K)."""
     kinds, names = np.unique(neighbours, return_inverse=True)
     met = np.zeros((K, len(kinds)))
     np.add.at(met, (codes, names), 1.0)
@@ -180,11 +160,11 @@ def _neighbour_evidence(neighbours: NDArray[np.int64], codes: NDArray[np.int64],
     spread = PSEUDO * len(kinds)
     usual = np.log((met + PSEUDO) / (counts + spread)[:, None])[:, names].T
     own = np.log((met[codes, names] - 1.0 + PSEUDO) / (counts[codes] - 1.0 + spread))
-    return np.asarray(told(met) * (usual - own[:, None]))
+    return np.asarray(neighbour_information(met) * (usual - own[:, None]))
 
 
-def told(met: Real) -> float:
-    """How much neighbours tell about actions: mutual information, as a share of the entropy."""
+def neighbour_information(met: Real) -> float:
+    """Mutual information of neighbours and actions, as a share of the actions' entropy."""
     joint = met / met.sum()
     actions, neighbours = joint.sum(axis=1), joint.sum(axis=0)
     entropy = -float(np.sum(actions * np.log(np.where(actions > 0, actions, 1.0))))
@@ -201,7 +181,7 @@ SURE = 0.9
 ONE_IN = 3
 #: Fewer demonstrations than that cannot outvote one of them.
 FEWEST = 3
-#: Demonstrations, or groups of them, that are heard through trees grown on the others, and trees.
+#: Folds in which demonstrations are recognised by trees grown on the others, and trees of each.
 FOLDS, TREES = 5, 20
 #: Seconds from one sample that a tree is grown on to the next, and how many it takes at most.
 APART, MOST = 0.1, 20_000
@@ -210,62 +190,37 @@ NAMED = 3
 
 
 @dataclass(frozen=True, slots=True)
-class Contradicted:
-    """A segment that was left out of training.
+class DroppedSegment:
+    """A segment that was left out of training."""
 
-    Parameters
-    ----------
-    demonstration : str
-        The name of its demonstration.
-    segment : Segment
-        The human's.
-    other : str
-        The action that most speaks for.
-    """
-
-    demonstration: str
-    segment: Segment
-    other: str
+    demonstration: str  # the name of its demonstration
+    segment: Segment  # the human's
+    other: str  # the action that most speaks for
 
 
-def trimming(
+def drop_contradicted(
     examples: Sequence[Examples], settings: Settings
-) -> Generator[Progress, None, tuple[list[Examples], tuple[Contradicted, ...]]]:
-    """Leave out what the other demonstrations contradict, if the settings say so.
+) -> Generator[Progress, None, tuple[list[Examples], tuple[DroppedSegment, ...]]]:
+    """Leave out the segments that the other demonstrations contradict, if the settings say so.
 
-    Parameters
-    ----------
-    examples : sequence of Examples
-        Of the training demonstrations.
-    settings : Settings
-
-    Yields
-    ------
-    Progress
-
-    Returns
-    -------
-    examples : list of Examples
-        The same, with fewer segments.
-    left_out : tuple of Contradicted
-        The segments that are gone, in order.
+    Returns the examples with fewer segments, and the dropped ones in order.
     """
     actions = actions_of(examples)
     if not settings.trimmed or len(examples) < FEWEST or len(actions) < 2:
         return list(examples), ()
-    said = yield from _hearing(examples, actions, settings)
-    gone = _chosen(examples, actions, said)
-    kept = [
-        replace(e, segments=tuple(s for k, s in enumerate(e.segments) if (i, k) not in gone))
+    probabilities = yield from _held_out_means(examples, actions, settings)
+    dropped = _choose_dropped(examples, actions, probabilities)
+    cleaned = [
+        replace(e, segments=tuple(s for k, s in enumerate(e.segments) if (i, k) not in dropped))
         for i, e in enumerate(examples)
     ]
-    return kept, tuple(
-        Contradicted(examples[i].name, examples[i].segments[k], actions[gone[i, k]])
-        for i, k in sorted(gone)
+    return cleaned, tuple(
+        DroppedSegment(examples[i].name, examples[i].segments[k], actions[dropped[i, k]])
+        for i, k in sorted(dropped)
     )
 
 
-def remark_on(left_out: Sequence[Contradicted]) -> tuple[str, ...]:
+def dropped_remarks(left_out: Sequence[DroppedSegment]) -> tuple[str, ...]:
     """A remark on the segments that were left out; none where nothing was."""
     # Of several folds each segment once, whatever it was rather taken for.
     every = list({(c.demonstration, c.segment): c for c in left_out}.values())
@@ -279,21 +234,21 @@ def remark_on(left_out: Sequence[Contradicted]) -> tuple[str, ...]:
     return (f"Not trained on, because the other demonstrations contradict it: {named}{more}.",)
 
 
-def _hearing(
+def _held_out_means(
     examples: Sequence[Examples], actions: tuple[str, ...], settings: Settings
 ) -> Generator[Progress, None, list[Real]]:
-    """Mean probability of each action over each segment, shape (segments, K), by the others.
+    """Mean probabilities (segments, K) over each segment, by trees grown on the others.
 
-    Zero throughout for a segment that no time step sees.
+    Zero throughout for a segment without a time step.
     """
     from sklearn.ensemble import ExtraTreesClassifier
     from threadpoolctl import threadpool_limits
 
     codes = [example.codes(actions) for example in examples]
-    every = _every(codes, examples[0].rate, settings)
-    y, groups, steps = learnt_steps(codes, every, every=True)
-    (X,) = yield from gathering(examples, steps)
-    said = [np.zeros((len(e.segments), len(actions))) for e in examples]
+    every = _training_stride(codes, examples[0].rate, settings)
+    y, groups, steps = training_steps(codes, every, every=True)
+    (X,) = yield from gather_features(examples, steps)
+    means = [np.zeros((len(e.segments), len(actions))) for e in examples]
     count = min(FOLDS, len(examples))
     done = 0
     for first in range(count):
@@ -307,14 +262,14 @@ def _hearing(
         for i in range(first, len(examples), count):
             if trees is not None:
                 with threadpool_limits(1):
-                    said[i][:, trees.classes_] = _means(examples[i], trees)
+                    means[i][:, trees.classes_] = _means(examples[i], trees)
             done += 1
             yield Progress(done, len(examples), "contradictions")
-    return said
+    return means
 
 
-def _every(codes: Sequence[NDArray[np.int64]], rate: float, settings: Settings) -> int:
-    """Every how many-th time step trees are grown on."""
+def _training_stride(codes: Sequence[NDArray[np.int64]], rate: float, settings: Settings) -> int:
+    """Of how many time steps one is used to grow the trees."""
     labelled = sum(int(np.count_nonzero(own != UNLABELLED)) for own in codes)
     apart = round(APART * rate / settings.hop(rate))
     return max(settings.stride, apart, math.ceil(labelled / MOST), 1)
@@ -325,38 +280,38 @@ def _means(examples: Examples, trees: Any) -> Real:
     found = trees.predict_proba(examples.all_features())
     found[~examples.valid] = 0.0
     sums = np.concatenate([np.zeros((1, found.shape[1])), np.cumsum(found, axis=0)])
-    seen = np.concatenate([[0], np.cumsum(examples.valid)])
+    valid_counts = np.concatenate([[0], np.cumsum(examples.valid)])
     margins = np.array([MARGIN * s.duration for s in examples.segments])
     starts = np.array([s.start for s in examples.segments]) + margins
     ends = np.array([s.end for s in examples.segments]) - margins
     first, last = (np.searchsorted(examples.times, at) for at in (starts, ends))
-    steps = seen[last] - seen[first]
+    steps = valid_counts[last] - valid_counts[first]
     return (sums[last] - sums[first]) / np.maximum(steps, 1)[:, None]
 
 
-def _chosen(
-    examples: Sequence[Examples], actions: tuple[str, ...], said: Sequence[Real]
+def _choose_dropped(
+    examples: Sequence[Examples], actions: tuple[str, ...], probabilities: Sequence[Real]
 ) -> dict[tuple[int, int], int]:
-    """Which segments are left out, by demonstration and number, and the code they rather have."""
+    """Demonstration and index of the segments to leave out, with the code they rather have."""
     number = {action: code for code, action in enumerate(actions)}
     codes = [
         [number[s.action] if row.any() else UNLABELLED for s, row in zip(e.segments, own)]  # noqa: B905
-        for e, own in zip(examples, said, strict=True)
+        for e, own in zip(examples, probabilities, strict=True)
     ]
     every = [(i, k) for i, e in enumerate(examples) for k in range(len(e.segments))]
-    line = Line(codes)
-    if len(line.known) == 0:
+    sequence = SegmentSequence(codes)
+    if len(sequence.known) == 0:
         return {}
     total = Counter(code for own in codes for code in own)
-    gone: dict[tuple[int, int], int] = {}
+    dropped: dict[tuple[int, int], int] = {}
     less: Counter[int] = Counter()
-    found = suspicions(np.concatenate(said)[line.known], line)
-    for place, other, suspicion in sorted(found, key=lambda one: (-one[2], one[0])):
+    found = score_suspicions(np.concatenate(probabilities)[sequence.known], sequence)
+    for place, other, suspicion in sorted(found, key=lambda segment: (-segment[2], segment[0])):
         if suspicion < SURE:
             break
         i, k = every[place]
         own = codes[i][k]
         if less[own] < total[own] // ONE_IN:
             less[own] += 1
-            gone[i, k] = other
-    return gone
+            dropped[i, k] = other
+    return dropped

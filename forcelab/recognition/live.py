@@ -26,14 +26,14 @@ from forcelab.labels import UNLABELLED
 from forcelab.recognition.features import REACH
 from forcelab.recognition.filters import ROUNDING, threshold
 from forcelab.recognition.hsmm import (
-    Best,
-    Scores,
-    Sweep,
+    ForwardPass,
+    HsmmParameters,
+    MaxPlus,
     Use,
     best_code,
     best_codes,
-    checked,
-    runs_of,
+    decodable_steps,
+    true_runs,
 )
 from forcelab.recognition.live_features import (
     CausalGrid,
@@ -41,9 +41,9 @@ from forcelab.recognition.live_features import (
     StreamingFeatures,
     StreamingWindows,
 )
-from forcelab.recognition.live_model import hop_of, live_for, needs_whole
+from forcelab.recognition.live_model import choose_live_model, live_hop, needs_live_model
 from forcelab.recognition.recogniser import Recogniser
-from forcelab.recognition.task_grammar import Choreography
+from forcelab.recognition.task_grammar import TaskGrammar
 from forcelab.runtime import one_blas_thread
 from forcelab.signals.channels import channel_map
 from forcelab.signals.cwt import frequencies
@@ -54,86 +54,52 @@ Codes = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
-class Decided:
-    """Steps whose labels are decided, in their order and without a break.
+class LiveLabels:
+    """Steps whose labels are decided, in their order and without a break."""
 
-    Parameters
-    ----------
-    times : ndarray of float64, shape (n,)
-        Seconds on the clock of the samples.
-    codes : ndarray of int64, shape (n,)
-        After the filters; the action with code ``i`` is ``actions[i]``.
-    probabilities : ndarray of float64, shape (n, K), or None
-        None of a classifier that has none; zero in gaps.
-    """
-
-    times: Real
-    codes: Codes
-    probabilities: Real | None
+    times: Real  # (n,); seconds on the clock of the samples
+    codes: Codes  # (n,); after the filters; the action with code ``i`` is ``actions[i]``
+    probabilities: Real | None  # (n, K); None of a classifier that has none; zero in gaps
 
     def __len__(self) -> int:
         return len(self.times)
 
 
 class FixedLag:
-    """Decides each step `lag` steps later.
+    """Decides each step `lag` steps of `step` seconds later.
 
-    The code of a step is what :func:`forcelab.recognition.hsmm.decode` gives it from all steps
-    up to `lag` after it and none later. Memory and time do not grow with the stream.
-
-    Parameters
-    ----------
-    step : float
-        Seconds between two steps.
-    lag : int
-        Steps to wait, 0 or more.
-    choreography : Choreography
-    use
-        As of :func:`~forcelab.recognition.hsmm.decode`.
-
-    Raises
-    ------
-    InputError
-        If the step is not above 0, the lag is negative or there is no such use.
+    The code of a step is what :func:`forcelab.recognition.hsmm.decode` gives it from all steps up
+    to `lag` after it and none later. Memory and time do not grow with the stream.
     """
 
     def __init__(
         self,
         step: float,
         lag: int,
-        choreography: Choreography,
+        grammar: TaskGrammar,
         use: Use = "order",
     ) -> None:
         if lag < 0:
             raise InputError(f"The decoder can wait for 0 steps or more, not {lag}.")
         self.lag = lag
-        self._choreography = choreography
-        self._scores = Scores.of(choreography, step, use)
-        self._sweep: Sweep | None = None
+        self._choreography = grammar
+        self._scores = HsmmParameters.from_grammar(grammar, step, use)
+        self._sweep: ForwardPass | None = None
         self._begun = False
 
     def push(
         self, log_probabilities: NDArray[np.floating], valid: NDArray[np.bool_] | None = None
     ) -> Codes:
-        """Take steps; give the codes of those that are now decided, in order and without a break.
+        """Take log probabilities (m, K); give the codes that are now decided, in order.
 
-        Parameters
-        ----------
-        log_probabilities : ndarray, shape (m, K)
-        valid : ndarray of bool, shape (m,), optional
-            False in gaps, which decide all that waits; all valid by default.
-
-        Raises
-        ------
-        InputError
-            If the numbers of steps or actions disagree.
+        Steps that are not valid are gaps, which decide all that waits.
         """
         m = len(log_probabilities)
         valid = np.ones(m, dtype=np.bool_) if valid is None else valid
-        valid = checked(log_probabilities, valid, self._choreography)
+        valid = decodable_steps(log_probabilities, valid, self._choreography)
         decided: list[Codes] = []
         done = 0
-        for first, last in runs_of(valid):
+        for first, last in true_runs(valid):
             if first > done:
                 decided.append(self._gap(first - done))
             decided.append(self._on(log_probabilities[first:last]))
@@ -162,7 +128,7 @@ class FixedLag:
             scores = self._scores.anywhere() if self._begun else self._scores
             # Room for twice what must be kept.
             room = 2 * (max(int(scores.longest.max()), 64) + self.lag) + 64
-            self._sweep, self._begun = Sweep(scores, Best(), room), True
+            self._sweep, self._begun = ForwardPass(scores, MaxPlus(), room), True
         sweep = self._sweep
         evidence = self._scores.evidence(log_probabilities)
         decided: list[int] = []
@@ -177,15 +143,7 @@ class FixedLag:
 
 
 class CausalMedian:
-    """Running median over label numbers.
-
-    Parameters
-    ----------
-    width : int
-        As of :func:`forcelab.recognition.filters.median`.
-    ahead : int
-        Steps that it may look ahead; more than it needs are not waited for.
-    """
+    """Running median of `width` over label numbers, which looks at most `ahead` steps ahead."""
 
     def __init__(self, width: int, ahead: int) -> None:
         after = (width - 1) // 2
@@ -226,17 +184,7 @@ class CausalMedian:
 
 
 class CausalDrop:
-    """Leaves unlabelled what is too short to be the action.
-
-    Parameters
-    ----------
-    limits : mapping of int to float
-        The least seconds of each code that has a limit.
-    period : float
-        Seconds between two steps.
-    ahead : int
-        Steps that it may look ahead; more than it needs are not waited for.
-    """
+    """Unlabels what is shorter than its code's limit (s); looks `ahead` steps ahead."""
 
     def __init__(self, limits: Mapping[int, float], period: float, ahead: int) -> None:
         self._limits = np.zeros(max(limits, default=0) + 1)
@@ -319,11 +267,11 @@ class CausalDrop:
 Prober = Callable[[Real], Real]
 
 
-def prober(classifier: Any) -> Prober | None:
-    """What gives a classifier's probabilities, shape (n, classes); None of one that has none.
+def probability_function(classifier: Any) -> Prober | None:
+    """The classifier's probability function, of shape (n, classes); None if it has none.
 
-    Of scikit-learn's MLP as it is trained here the sums are done in place: checking its input
-    takes it ten times as long as 20 steps do.
+    Of scikit-learn's MLP as it is trained here the sums are done in place: checking its input takes
+    it ten times as long as 20 steps do.
     """
     if not hasattr(classifier, "predict_proba"):
         return None
@@ -354,16 +302,9 @@ def prober(classifier: Any) -> Prober | None:
 def classify(
     recogniser: Recogniser, features: Real, valid: NDArray[np.bool_], probe: Prober | None
 ) -> tuple[Codes, Real | None]:
-    """Codes of steps after the threshold, and their probabilities where there are any.
+    """Codes of steps (n, f) after the threshold, and their probabilities where there are any.
 
-    Parameters
-    ----------
-    recogniser : Recogniser
-    features : ndarray, shape (n, f)
-    valid : ndarray of bool, shape (n,)
-        Where not, nothing is asked: unlabelled, with probabilities of zero.
-    probe : callable or None
-        As of :func:`prober`.
+    Steps that are not valid are unlabelled, with probabilities of zero.
     """
     classifier, at = recogniser.classifier, recogniser.settings.threshold
     whole = len(valid) > 0 and bool(valid.all())
@@ -392,47 +333,27 @@ TOLERANCE = 3e-5
 
 
 @dataclass(frozen=True)
-class Early:
-    """A scale that is estimated before its wavelet has passed.
+class EarlyScale:
+    """A scale that is estimated before its wavelet has passed."""
 
-    Parameters
-    ----------
-    scale : float
-        In samples.
-    hertz : float
-        The frequency that it answers to most.
-    seconds : float
-        Time after which its wavelet would have passed.
-    error : float
-        Expected error, root mean square over that of its coefficients (Morlet, p = 5).
-    """
-
-    scale: float
-    hertz: float
-    seconds: float
-    error: float
+    scale: float  # in samples
+    hertz: float  # the frequency that it answers to most
+    seconds: float  # time after which its wavelet would have passed
+    error: float  # expected error, root mean square over that of its coefficients (Morlet, p = 5)
 
 
 @dataclass(frozen=True)
 class Budget:
-    """What the latency is spent on, in steps of the grid.
+    """The shares of a latency, in steps of the grid."""
 
-    Parameters
-    ----------
-    grid, features, median, drop : int
-        Steps that resampling, wavelets or windows, and the two filters look ahead.
-    decoder : int
-        Steps that the decoder looks ahead, where there is one.
-    hold : int
-        Steps from the first one that shares a label to the one that it is made for.
-    """
-
+    #: grid, features, median, drop: steps that resampling, wavelets or windows, and the two filters
+    #: look ahead
     grid: int
     features: int
     median: int
     drop: int
-    decoder: int = 0
-    hold: int = 0
+    decoder: int = 0  # steps that the decoder looks ahead, where there is one
+    hold: int = 0  # steps from the first one that shares a label to the one that it is made for
 
     @property
     def total(self) -> int:
@@ -444,35 +365,21 @@ class Budget:
 def limits_of(recogniser: Recogniser) -> dict[int, float]:
     """The least seconds of each code that the drop heuristic keeps."""
     share = recogniser.settings.drop
-    return {} if share is None else recogniser.least(share)
+    return {} if share is None else recogniser.shortest_seconds(share)
 
 
 def longest_gap(recogniser: Recogniser) -> int:
-    """Samples of a gap beyond which nothing is heard of what was before it.
-
-    That is twice what the widest wavelet or window spans.
-    """
+    """Samples of a gap beyond which nothing before counts: twice the widest wavelet or window."""
     settings = recogniser.settings
-    if needs_whole(settings):
+    if needs_live_model(settings):
         return int(2 * REACH * settings.windows[-1] * recogniser.rate) + 1
     return 2 * int(np.max(reaches(settings.scales, settings.mother, TOLERANCE))) + 1
 
 
 def budget_of(recogniser: Recogniser, latency: float, period: float, grid: int = 0) -> Budget:
-    """How a latency is shared.
-
-    Parameters
-    ----------
-    recogniser : Recogniser
-    latency : float
-        Seconds.
-    period : float
-        Seconds between two steps.
-    grid : int
-        Steps that resampling takes.
-    """
+    """The shares of a latency (s), at steps of `period` seconds; resampling takes `grid`."""
     total = max(0, int(np.floor(latency / period + 1e-6)) - grid)
-    if needs_whole(recogniser.settings):
+    if needs_live_model(recogniser.settings):
         return _of_part(recogniser, total, period, grid)
     width = recogniser.settings.median
     median = min((width - 1) // 2, total // 2) if width is not None else 0
@@ -482,14 +389,14 @@ def budget_of(recogniser: Recogniser, latency: float, period: float, grid: int =
 
 
 def _of_part(recogniser: Recogniser, total: int, period: float, grid: int) -> Budget:
-    """How it is shared where a part for streams is asked, at every `hop` steps of the grid.
+    """The shares where a live model is used, at every `hop` steps of the grid.
 
-    Its label goes for the steps around, so that the first of them waits for half a hop longer:
-    less than that cannot be had.
+    Its label goes for the steps around, so that the first of them waits for half a hop longer: less
+    than that cannot be had.
     """
-    hop = hop_of(recogniser.settings, 1.0 / period)
+    hop = live_hop(recogniser.settings, 1.0 / period)
     rest = max(0, total - hop // 2)
-    part = live_for(recogniser.live, rest * period)
+    part = choose_live_model(recogniser.live_models, rest * period)
     look = round(part.windows.look / period)
     return Budget(grid, look, 0, 0, max(0, rest - look) // hop * hop, hop // 2)
 
@@ -497,34 +404,28 @@ def _of_part(recogniser: Recogniser, total: int, period: float, grid: int) -> Bu
 Flags = NDArray[np.bool_]
 
 
-class PartStages:
+class ModelStages:
     """Everything behind the grid: windows, classifier, decoder, and what waits between them.
 
     Time steps lie a hop of the grid's steps apart; each label is given to the steps around.
-
-    Parameters
-    ----------
-    recogniser : Recogniser
-        With parts for streams.
-    budget : Budget
-    period : float
-        Seconds between two steps of the grid.
     """
 
     def __init__(self, recogniser: Recogniser, budget: Budget, period: float) -> None:
         self.budget = budget
         settings = recogniser.settings
-        self._hop = hop = hop_of(settings, 1.0 / period)
+        self._hop = hop = live_hop(settings, 1.0 / period)
         part = next(
-            one for one in recogniser.live if round(one.windows.look / period) == budget.features
+            one
+            for one in recogniser.live_models
+            if round(one.windows.look / period) == budget.features
         )
         self._classifier, self._actions = part.classifier, len(recogniser.actions)
         self._windows = StreamingWindows(part.windows, 1.0 / period, hop)
-        assert recogniser.choreography is not None
+        assert recogniser.grammar is not None
         self._decoder = FixedLag(
             hop * period,
             budget.decoder // hop,
-            recogniser.choreography,
+            recogniser.grammar,
             settings.choreography,  # type: ignore[arg-type]  # checked when it was set
         )
         # Steps of the grid that wait for a label, and of which the first is number `_done`.
@@ -536,14 +437,14 @@ class PartStages:
         self._known = np.empty((0, self._actions))
         self._codes = np.empty(0, dtype=np.int64)
 
-    def push(self, times: Real, rows: Real, valid: Flags) -> Decided:
+    def push(self, times: Real, rows: Real, valid: Flags) -> LiveLabels:
         """Take steps of the grid, `rows` of shape (n, q)."""
         self._times = np.concatenate([self._times, times])
         self._valid = np.concatenate([self._valid, valid])
         self._decode(self._windows.push(rows))
         return self._given((self._left + len(self._codes)) * self._hop - self._done)
 
-    def finish(self) -> Decided:
+    def finish(self) -> LiveLabels:
         """Give the steps that were waiting."""
         self._decode(self._windows.finish())
         self._codes = np.concatenate([self._codes, self._decoder.finish()])
@@ -567,12 +468,12 @@ class PartStages:
             codes = self._decoder.push(np.log(known), valid)
         self._codes = np.concatenate([self._codes, codes])
 
-    def _given(self, count: int) -> Decided:
+    def _given(self, count: int) -> LiveLabels:
         """Give up to `count` steps of the grid the labels of the time steps around."""
         count = min(count, len(self._times))
         if count < 1:
             none = np.empty((0, self._actions))
-            return Decided(np.empty(0), np.empty(0, dtype=np.int64), none)
+            return LiveLabels(np.empty(0), np.empty(0, dtype=np.int64), none)
         around = (self._done + np.arange(count)) // self._hop - self._left
         # At the end of a stream what lies behind the last time step belongs to it.
         around = np.minimum(around, len(self._codes) - 1)
@@ -586,23 +487,17 @@ class PartStages:
         gone = min(self._done // self._hop - self._left, len(self._codes) - 1)
         self._codes, self._known = self._codes[gone:], self._known[gone:]
         self._left += gone
-        return Decided(times, codes, known)
+        return LiveLabels(times, codes, known)
 
 
 #: Samples of a demonstration that are pushed at once.
 BLOCK = 4096
-#: Greatest latency in seconds: what has been heard by then is kept in memory.
+#: Greatest latency in seconds: the samples of that time are kept in memory.
 LONGEST = 600.0
 
 
 def check_latency(latency: float) -> None:
-    """Refuse a latency that nobody can have.
-
-    Raises
-    ------
-    InputError
-        If it is no number of seconds from 0 to :data:`LONGEST`.
-    """
+    """Refuse a latency that is no number of seconds from 0 to :data:`LONGEST`."""
     if not 0 <= latency <= LONGEST:
         raise InputError(
             f"The latency is a number of seconds from 0 to {LONGEST:g}, not {latency:g}."
@@ -610,28 +505,12 @@ def check_latency(latency: float) -> None:
 
 
 class OnlineRecogniser:
-    """Labels of a stream.
+    """Labels of a stream, `latency` seconds (0 to :data:`LONGEST`) after each step.
 
-    Parameters
-    ----------
-    recogniser : Recogniser
-    latency : float
-        Seconds from a step to its label, 0 to :data:`LONGEST`. Samples that are waited for because
-        some are missing come on top.
-    channels : sequence of Channel
-        The columns of the samples that will come.
-    rate : float, optional
-        Samples a second that the device gives; by default the stamps of the first samples tell.
-
-    Raises
-    ------
-    InputError
-        If the recogniser looks at a channel that is not there, or the latency is out of range.
-
-    Notes
-    -----
-    Memory and time per sample stay the same for ever. Blocks may have any size; labels do not
-    depend on it. Not safe to be called from two threads at once.
+    Samples that are waited for because some are missing come on top. `channels` are the columns of
+    the samples to come; without a `rate` the stamps of the first ones tell it. Memory and time per
+    sample stay the same for ever. Blocks may have any size; labels do not depend on it. Not
+    thread-safe.
     """
 
     def __init__(
@@ -643,7 +522,7 @@ class OnlineRecogniser:
     ) -> None:
         check_latency(latency)
         _check_live(recogniser)
-        self._whole = needs_whole(recogniser.settings)
+        self._whole = needs_live_model(recogniser.settings)
         self.recogniser = recogniser
         self.latency = latency
         self._channels = channel_map(channels, recogniser.channels)
@@ -668,7 +547,7 @@ class OnlineRecogniser:
         return None if self._stages is None else self._grid.step
 
     @property
-    def early(self) -> tuple[Early, ...]:
+    def early(self) -> tuple[EarlyScale, ...]:
         """The scales that are estimated, by the recogniser's rate until the device's is known."""
         recogniser = self.recogniser
         if self._whole:
@@ -678,27 +557,17 @@ class OnlineRecogniser:
         scales, mother = recogniser.settings.scales, recogniser.settings.mother
         hertz = frequencies(scales, recogniser.rate, mother)
         return tuple(
-            Early(float(a), float(hz), need * period, float(early_error(budget.features / a)))
+            EarlyScale(float(a), float(hz), need * period, float(early_error(budget.features / a)))
             for a, hz, need in zip(
                 scales, hertz, reaches(scales, mother, TOLERANCE).tolist(), strict=True
             )
             if need > budget.features
         )
 
-    def push(self, times: Real, signals: Real) -> Decided:
-        """Take samples as they were captured; give the labels that they decide.
+    def push(self, times: Real, signals: Real) -> LiveLabels:
+        """Take samples (n, c) at increasing stamps (n,) (s); give the labels they decide.
 
-        Parameters
-        ----------
-        times : array_like, shape (n,)
-            Seconds, increasing; samples whose stamp is not later than the one before are left out.
-        signals : array_like, shape (n, c)
-            A column for each channel; NaN where a sample is missing.
-
-        Raises
-        ------
-        InputError
-            If the shapes do not fit.
+        Samples whose stamp is not later than the one before are left out; NaN where one is missing.
         """
         stamps = np.atleast_1d(np.asarray(times, dtype=np.float64))
         values = np.asarray(signals, dtype=np.float64)
@@ -712,7 +581,7 @@ class OnlineRecogniser:
             self._stages = self._made()
         return self._through(steps)
 
-    def finish(self) -> Decided:
+    def finish(self) -> LiveLabels:
         """End the stream: the labels that were waiting, with the last values held.
 
         A finished recogniser takes no further samples; make another one.
@@ -725,13 +594,13 @@ class OnlineRecogniser:
             last = self._stages.finish()
         return _joined([first, last])
 
-    def _made(self) -> _Stages | PartStages:
+    def _made(self) -> _Stages | ModelStages:
         budget = budget_of(self.recogniser, self.latency, self._grid.step, self._grid.lag)
         if self._whole:
-            return PartStages(self.recogniser, budget, self._grid.step)
+            return ModelStages(self.recogniser, budget, self._grid.step)
         return _Stages(self.recogniser, budget, self._grid.step)
 
-    def _through(self, steps: Steps) -> Decided:
+    def _through(self, steps: Steps) -> LiveLabels:
         if self._stages is None or not len(steps):
             return _nothing(self.recogniser)
         rows = np.ascontiguousarray(self._channels.apply(steps.signals).T)
@@ -739,21 +608,10 @@ class OnlineRecogniser:
             return self._stages.push(steps.times, rows, steps.valid)
 
 
-def with_latency(recogniser: Recogniser, demonstration: Demonstration, latency: float) -> Decided:
-    """Recognise a demonstration as if it came live.
-
-    Parameters
-    ----------
-    recogniser : Recogniser
-    demonstration : Demonstration
-    latency : float
-        Seconds from a step to its label.
-
-    Raises
-    ------
-    InputError
-        As of :class:`OnlineRecogniser`.
-    """
+def recognise_with_latency(
+    recogniser: Recogniser, demonstration: Demonstration, latency: float
+) -> LiveLabels:
+    """Recognise a demonstration as if it came live, with a latency in seconds."""
     online = OnlineRecogniser(recogniser, latency, demonstration.channels)
     times, signals = demonstration.times, demonstration.signals
     blocks = [slice(first, first + BLOCK) for first in range(0, len(times), BLOCK)]
@@ -762,9 +620,9 @@ def with_latency(recogniser: Recogniser, demonstration: Demonstration, latency: 
 
 
 def _check_live(recogniser: Recogniser) -> None:
-    """Refuse a recogniser that needs all of a demonstration and learnt nothing for streams."""
+    """Refuse a recogniser that needs all of a demonstration and has no live models."""
     settings = recogniser.settings
-    if not needs_whole(settings) or recogniser.live:
+    if not needs_live_model(settings) or recogniser.live_models:
         return
     if settings.decodes:
         raise InputError(
@@ -777,15 +635,15 @@ def _check_live(recogniser: Recogniser) -> None:
     )
 
 
-def _nothing(recogniser: Recogniser) -> Decided:
+def _nothing(recogniser: Recogniser) -> LiveLabels:
     has = hasattr(recogniser.classifier, "predict_proba")
     probabilities = np.empty((0, len(recogniser.actions))) if has else None
-    return Decided(np.empty(0), np.empty(0, dtype=np.int64), probabilities)
+    return LiveLabels(np.empty(0), np.empty(0, dtype=np.int64), probabilities)
 
 
-def _joined(parts: Sequence[Decided]) -> Decided:
+def _joined(parts: Sequence[LiveLabels]) -> LiveLabels:
     known = [part.probabilities for part in parts if part.probabilities is not None]
-    return Decided(
+    return LiveLabels(
         np.concatenate([part.times for part in parts]),
         np.concatenate([part.codes for part in parts]),
         np.concatenate(known) if known else None,
@@ -799,7 +657,7 @@ class _Stages:
         settings = recogniser.settings
         self.budget = budget
         self._recogniser = recogniser
-        self._probe = prober(recogniser.classifier)
+        self._probe = probability_function(recogniser.classifier)
         channels = len(recogniser.channels)
         transform = StreamingCwt(
             settings.scales, channels, settings.mother, TOLERANCE, budget.features, together=True
@@ -815,17 +673,17 @@ class _Stages:
         self._probabilities = _nothing(recogniser).probabilities
         self._coded = self._smooth = 0
 
-    def push(self, times: Real, rows: Real, valid: NDArray[np.bool_]) -> Decided:
+    def push(self, times: Real, rows: Real, valid: NDArray[np.bool_]) -> LiveLabels:
         """Take steps of the grid."""
         self._times = np.concatenate([self._times, times])
         self._valid = np.concatenate([self._valid, valid])
         return self._decided(self._features.push(rows), ended=False)
 
-    def finish(self) -> Decided:
+    def finish(self) -> LiveLabels:
         """Give the steps that were waiting."""
         return self._decided(self._features.finish(), ended=True)
 
-    def _decided(self, features: Real, ended: bool) -> Decided:
+    def _decided(self, features: Real, ended: bool) -> LiveLabels:
         first, self._coded = self._coded, self._coded + len(features)
         valid = self._valid[first : self._coded]
         codes, probabilities = classify(self._recogniser, features, valid, self._probe)
@@ -848,6 +706,6 @@ class _Stages:
         self._coded -= n
         self._smooth -= n
         if self._probabilities is None:
-            return Decided(times, codes, None)
+            return LiveLabels(times, codes, None)
         known, self._probabilities = self._probabilities[:n], self._probabilities[n:]
-        return Decided(times, codes, known)
+        return LiveLabels(times, codes, known)

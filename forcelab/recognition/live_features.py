@@ -1,28 +1,24 @@
 """Features of a stream, a fixed delay behind it: its uniform grid, rates, windows and wavelets.
 
-A stream of samples as it is captured, brought onto a uniform grid sample by sample. The causal
-counterpart of :mod:`forcelab.signals.grid`. Samples are taken as evenly spaced: what is missing
-between two of them is counted from their stamps and put in, so that a jitter of stamps moves no
-sample. Lost samples, NaN, glitches and what cannot be a reading are bridged by straight lines once
-the next sample is there. Steps of more than :data:`~forcelab.demonstration.GAP_PERIODS` missing
-samples are not valid.
+The grid is the causal counterpart of :mod:`forcelab.signals.grid`. Samples are taken as evenly
+spaced: what is missing between two of them is counted from their stamps and put in, so that a
+jitter of stamps moves no sample. Lost samples, NaN, glitches and what cannot be a reading are
+bridged by straight lines once the next sample is there. Steps of more than
+:data:`~forcelab.demonstration.GAP_PERIODS` missing samples are not valid.
 
-Level, slope and strength of channels as far as a stream can know them, a fixed time ahead. The
-causal counterpart of :mod:`forcelab.recognition.features`: the same Gaussian windows, cut off
-`look` seconds after their time step and normalised again, so that a wide one mostly looks back. In
-what is left of a window the *level* is the weighted mean, the *slope* that of the weighted line of
-best fit, and the *rms* the weighted standard deviation; of a whole Gaussian window these are the
-values that its convolutions give. Channels count in units of what is usual in training; where a
-person's own strength matters, in units of what is usual in the stream so far, which starts from
-there and forgets.
+The windows are the Gaussian ones of :mod:`forcelab.recognition.features`, cut off `look` seconds
+after their time step and normalised again, so that a wide one mostly looks back. In what is left of
+a window the *level* is the weighted mean, the *slope* that of the weighted line of best fit, and
+the *rms* the weighted standard deviation; of a whole Gaussian window these are the values that its
+convolutions give. Channels count in units of what is usual in training; where a person's own
+strength matters, in units of what is usual in the stream so far, which starts from there and
+forgets. Training examples are made by pushing whole demonstrations, so that they hold nothing that
+a stream could not know.
 
-What a recogniser learns from is made here, too, by pushing whole demonstrations: there is nothing
-that a stream could know differently.
-
-Features of a stream: those of :mod:`forcelab.recognition.features`, a fixed delay behind. Offline
-the floor of the magnitudes comes from noise and amplitude of the whole recording. A stream takes
-the noise from the latest :data:`EVERY` steps, anew after as many, first after :data:`FIRST`, and
-the amplitude from the latest :data:`LASTING` times so many.
+The wavelets are those of :mod:`forcelab.recognition.features`, a fixed delay behind. Offline the
+floor of the magnitudes comes from noise and amplitude of the whole recording. A stream takes the
+noise from the latest :data:`EVERY` steps, anew after as many, first after :data:`FIRST`, and the
+amplitude from the latest :data:`LASTING` times so many.
 """
 
 from __future__ import annotations
@@ -48,20 +44,11 @@ Flags = NDArray[np.bool_]
 
 @dataclass(frozen=True)
 class Steps:
-    """Consecutive steps of the grid.
+    """Consecutive steps of the grid."""
 
-    Parameters
-    ----------
-    times : ndarray of float64, shape (n,)
-        Seconds.
-    signals : ndarray of float64, shape (n, c)
-        Finite.
-    valid : ndarray of bool, shape (n,)
-    """
-
-    times: Real
-    signals: Real
-    valid: Flags
+    times: Real  # (n,); seconds
+    signals: Real  # (n, c); finite
+    valid: Flags  # (n,)
 
     def __len__(self) -> int:
         return len(self.times)
@@ -85,14 +72,8 @@ class Steps:
 class Resampling:
     """From one even rate to another, as :func:`forcelab.signals.grid.on_grid` does.
 
-    Straight lines to a higher rate; to a lower one the low-pass filter of
-    :func:`scipy.signal.resample_poly` with the same window.
-
-    Parameters
-    ----------
-    columns : int
-    ratio : float
-        Rows in for one row out.
+    `ratio` rows in for one row out. Straight lines to a higher rate; to a lower one the low-pass
+    filter of :func:`scipy.signal.resample_poly` with the same window.
     """
 
     def __init__(self, columns: int, ratio: float) -> None:
@@ -186,23 +167,11 @@ PATIENCE = 1000
 
 
 class CausalGrid:
-    """Samples in, steps of a grid out, as soon as they cannot change any more.
+    """Samples in, steps of a grid of `rate` Hz out, as soon as they cannot change any more.
 
-    Parameters
-    ----------
-    columns : int
-    rate : float
-        Samples a second of the grid. As offline, the device's own is kept where the two differ by
-        less than 1 %.
-    device_rate : float, optional
-        What the device gives; by default the median of the first stamps' distances tells.
-    longest : int
-        A gap is at most so many steps long, however long it was: what no wavelet spans.
-
-    Attributes
-    ----------
-    period : float or None
-        Seconds between two samples of the device, once it is known.
+    As offline, the device's own rate is kept where the two differ by less than 1 %; without one the
+    median distance of the first stamps tells it. A gap is at most `longest` steps long, however
+    long it was: what no wavelet spans.
     """
 
     def __init__(
@@ -373,7 +342,7 @@ class CausalGrid:
         return limit
 
     def _resampler(self) -> Resampling | None:
-        """What brings the device's rate to the grid's, where the two differ."""
+        """The resampling from the device's rate to the grid's, where the two differ."""
         ratio = 1.0 / (self._known * self._rate)
         if abs(1.0 / ratio - 1) < SAME_RATE:
             return None
@@ -406,24 +375,12 @@ BLOCK = 256
 
 @dataclass(frozen=True, eq=False)
 class CausalWindows:
-    """Which windows a stream is looked at in.
+    """The windows of a stream, and the units of its forces."""
 
-    Parameters
-    ----------
-    windows : tuple of float, length k
-        Standard deviations in seconds.
-    look : float
-        Seconds after a time step that may be seen.
-    usual : ndarray, shape (q,)
-        Size of each channel's movements in training, above 0.
-    own : bool
-        Whether forces are in units of the stream's own size.
-    """
-
-    windows: tuple[float, ...]
-    look: float
-    usual: Real
-    own: bool
+    windows: tuple[float, ...]  # length k; standard deviations in seconds
+    look: float  # seconds after a time step that may be seen
+    usual: Real  # (q,); size of each channel's movements in training, above 0
+    own: bool  # whether forces are in units of the stream's own size
 
     @property
     def width(self) -> int:
@@ -431,38 +388,19 @@ class CausalWindows:
         return len(KINDS) * len(self.usual) * len(self.windows)
 
     def of(self, channels: Real, rate: float, hop: int) -> Real:
-        """Features of all time steps of a whole recording.
+        """Features (m, f) of all time steps, `hop` samples apart, of finite channels (q, n).
 
-        Parameters
-        ----------
-        channels : ndarray, shape (q, n)
-            Finite.
-        rate : float
-            Samples a second.
-        hop : int
-            Samples from one time step to the next.
-
-        Returns
-        -------
-        ndarray, shape (m, f)
-            Time step i lies in the middle of the samples ``i hop .. (i + 1) hop``.
+        Time step i lies in the middle of the samples ``i hop .. (i + 1) hop``.
         """
         stream = StreamingWindows(self, rate, hop)
         return np.concatenate([stream.push(channels.T), stream.finish()])
 
 
 def usual_size(recordings: Iterable[Real], rate: float) -> Real:
-    """Size of each channel's movements, shape (q,): the middle one of several recordings.
+    """Size of each channel's movements, shape (q,): the median one of several recordings (q, n).
 
-    Parameters
-    ----------
-    recordings : iterable of ndarray, shape (q, n)
-    rate : float
-
-    Notes
-    -----
-    The contraharmonic mean of the distances from rest: that of squares over that of sizes, to
-    which rest adds nothing. 1 for a channel that never moves.
+    The contraharmonic mean of the distances from rest: that of squares over that of sizes, to which
+    rest adds nothing. 1 for a channel that never moves.
     """
     sizes = []
     for channels in recordings:
@@ -505,18 +443,8 @@ class _Window:
 
 
 class StreamingWindows:
-    """Features of a stream's time steps, as soon as all that they may see has come.
+    """Features of a stream's time steps, as soon as all that they may depend on has come.
 
-    Parameters
-    ----------
-    what : CausalWindows
-    rate : float
-        Samples a second.
-    hop : int
-        Samples from one time step to the next.
-
-    Notes
-    -----
     Before its beginning a stream has its first value, after its end its last one. Memory stays the
     same, and what is given does not depend on the blocks.
     """
@@ -635,10 +563,10 @@ def _put(out: Real, window: _Window, values: Real, spread: Real | None) -> None:
 
 
 class _RunningSize:
-    """How strong a stream has been of late, in units of what is usual.
+    """The recent size of a stream's forces, in units of the usual one.
 
     The contraharmonic mean of the distances from rest, as of :func:`usual_size`, over the last
-    :data:`FORGETTING` seconds; in a long rest it goes back to what is usual.
+    :data:`FORGETTING` seconds; in a long rest it goes back to the usual one.
     """
 
     def __init__(self, channels: int, rate: float) -> None:
@@ -649,7 +577,7 @@ class _RunningSize:
         self._squares, self._sizes = np.zeros(channels), np.zeros(channels)
 
     def see(self, rows: Real) -> None:
-        """Take samples, from whose beginning the rest is known."""
+        """Take samples; the first one holds for the time before."""
         if len(self._first) < self._limit:
             self._first = np.concatenate([self._first, rows])[: self._limit]
 
@@ -680,7 +608,7 @@ class _RunningSize:
         return rests, sizes
 
     def _near(self, cell: Real, rest: Real) -> Real:
-        """How far from rest the latest samples are; before the first one, it holds."""
+        """Distance of the latest samples from rest; before the first one, it holds."""
         if self._latest is None:
             self._latest = np.repeat(cell[:1], LATEST, axis=0)
         self._latest = np.concatenate([self._latest, cell])[-LATEST:]
@@ -696,19 +624,7 @@ LASTING = 64
 
 
 def rows_of(coefficients: Complex, floor: Real, phase: bool) -> Real:
-    """Features of steps from their coefficients.
-
-    Parameters
-    ----------
-    coefficients : ndarray, shape (q, k, n)
-    floor : ndarray, shape (q, k)
-    phase : bool
-
-    Returns
-    -------
-    ndarray, shape (n, q * k) or (n, 2 * q * k)
-        As of :func:`forcelab.recognition.features.features`.
-    """
+    """Features (n, q k or 2 q k) of steps from their coefficients (q, k, n) and floors (q, k)."""
     q, k, n = coefficients.shape
     out = np.empty((2 if phase else 1, q, k, n))
     magnitude, level = out[0], floor[:, :, None]
@@ -723,22 +639,12 @@ def rows_of(coefficients: Complex, floor: Real, phase: bool) -> Real:
 
 
 class Floor:
-    """The floor of the magnitudes as it follows a stream.
+    """The floor of the magnitudes as it follows a stream: `now` (q, k), natural logarithms.
 
     It lies above the rounding, a share of how far samples are from the transform's base, one in
     :data:`~forcelab.signals.conditioning.RARE` left out: a glitch is forgotten with the last
     wavelet that holds it. What disturbs for longer the base may follow, and what comes after is
     rounded as it is.
-
-    Parameters
-    ----------
-    channels : int
-    scales : ndarray, shape (k,)
-
-    Attributes
-    ----------
-    now : ndarray, shape (q, k), or None
-        Natural logarithms of the floors; None before the first look.
     """
 
     def __init__(self, channels: int, scales: Real) -> None:
@@ -755,7 +661,7 @@ class Floor:
         self._latest = np.concatenate([self._latest, rows])[-EVERY:]
 
     def look(self) -> None:
-        """Take the floor anew, at the first look or at a multiple of :data:`EVERY`."""
+        """Compute the floor anew, at the first look or at a multiple of :data:`EVERY`."""
         if self._base is None:
             raise RuntimeError("a look needs a step")
         peak = robust_peak((self._latest - self._base).T)
@@ -770,18 +676,7 @@ class Floor:
 
 
 class StreamingFeatures:
-    """Features of steps, `delay` steps behind.
-
-    Parameters
-    ----------
-    channels : int
-        Recognition channels q.
-    transform : StreamingCwt
-        Of the recogniser's scales, all together with `delay` as their latency.
-    delay : int
-        Steps.
-    phase : bool
-    """
+    """Features of steps, `delay` steps behind, of which the transform's latency is as long."""
 
     def __init__(self, channels: int, transform: StreamingCwt, delay: int, phase: bool) -> None:
         self._transform = transform

@@ -1,9 +1,9 @@
-"""What a recogniser that needs whole demonstrations has learnt beside, to follow a stream.
+"""The live models of a recogniser whose features or decoder need whole demonstrations.
 
-The same demonstrations learnt once more, from what a stream knows of them: for each of a few times
-ahead a classifier of :class:`~forcelab.recognition.live_features.CausalWindows`. Trees and a
-weighted sum
-are averaged, which does as well as either on each of the paper's recordings, and takes no choosing.
+The same demonstrations are learnt once more, from what a stream knows of them: for each of a few
+times ahead a classifier of :class:`~forcelab.recognition.live_features.CausalWindows`. Trees and
+logistic regression are averaged, which does as well as either on each of the paper's recordings,
+and takes no choosing.
 
 Where offline probabilities are calibrated, these are, too, in the same way: on demonstrations that
 inner fits have not seen. One exponent, found for the time ahead in the middle, serves all. On the
@@ -23,9 +23,14 @@ from numpy.typing import NDArray
 
 from forcelab.errors import InputError
 from forcelab.jobs import Progress, finish
-from forcelab.recognition.ensemble import Averaged, Care, fitting_averaged, learnt_steps
-from forcelab.recognition.examples import Labelled, prepare
-from forcelab.recognition.forest import must, must_be_numbers
+from forcelab.recognition.ensemble import (
+    CalibratedEnsemble,
+    FitOptions,
+    fit_ensemble,
+    training_steps,
+)
+from forcelab.recognition.examples import LabelledDemonstration, prepare_examples
+from forcelab.recognition.forest import require, require_numbers
 from forcelab.recognition.live_features import CausalWindows, usual_size
 from forcelab.recognition.settings import Settings
 from forcelab.signals.channels import channel_map
@@ -46,21 +51,14 @@ CLASSIFIER = "ensemble"
 
 
 @dataclass(frozen=True, eq=False)
-class LivePart:
-    """A classifier of what a stream knows.
-
-    Parameters
-    ----------
-    windows : CausalWindows
-    classifier : Averaged
-        Its codes are the recogniser's.
-    """
+class LiveModel:
+    """A classifier of causal windows, whose codes are the recogniser's."""
 
     windows: CausalWindows
-    classifier: Averaged
+    classifier: CalibratedEnsemble  # its codes are the recogniser's
 
     def plain(self) -> dict[str, Any]:
-        """Numbers, lists and arrays, from which :meth:`from_plain` makes an equal one."""
+        """Numbers, lists and arrays for :meth:`from_plain`."""
         windows = self.windows
         return {
             "windows": list(windows.windows),
@@ -71,103 +69,84 @@ class LivePart:
         }
 
     @classmethod
-    def from_plain(cls, plain: Mapping[str, Any], channels: int, actions: int) -> LivePart:
+    def from_plain(cls, plain: Mapping[str, Any], channels: int, actions: int) -> LiveModel:
         """Check what was read from a file, of so many channels and actions.
 
-        Raises
-        ------
-        ValueError
-            If anything does not fit together; a missing or wrong part may raise other errors.
+        A ValueError where it does not fit together; a missing or wrong part may raise other errors.
         """
         usual = plain["usual"]
-        must_be_numbers(usual, (channels,))
-        must((usual > 0).all(), "usual sizes above 0")
+        require_numbers(usual, (channels,))
+        require((usual > 0).all(), "usual sizes above 0")
         look, own = float(plain["look"]), plain["own"]
-        must(0 <= look <= max(LOOKS) and isinstance(own, bool), "windows of a stream")
+        require(0 <= look <= max(LOOKS) and isinstance(own, bool), "windows of a stream")
         try:  # the settings know what windows may be
             spreads = Settings(windows=tuple(plain["windows"])).windows
         except InputError as error:
             raise ValueError("windows that there can be") from error
         windows = CausalWindows(spreads, look, usual, own)
-        known = Averaged.from_plain(plain["classifier"], windows.width, actions)
+        known = CalibratedEnsemble.from_plain(plain["classifier"], windows.width, actions)
         return cls(windows, known)
 
 
-def needs_whole(settings: Settings) -> bool:
-    """Whether features or decoder need all of a demonstration, so that a stream needs a part."""
+def needs_live_model(settings: Settings) -> bool:
+    """Whether features or decoder need all of a demonstration, so that streams cannot do."""
     own = settings.features != "wavelets" or settings.circular or settings.step is not None
     return own or settings.decodes
 
 
-def hop_of(settings: Settings, rate: float) -> int:
+def live_hop(settings: Settings, rate: float) -> int:
     """Samples between two time steps of a stream at this rate."""
     return max(1, round((settings.step or STEP) * rate))
 
 
-def live_for(parts: Sequence[LivePart], seconds: float) -> LivePart:
-    """The part that suits so many seconds to look ahead and to decode in.
-
-    Parameters
-    ----------
-    parts : sequence of LivePart
-        By their time ahead, at least one.
-    seconds : float
-    """
+def choose_live_model(parts: Sequence[LiveModel], seconds: float) -> LiveModel:
+    """The live model that suits so many seconds to look ahead and to decode in."""
     fits = [part for part in parts if part.windows.look <= SHARE * seconds]
     return fits[-1] if fits else parts[0]
 
 
-def fitting_live(
-    labelled: Sequence[Labelled],
+def fit_live_models(
+    labelled: Sequence[LabelledDemonstration],
     settings: Settings,
     rate: float,
     actions: tuple[str, ...],
     own: bool,
-) -> Generator[Progress, None, tuple[LivePart, ...]]:
-    """Learn from demonstrations as a stream would know them; yields progress, returns the parts.
+) -> Generator[Progress, None, tuple[LiveModel, ...]]:
+    """Learn the actions from demonstrations as a stream would know them, on a grid of `rate` Hz.
 
-    Parameters
-    ----------
-    labelled : sequence of Labelled
-        Training demonstrations with the same channels.
-    settings : Settings
-    rate : float
-        Samples a second of the grid.
-    actions : tuple of str
-        What is told apart; other labels count as none.
-    own : bool
-        Whether forces count in units of each demonstration's own size.
+    With `own` forces count in units of each demonstration's own size; labels of other actions are
+    left out.
     """
     stepping = settings.replace(step=settings.step or STEP)
-    seen = [prepare(item, stepping, rate, kept=False) for item in labelled]
+    prepared = [prepare_examples(item, stepping, rate, kept=False) for item in labelled]
     usual = usual_size((_gridded_channels(item, settings, rate) for item in labelled), rate)
-    y, groups, steps = learnt_steps([one.codes(actions) for one in seen])
+    y, groups, steps = training_steps([examples.codes(actions) for examples in prepared])
     if len(np.unique(y)) < 2:  # all but one fell between two steps: no stream can be followed
         return ()
-    parts: dict[float, LivePart] = {}
+    parts: dict[float, LiveModel] = {}
     exponent = 1.0
     for i, look in enumerate(sorted(LOOKS, key=lambda look: look != CALIBRATING)):
         windows = CausalWindows(settings.windows, look, usual, own)
         calibrated = settings.calibrated and look == CALIBRATING
-        care = Care(groups, balanced=settings.balanced, calibrated=calibrated)
+        options = FitOptions(groups, balanced=settings.balanced, calibrated=calibrated)
         # Of one demonstration after the other only what is learnt from: that is a part of it.
         X, done = np.empty((len(y), windows.width)), 0
-        for item, one, own_steps in zip(labelled, seen, steps, strict=True):
+        for item, examples, own_steps in zip(labelled, prepared, steps, strict=True):
             # Rates that differ a little are kept, and may make hops of a sample more or less.
             found = windows.of(
-                _gridded_channels(item, settings, rate), rate, hop_of(settings, one.rate)
+                _gridded_channels(item, settings, rate), rate, live_hop(settings, examples.rate)
             )
             X[done : done + len(own_steps)] = found[own_steps]
             done += len(own_steps)
-        made = finish(fitting_averaged(CLASSIFIER, X, y, settings.seed, care))
+        ensemble = finish(fit_ensemble(CLASSIFIER, X, y, settings.seed, options))
         del X  # before the next one is gathered
-        exponent = made.exponent if calibrated else exponent
-        parts[look] = LivePart(windows, replace(made, exponent=exponent))
+        exponent = ensemble.exponent if calibrated else exponent
+        parts[look] = LiveModel(windows, replace(ensemble, exponent=exponent))
         yield Progress(i + 1, len(LOOKS), "fit")
     return tuple(parts[look] for look in LOOKS)
 
 
-def _gridded_channels(item: Labelled, settings: Settings, rate: float) -> Real:
-    """The channels of a demonstration on its grid, (q, n): made anew, and not kept."""
+def _gridded_channels(item: LabelledDemonstration, settings: Settings, rate: float) -> Real:
+    """The channels of a demonstration on its grid, (q, n): computed anew, and not kept."""
     channels = channel_map(item.demonstration.channels, settings.channels)
     return channels.apply(on_grid(item.demonstration, rate, channels.recorded).signals)

@@ -1,51 +1,41 @@
 """Scores: how well a predicted track agrees with a human one, by samples, segments and events.
 
-Segmental metrics: edit score, F1 at an overlap, and how far the boundaries lie apart. A frame
-metric hardly notices a prediction that flickers; these look at the segments.
+A demonstration is counted once, into :class:`Counts`; scores of one demonstration and of many
+pooled ones are made from counts alone, so that pooling is exact. Samples that the human left
+unlabelled are never counted: predictions are masked there before segments are gathered. A sample
+that the human labelled and the prediction did not is wrong.
 
-Sources
--------
-Lea, Flynn, Vidal, Reiter and Hager, "Temporal convolutional networks for action segmentation and
-detection", CVPR 2017: the edit score and F1@k. Farha and Gall, "MS-TCN", CVPR 2019: the same, in
-the form in which they are commonly reported.
+*Segments.* A frame metric hardly notices a prediction that flickers; edit score, F1 at an overlap
+and boundary errors do. Lea, Flynn, Vidal, Reiter and Hager, "Temporal convolutional networks for
+action segmentation and detection", CVPR 2017: the edit score and F1@k. Farha and Gall, "MS-TCN",
+CVPR 2019: the same, in the form in which they are commonly reported. A coder who leaves a few
+hundredths of a second between two actions cuts a predicted segment that runs through in two, and
+each boundary into an edge that no prediction can miss. Some publish their segmental scores so,
+others cut the unlabelled time out first; the two differ by ten points and more, so both are
+reported ("labelled").
 
-Event errors: in which way a prediction is wrong. Source ------ Ward, Lukowicz and Gellersen,
-"Performance metrics for activity recognition", ACM Transactions on Intelligent Systems and
-Technology 2(1), article 6, 2011.
+*Events.* Ward, Lukowicz and Gellersen, "Performance metrics for activity recognition", ACM
+Transactions on Intelligent Systems and Technology 2(1), article 6, 2011. Each action is taken on
+its own, as the binary question "is it this action?". An *event* is one human or one predicted
+segment of the action. Time is cut wherever either answer changes, which leaves pieces that are
+right (both yes), missed (only the human says yes), false (only the prediction does) or empty. A
+missed or false piece gets its name from its two neighbours:
 
-Each action is taken on its own, as the binary question "is it this action?". An *event* is one
-human or one predicted segment of the action. Time is cut wherever either answer changes, which
-leaves stretches that are right (both yes), missed (only the human says yes), false (only the
-prediction does) or empty. A missed or false stretch gets its name from its two neighbours:
-
-================  ================  ===============
-right neighbours  missed stretch    false stretch
-================  ================  ===============
-none              deletion          insertion
-one               underfill         overfill
-both              fragmentation     merge
-================  ================  ===============
+    ================  ================  ===============
+    right neighbours  missed piece      false piece
+    ================  ================  ===============
+    none              deletion          insertion
+    one               underfill         overfill
+    both              fragmentation     merge
+    ================  ================  ===============
 
 Where time breaks off, at a gap, beside unlabelled human time and at both ends of the recording,
 there is no neighbour: an event never reaches across. A sample called by the wrong action is an
 error of two actions, missed for the one and false for the other.
 
-Segments in labelled time alone: what the human left unlabelled is cut out and closed up. A coder
-who leaves a few hundredths of a second between two actions cuts a predicted segment that runs
-through in two, and each boundary into an edge that no prediction can miss. Some publish their
-segmental scores so, others cut the unlabelled time out first; the two differ by ten points and
-more, so both are reported.
-
-A demonstration is counted once, into :class:`Counts`; scores of one demonstration and of many
-pooled ones are made from counts alone, so that pooling is exact.
-
-Samples that the human left unlabelled are never counted in anything: predictions are masked there
-before segments are gathered. A sample that the human labelled and the prediction did not is wrong.
-
-The overlay of two tracks that are there as segments, without the samples they were made from. An
-:class:`~forcelab.recognition.metrics.Overlay` counts in samples; here a sample is a nanosecond and
-stretches are found from the edges of segments alone, so that an hour costs no more than its
-segments. With even stamps every score is the same; where stamps jitter, rates differ by as much.
+Tracks of segments without samples are overlaid in nanoseconds, from the edges alone, so that an
+hour costs no more than its segments. With even stamps every score is the same; where stamps jitter,
+rates differ by as much.
 """
 
 from __future__ import annotations
@@ -66,30 +56,22 @@ from forcelab.runs import Runs, sample_ends, stretches
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Overlay:
-    """A human and a predicted track over one demonstration, cut into pieces; p pieces.
+    """A human and a predicted track over one demonstration, cut into p pieces."""
 
-    Parameters
-    ----------
-    human, predicted : Stretches
-        The segments of both, the predicted ones masked to where the human labelled.
-    pieces : Stretches
-        Every stretch the human labelled, cut wherever either track changes. Its codes number the
-        pairs of actions and mean nothing by themselves.
-    human_codes, predicted_codes : ndarray of int64, shape (p,)
-        The actions of each piece; the predicted one may be unlabelled.
-    actions : int
-        How many actions there are.
-    """
-
+    #: human, predicted: the segments of both, the predicted ones masked to where the human labelled
     human: Runs
     predicted: Runs
+    #: Every stretch the human labelled, cut wherever either track changes. Its codes number the
+    #: pairs of actions and mean nothing by themselves.
     pieces: Runs
+    #: human_codes, predicted_codes: (p,); the actions of each piece; the predicted one may be
+    #: unlabelled
     human_codes: NDArray[np.int64]
     predicted_codes: NDArray[np.int64]
-    actions: int
+    actions: int  # how many actions there are
 
     @classmethod
-    def gathered(
+    def from_codes(
         cls,
         human: NDArray[np.int64],
         predicted: NDArray[np.int64],
@@ -98,13 +80,8 @@ class Overlay:
     ) -> Overlay:
         """Mask the prediction to where the human labelled, and gather both tracks and their pairs.
 
-        Parameters
-        ----------
-        human, predicted : ndarray of int64, shape (n,)
-            Codes of both tracks at the same places, below `actions`; negative ones are unlabelled.
-        actions : int
-        gather : callable
-            Makes stretches out of such codes.
+        Codes (n,) lie below `actions`, negative ones are unlabelled; `gather` makes runs of such
+        codes.
         """
         masked = np.where(human < 0, UNLABELLED, np.maximum(predicted, UNLABELLED))
         columns = actions + 1  # unlabelled is the first
@@ -125,24 +102,11 @@ def overlay(
     times: NDArray[np.float64],
     actions: Sized,
 ) -> Overlay:
-    """Lay a predicted track over a human one.
+    """Lay a predicted over a human track: codes (n,) at strictly increasing times (n,) in seconds.
 
-    Where the human left a sample unlabelled the prediction is unlabelled too before anything is
-    gathered, so that what was predicted there cannot matter to anything.
-
-    Parameters
-    ----------
-    human, predicted : ndarray of int64, shape (n,)
-        Codes of both tracks; every negative code means unlabelled.
-    times : ndarray, shape (n,)
-        Times of the samples in seconds, strictly increasing.
-    actions : sized
-        As many actions as there are codes.
-
-    Raises
-    ------
-    ValueError
-        If the lengths disagree, or a code has no action.
+    Where the human left a sample unlabelled (any negative code) the prediction is unlabelled too
+    before anything is gathered, so that what was predicted there cannot matter to anything. A
+    ValueError says that lengths disagree or a code has no action.
     """
     k = len(actions)
     if not len(human) == len(predicted) == len(times):
@@ -153,7 +117,7 @@ def overlay(
     if highest >= k:
         raise ValueError(f"a code of {highest} for {k} actions")
     ends = sample_ends(times)
-    return Overlay.gathered(human, predicted, k, lambda codes: stretches(codes, times, ends))
+    return Overlay.from_codes(human, predicted, k, lambda codes: stretches(codes, times, ends))
 
 
 #: The overlaps (intersection over union, in percent) at which F1 is reported.
@@ -161,17 +125,12 @@ OVERLAPS = (10, 25, 50)
 
 
 def edit_distance(a: NDArray[np.int64], b: NDArray[np.int64]) -> int:
-    """Levenshtein distance of two sequences of codes: insertions, deletions, substitutions.
+    """Levenshtein distance of two sequences of codes (m,) and (n,).
 
-    Bit-parallel: one column of the usual table is two integers holding the signs of the
-    differences between its neighbouring cells (Myers, "A fast bit-vector algorithm for
-    approximate string matching based on dynamic programming", J. ACM 46(3), 1999; Hyyrö 2003 for
-    the distance of whole sequences). A raw prediction may flicker through 100,000 segments.
-
-    Parameters
-    ----------
-    a, b : ndarray of int64, shapes (m,) and (n,)
-        Any codes.
+    Bit-parallel: one column of the usual table is two integers holding the signs of the differences
+    between its neighbouring cells (Myers, "A fast bit-vector algorithm for approximate string
+    matching based on dynamic programming", J. ACM 46(3), 1999; Hyyrö 2003 for the distance of whole
+    sequences). A raw prediction may flicker through 100,000 segments.
     """
     short, long = (a, b) if len(a) <= len(b) else (b, a)
     if len(short) == 0:
@@ -209,14 +168,10 @@ def edit_score(over: Overlay) -> float | None:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Matches:
-    """Which predicted segment stands for which human one; m pairs.
+    """The matched predicted and human segments; m pairs."""
 
-    Parameters
-    ----------
-    human, predicted : ndarray of int64, shape (m,)
-        Numbers of the matched segments among the human and the predicted ones.
-    """
-
+    #: human, predicted: (m,); numbers of the matched segments among the human and the predicted
+    #: ones
     human: NDArray[np.int64]
     predicted: NDArray[np.int64]
 
@@ -224,21 +179,14 @@ class Matches:
         return len(self.human)
 
 
-def match(over: Overlay, overlap: int) -> Matches:
-    """Match predicted to human segments as F1@k does.
+def match_segments(over: Overlay, overlap: int) -> Matches:
+    """Match predicted to human segments as F1@k does, at a least `overlap` in percent, above 0.
 
     In the order of time each predicted segment points at the human segment of its own action with
     the largest intersection over union (the earlier of two equal ones), counted in samples. It is
     matched if that is at least `overlap` and no earlier one was matched to the same human segment;
     it does not turn to its second choice. This is the rule of the published code (``>=``), so that
     figures can be compared.
-
-    Parameters
-    ----------
-    over : Overlay
-        Both tracks.
-    overlap : int
-        Percent, above 0.
     """
     same = np.flatnonzero(over.human_codes == over.predicted_codes)
     firsts = over.pieces.firsts[same]
@@ -246,9 +194,9 @@ def match(over: Overlay, overlap: int) -> Matches:
     # Two segments share at most one stretch, so these pairs are all the pairs that overlap.
     shared = over.pieces.samples[same]
     union = over.human.samples[human] + over.predicted.samples[predicted] - shared
-    choice = np.lexsort((human, -shared / union, predicted))
-    _, best = np.unique(predicted[choice], return_index=True)
-    best = choice[best]
+    selection = np.lexsort((human, -shared / union, predicted))
+    _, best = np.unique(predicted[selection], return_index=True)
+    best = selection[best]
     # Whole numbers on both sides: an overlap of exactly one half is one half.
     best = best[100 * shared[best] >= overlap * union[best]]
     matched, earliest = np.unique(human[best], return_index=True)
@@ -265,16 +213,11 @@ def f1(true: int, false: int, missed: int) -> float | None:
 
 
 def boundary_errors(over: Overlay, matches: Matches) -> NDArray[np.float64]:
-    """How far matched segments' edges lie apart.
+    """Distances of matched segments' edges in milliseconds, shape (2 m,).
 
     Both edges of every matched pair are counted, start against start and end against end. Edges
     that meet because unlabelled human time, a gap or an end of the recording cuts both segments at
     the same place are counted as they are, with an error of zero.
-
-    Returns
-    -------
-    ndarray of float64, shape (2 m,)
-        Distances in milliseconds, never negative.
     """
     human, predicted = matches.human, matches.predicted
     starts = over.human.starts[human] - over.predicted.starts[predicted]
@@ -287,18 +230,10 @@ _RIGHT, _MISSED, _FALSE = 0, 1, 2
 
 @dataclass(frozen=True, slots=True)
 class Tally:
-    """How many, and how long together.
+    """A count of events or pieces, and their time."""
 
-    Parameters
-    ----------
-    count : int
-        Number of events or stretches.
-    seconds : float
-        Their time.
-    """
-
-    count: int = 0
-    seconds: float = 0.0
+    count: int = 0  # number of events or stretches
+    seconds: float = 0.0  # their time
 
     def __add__(self, other: Tally) -> Tally:
         return Tally(self.count + other.count, self.seconds + other.seconds)
@@ -350,8 +285,8 @@ class Events:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class _Stretches:
-    """Stretches of right, missed or false time of all actions, by action and then by time."""
+class _EventPieces:
+    """Pieces of right, missed or false time of all actions, by action and then by time."""
 
     kinds: NDArray[np.int64]
     firsts: NDArray[np.int64]
@@ -360,7 +295,7 @@ class _Stretches:
     neighbours: NDArray[np.int64]
 
 
-def _stretches(over: Overlay) -> _Stretches:
+def _event_pieces(over: Overlay) -> _EventPieces:
     """Cut time by the binary answers of each action."""
     wrong = np.flatnonzero(over.human_codes != over.predicted_codes)
     false = wrong[over.predicted_codes[wrong] >= 0]
@@ -383,7 +318,7 @@ def _stretches(over: Overlay) -> _Stretches:
     neighbours = np.zeros(len(heads), dtype=np.int64)
     neighbours[1:] += joined & (kind[:-1] == _RIGHT)
     neighbours[:-1] += joined & (kind[1:] == _RIGHT)
-    return _Stretches(
+    return _EventPieces(
         kind, over.pieces.firsts[piece[heads]], ends[tails] - starts[heads], neighbours
     )
 
@@ -392,7 +327,7 @@ def event_errors(over: Overlay) -> Events:
     """Count and time the event errors of one demonstration (see the module)."""
     if len(over.pieces) == 0:
         return Events()
-    cut = _stretches(over)
+    cut = _event_pieces(over)
 
     def tally(kind: int, neighbours: int, events: Runs | None = None) -> Tally:
         """Sum up stretches, counting the events that hold them where `events` is given."""
@@ -418,7 +353,7 @@ def event_errors(over: Overlay) -> Events:
 NEAR = 0.1
 
 
-def closed_up(over: Overlay) -> Overlay:
+def without_unlabelled(over: Overlay) -> Overlay:
     """The overlay with all that the human left unlabelled, and gaps, cut out.
 
     Neighbours of one action that now touch are one segment.
@@ -432,23 +367,20 @@ def closed_up(over: Overlay) -> Overlay:
         changes = np.flatnonzero(np.diff(codes)) + 1
         first = np.concatenate([[0], changes]) if len(codes) else changes
         last = np.concatenate([changes, [len(codes)]]) if len(codes) else changes
-        kept = codes[first] >= 0
-        first, last = first[kept], last[kept]
+        labelled = codes[first] >= 0
+        first, last = first[labelled], last[labelled]
         return Runs(codes[first], places[first], places[last], times[first], times[last])
 
-    return Overlay.gathered(over.human_codes, over.predicted_codes, over.actions, gathered)
+    return Overlay.from_codes(over.human_codes, over.predicted_codes, over.actions, gathered)
 
 
 def boundaries_found(closed: Overlay) -> tuple[int, int]:
-    """How many human boundaries have a predicted one within 100 ms, and how many there are.
+    """Number of human boundaries with a predicted one within 100 ms, and of all human boundaries.
 
-    Parameters
-    ----------
-    closed : Overlay
-        Closed up. Its boundaries are where one action gives way to another; the ends of what was
-        recorded are none. A predicted one counts whichever its actions are.
+    Boundaries, of an overlay without unlabelled time, are where one action gives way to another;
+    the ends of the recording are none. A predicted one counts whichever its actions are.
     """
-    human, predicted = closed.human.starts[1:], _inner(closed)
+    human, predicted = closed.human.starts[1:], _predicted_changes(closed)
     if len(predicted) == 0:
         return 0, len(human)
     after = np.searchsorted(predicted, human)
@@ -459,22 +391,10 @@ def boundaries_found(closed: Overlay) -> tuple[int, int]:
 
 
 def inner_boundary_errors(closed: Overlay, matches: Matches) -> NDArray[np.float64]:
-    """How far matched segments' edges lie apart, where one action gives way to another.
+    """Distances in milliseconds of matched edges where one action gives way to another.
 
-    Unlike those of :func:`forcelab.recognition.metrics.boundary_errors`, of which every edge at
-    unlabelled time is 0 whatever was predicted. The first edge and the last one are left out.
-
-    Parameters
-    ----------
-    closed : Overlay
-        Closed up.
-    matches : Matches
-        Of its segments.
-
-    Returns
-    -------
-    ndarray of float64
-        Distances in milliseconds, never negative.
+    Unlike those of :func:`boundary_errors`, of which every edge at unlabelled time is 0 whatever
+    was predicted. The first edge and the last one are left out.
     """
     human, predicted = matches.human, matches.predicted
     starts = (closed.human.starts[human] - closed.predicted.starts[predicted])[human > 0]
@@ -483,7 +403,7 @@ def inner_boundary_errors(closed: Overlay, matches: Matches) -> NDArray[np.float
     return np.asarray(1000.0 * np.abs(np.concatenate([starts, ends[inner]])))
 
 
-def _inner(closed: Overlay) -> NDArray[np.float64]:
+def _predicted_changes(closed: Overlay) -> NDArray[np.float64]:
     """Where the prediction changes, in seconds, rising."""
     changes = np.flatnonzero(np.diff(closed.predicted_codes)) + 1
     return closed.pieces.starts[changes]
@@ -491,38 +411,21 @@ def _inner(closed: Overlay) -> NDArray[np.float64]:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Counts:
-    """All that the scores of a demonstration, or of several, are made from; k actions.
+    """All that the scores of a demonstration, or of several, are made from; k actions."""
 
-    Parameters
-    ----------
-    confusion : ndarray of int64, shape (k, k + 1)
-        Samples by human action (rows) and predicted action (columns); the last column counts
-        those predicted as unlabelled.
-    edits : tuple of float
-        Edit score of each demonstration that has one.
-    segments : ndarray of int64, shape (3, 3)
-        A row for each of :data:`~forcelab.recognition.metrics.OVERLAPS`: matched segments,
-        predicted ones without a match, human ones without a match.
-    boundaries : ndarray of float64, shape (b,)
-        Boundary errors in milliseconds.
-    events : Events
-        Event errors.
-    labelled_segments : ndarray of int64, shape (3, 3)
-        As `segments`, in labelled time alone.
-    found : ndarray of int64, shape (2,)
-        Human boundaries in labelled time that have a predicted one within 100 ms, and all.
-    labelled_boundaries : ndarray of float64, shape (c,)
-        As `boundaries`, in labelled time alone.
-    """
-
+    #: (k, k + 1); samples by human action (rows) and predicted action (columns); the last column
+    #: counts those predicted as unlabelled
     confusion: NDArray[np.int64]
-    edits: tuple[float, ...]
+    edits: tuple[float, ...]  # edit score of each demonstration that has one
+    #: (3, 3); A row for each of :data:`~forcelab.recognition.metrics.OVERLAPS`: matched segments,
+    #: predicted ones without a match, human ones without a match
     segments: NDArray[np.int64]
-    boundaries: NDArray[np.float64]
-    events: Events
-    labelled_segments: NDArray[np.int64]
+    boundaries: NDArray[np.float64]  # (b,); boundary errors in milliseconds
+    events: Events  # event errors
+    labelled_segments: NDArray[np.int64]  # (3, 3); as `segments`, in labelled time alone
+    #: (2,); human boundaries in labelled time that have a predicted one within 100 ms, and all
     found: NDArray[np.int64]
-    labelled_boundaries: NDArray[np.float64]
+    labelled_boundaries: NDArray[np.float64]  # (c,); as `boundaries`, in labelled time alone
 
     def __add__(self, other: Counts) -> Counts:
         return Counts(
@@ -603,31 +506,16 @@ def count(
     times: NDArray[np.float64],
     actions: Sequence[str],
 ) -> Counts:
-    """Compare a predicted with a human track over one demonstration.
-
-    Parameters
-    ----------
-    human, predicted : ndarray of int64, shape (n,)
-        Codes of every sample; negative means unlabelled.
-    times : ndarray, shape (n,)
-        Times of the samples in seconds, strictly increasing.
-    actions : sequence of str, length k
-        The action with code ``i`` is ``actions[i]``.
-
-    Raises
-    ------
-    ValueError
-        If the lengths disagree, or a code has no action.
-    """
+    """Compare codes (n,) of a predicted with a human track; parameters as of :func:`overlay`."""
     return count_overlay(overlay(human, predicted, times, actions))
 
 
 def count_overlay(over: Overlay) -> Counts:
-    """Count an overlay of a human and a predicted track, whatever it was made from."""
-    matches = [match(over, overlap) for overlap in OVERLAPS]
+    """Count an overlay, whatever it was made from."""
+    matches = [match_segments(over, overlap) for overlap in OVERLAPS]
     edit = edit_score(over)
-    closed = closed_up(over)
-    closed_matches = [match(closed, overlap) for overlap in OVERLAPS]
+    closed = without_unlabelled(over)
+    closed_matches = [match_segments(closed, overlap) for overlap in OVERLAPS]
     return Counts(
         confusion=_confusion(over),
         edits=() if edit is None else (edit,),
@@ -656,15 +544,7 @@ def _confusion(over: Overlay) -> NDArray[np.int64]:
 
 
 def pool(name: str, parts: Sequence[Counts]) -> Scores:
-    """Score several demonstrations together.
-
-    Parameters
-    ----------
-    name : str
-        What the scores are called.
-    parts : sequence of Counts, at least one
-        All made with the same actions.
-    """
+    """Score several demonstrations, counted with the same actions, together."""
     total = reduce(add, parts)
     labelled = total.confusion.sum(axis=1)
     right = np.diagonal(total.confusion)
@@ -739,26 +619,16 @@ def _kappa(confusion: NDArray[np.int64]) -> float | None:
 TICKS = 1_000_000_000
 
 
-def timed_overlay(human: Segments, predicted: Segments, actions: Sequence[str]) -> Overlay:
+def overlay_segments(human: Segments, predicted: Segments, actions: Sequence[str]) -> Overlay:
     """Lay predicted over human segments; what is predicted in unlabelled time is left out.
 
-    Parameters
-    ----------
-    human, predicted : tuple of Segment
-        In order, never overlapping. Touching segments of one action are one.
-    actions : sequence of str
-        The action with code ``i`` is ``actions[i]``.
-
-    Raises
-    ------
-    KeyError
-        If a segment's action is not among `actions`.
+    Segments are in order and never overlap; touching ones of one action are one.
     """
     number = {action: code for code, action in enumerate(actions)}
     edges = np.array([time for s in (*human, *predicted) for time in (s.start, s.end)])
     ticks, firsts = np.unique(np.rint(edges * TICKS).astype(np.int64), return_index=True)
     times = edges[firsts]
-    return Overlay.gathered(
+    return Overlay.from_codes(
         _codes(human, number, ticks),
         _codes(predicted, number, ticks),
         len(actions),
@@ -766,12 +636,9 @@ def timed_overlay(human: Segments, predicted: Segments, actions: Sequence[str]) 
     )
 
 
-def timed_counts(human: Segments, predicted: Segments, actions: Sequence[str]) -> Counts:
-    """Count a predicted against a human track as :func:`~forcelab.recognition.metrics.count` does.
-
-    The confusion is in nanoseconds. Parameters are those of :func:`timed_overlay`.
-    """
-    return count_overlay(timed_overlay(human, predicted, actions))
+def count_segments(human: Segments, predicted: Segments, actions: Sequence[str]) -> Counts:
+    """:func:`count` of segments instead of samples; the confusion is in nanoseconds."""
+    return count_overlay(overlay_segments(human, predicted, actions))
 
 
 def score_tracks(
@@ -804,7 +671,7 @@ def score_tracks(
     known = used if actions is None else tuple(actions)
     if unknown := [action for action in used if action not in known]:
         raise InputError(f"'{unknown[0]}' is not among the actions {', '.join(known)}.")
-    return pool(name, [timed_counts(human, predicted, known)])
+    return pool(name, [count_segments(human, predicted, known)])
 
 
 def _codes(

@@ -12,8 +12,6 @@ from forcelab.errors import InputError
 from forcelab.recognition.settings import Settings
 from forcelab.text import unknown_word
 
-__all__ = ["PRESETS", "preset"]
-
 #: All presets by name. ``paper`` is written out: no default that changes may ever change it.
 PRESETS: Mapping[str, Settings] = {
     "paper": Settings(
@@ -35,12 +33,7 @@ PRESETS: Mapping[str, Settings] = {
     # scales, has no threshold, and takes a running median over 101 samples; then, as in the text,
     # runs shorter than a least length of each action go.
     "released": Settings(
-        preset="released",
-        min_scale=4.0,
-        max_scale=4096.0,
-        threshold=None,
-        median=101,
-        drop=1 / 8,
+        preset="released", min_scale=4.0, max_scale=4096.0, threshold=None, median=101, drop=1 / 8
     ),
     "fast": Settings(
         preset="fast",

@@ -15,26 +15,31 @@ from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError
 from forcelab.labels import UNLABELLED, Segments, from_codes
 from forcelab.recognition import filters
-from forcelab.recognition.examples import Examples, Labelled, other_units, prepare
+from forcelab.recognition.examples import (
+    Examples,
+    LabelledDemonstration,
+    prepare_examples,
+    unit_remarks,
+)
 from forcelab.recognition.hsmm import decode, marginals
-from forcelab.recognition.label_noise import Contradicted
-from forcelab.recognition.probability_trace import Certainty
+from forcelab.recognition.label_noise import DroppedSegment
+from forcelab.recognition.probabilities import ProbabilityTrace
 from forcelab.recognition.settings import Settings
-from forcelab.recognition.task_grammar import Changes, Choreography
+from forcelab.recognition.task_grammar import BoundaryModel, TaskGrammar
 from forcelab.runtime import one_blas_thread
 
 if TYPE_CHECKING:
-    from forcelab.recognition.live_model import LivePart
+    from forcelab.recognition.live_model import LiveModel
 
-__all__ = ["Prediction", "Recogniser"]
-
+#: A rate that is lower by less than this share is the same one: clocks differ by far less.
+SAME_RATE = 0.01
 #: Time steps classified at once, so that the hidden layer's activations stay small.
 BLOCK = 100_000
 
 
 @dataclass(frozen=True)
 class Prediction:
-    """What a recogniser says of one demonstration.
+    """The prediction of a recogniser for one demonstration.
 
     Parameters
     ----------
@@ -53,10 +58,10 @@ class Prediction:
     stages : dict of str to ndarray of int64, shape (n,)
         Codes after the filters before the last one, ``"threshold"`` and ``"median"``, as far as
         they are switched on.
-    certainty : Certainty, optional
-        The probabilities, coarsely; None where nobody asked, or the classifier has none.
+    probability_trace : ProbabilityTrace, optional
+        The probabilities, coarsely; None where not requested, or the classifier has none.
     unaided : ndarray of int64, shape (n,), optional
-        Decoded without any choreography; None where nobody asked, or there is no choreography.
+        Decoded without the grammar; None where not requested, or there is no grammar.
     """
 
     times: NDArray[np.float64]
@@ -66,11 +71,11 @@ class Prediction:
     probabilities: NDArray[np.float64] | None
     seconds: dict[str, float]
     stages: dict[str, NDArray[np.int64]] = field(default_factory=dict)
-    certainty: Certainty | None = None
+    probability_trace: ProbabilityTrace | None = None
     unaided: NDArray[np.int64] | None = None
 
     def at(self, times: NDArray[np.float64], steps: NDArray[np.int64]) -> Prediction:
-        """The same at other stamps (s), shape (m,), given the time step that stands for each."""
+        """The prediction at other stamps (s), shape (m,), given the time step of each."""
         return replace(
             self,
             times=times,
@@ -107,16 +112,16 @@ class Recogniser:
         A fitted scikit-learn classifier of codes.
     trained_on : tuple of str
         Ids of the training demonstrations.
-    choreography : Choreography, optional
+    grammar : TaskGrammar, optional
         Durations and order of the training tracks; None without a decoder.
-    changes : Changes, optional
+    boundary_model : BoundaryModel, optional
         What tells the decoder where actions change; None where that was not learnt.
-    live : tuple of LivePart
+    live_models : tuple of LiveModel
         What it has learnt to follow a stream, by the time that each part looks ahead; empty where
         the classifier itself can do so.
     units : tuple of str
         Of the channels; empty where they are not known, as in files of older versions.
-    left_out : tuple of Contradicted
+    dropped : tuple of DroppedSegment
         Segments that it was not trained on, as the other demonstrations contradict them. What was
         read from a file does not tell.
     """
@@ -128,13 +133,13 @@ class Recogniser:
     shortest: dict[str, float]
     classifier: Any
     trained_on: tuple[str, ...] = ()
-    choreography: Choreography | None = None
-    changes: Changes | None = None
-    live: tuple[LivePart, ...] = ()
+    grammar: TaskGrammar | None = None
+    boundary_model: BoundaryModel | None = None
+    live_models: tuple[LiveModel, ...] = ()
     units: tuple[str, ...] = ()
-    left_out: tuple[Contradicted, ...] = ()
+    dropped: tuple[DroppedSegment, ...] = ()
 
-    def least(self, share: float) -> dict[int, float]:
+    def shortest_seconds(self, share: float) -> dict[int, float]:
         """A share of the shortest training segment of each code that has one, in seconds."""
         return {
             code: share * self.shortest[action]
@@ -142,17 +147,43 @@ class Recogniser:
             if action in self.shortest
         }
 
-    def remarks_on(self, channels: Sequence[Channel]) -> tuple[str, ...]:
-        """What is to be said before it recognises some recorded channels: that units differ.
+    def unit_remarks(self, channels: Sequence[Channel]) -> tuple[str, ...]:
+        """A remark where recorded channels have other units than those that it learnt.
 
         Raises
         ------
         InputError
             If it looks at a channel that is not there.
         """
-        return other_units(self.units, self.channels, channels)
+        return unit_remarks(self.units, self.channels, channels)
 
-    def prepared(self, demonstration: Demonstration) -> Examples:
+    def rate_remarks(
+        self, rate: float, come: str = "It was sampled", have: str = "this recording has"
+    ) -> tuple[str, ...]:
+        """A remark where samples come at too low a rate for its smallest scales or windows.
+
+        A recording is put onto the recogniser's grid, but no interpolation brings back what lies
+        above half the rate of its samples.
+
+        Parameters
+        ----------
+        rate : float
+            Samples a second, Hz.
+        come, have : str
+            What the remark says of the samples before the rate, and before "nothing".
+        """
+        bands = self.settings.bands(self.rate)
+        lost = bands[bands > rate / 2]
+        if rate >= (1 - SAME_RATE) * self.rate or not len(lost):
+            return ()
+        kind = "scales" if self.settings.features == "wavelets" else "windows"
+        return (
+            f"{come} at {rate:.4g} Hz, and the recogniser learnt at {self.rate:.4g} Hz: "
+            f"{len(lost)} of its {len(bands)} {kind} look above {rate / 2:.4g} Hz, where {have} "
+            f"nothing, so expect poor labels; train one with --rate {rate:.4g}.",
+        )
+
+    def prepare(self, demonstration: Demonstration) -> Examples:
         """Compute the features of a demonstration that this recogniser looks at.
 
         Raises
@@ -161,13 +192,13 @@ class Recogniser:
             If the demonstration lacks a channel that the recogniser looks at.
         """
         settings = self.settings.replace(channels=self.channels)
-        return prepare(Labelled(demonstration), settings, self.rate)
+        return prepare_examples(LabelledDemonstration(demonstration), settings, self.rate)
 
     def predict(
         self,
         demonstration: Demonstration,
         *,
-        certainty: bool = False,
+        probability_trace: bool = False,
         examples: Examples | None = None,
     ) -> Prediction:
         """Recognise the actions of a demonstration.
@@ -175,7 +206,7 @@ class Recogniser:
         Parameters
         ----------
         demonstration : Demonstration
-        certainty : bool
+        probability_trace : bool
             Whether its certainty is wanted, which changes nothing else.
         examples : Examples, optional
             What :meth:`prepared` made of it, where that is there already.
@@ -185,21 +216,21 @@ class Recogniser:
         InputError
             If the demonstration lacks a channel that the recogniser looks at.
         """
-        examples = self.prepared(demonstration) if examples is None else examples
-        prediction = self.predict_examples(examples, certainty=certainty)
+        examples = self.prepare(demonstration) if examples is None else examples
+        prediction = self.predict_examples(examples, probability_trace=probability_trace)
         if self.settings.step is None:
             return prediction
         return prediction.at(demonstration.times, examples.nearest(demonstration.times))
 
     def predict_examples(
-        self, examples: Examples, *, certainty: bool = False, unaided: bool = False
+        self, examples: Examples, *, probability_trace: bool = False, unaided: bool = False
     ) -> Prediction:
         """Recognise the actions of a demonstration whose features are there already.
 
         Parameters
         ----------
         examples : Examples
-        certainty : bool
+        probability_trace : bool
             As of :meth:`predict`.
         unaided : bool
             Whether what would be decoded without choreography is wanted, too.
@@ -210,47 +241,61 @@ class Recogniser:
                 f"recogniser was trained on {', '.join(self.channels)}."
             )
         started = perf_counter()
-        raw, probabilities = self._classify(examples, certainty)
+        raw, probabilities = self._classify(examples, probability_trace)
         changes = None
-        if self.choreography is not None and self.changes is not None:
-            changes = self.changes.ratios(examples.features)
+        if self.grammar is not None and self.boundary_model is not None:
+            changes = self.boundary_model.ratios(examples.features)
         classified = perf_counter()
-        use, knowing = self.settings.choreography, None
-        if self.choreography is not None and probabilities is not None:
-            knowing = partial(self._by_choreography, probabilities, changes, examples)
-            filtered = knowing(decode, use)
+        use, apply_grammar = self.settings.choreography, None
+        if self.grammar is not None and probabilities is not None:
+            apply_grammar = partial(self._decode, probabilities, changes, examples)
+            filtered = apply_grammar(decode, use)
             stages: dict[str, NDArray[np.int64]] = {}
         else:
             filtered, stages = self._filter(raw, probabilities, examples)
         seconds = {"predict": classified - started, "filter": perf_counter() - classified}
-        alone = knowing(decode, "none") if unaided and knowing is not None else None
-        sure = None
-        if certainty and probabilities is not None and examples.valid.any():
-            seen = examples.valid
-            known = probabilities if knowing is None else knowing(marginals, use)
-            sure = Certainty.of(examples.times[seen], known[seen], self.actions)
+        without_grammar = (
+            apply_grammar(decode, "none") if unaided and apply_grammar is not None else None
+        )
+        trace = None
+        if probability_trace and probabilities is not None and examples.valid.any():
+            valid = examples.valid
+            known = probabilities if apply_grammar is None else apply_grammar(marginals, use)
+            trace = ProbabilityTrace.from_probabilities(
+                examples.times[valid], known[valid], self.actions
+            )
         return Prediction(
-            examples.times, self.actions, raw, filtered, probabilities, seconds, stages, sure, alone
+            examples.times,
+            self.actions,
+            raw,
+            filtered,
+            probabilities,
+            seconds,
+            stages,
+            trace,
+            without_grammar,
         )
 
     def _classify(
-        self, examples: Examples, certainty: bool
+        self, examples: Examples, probability_trace: bool
     ) -> tuple[NDArray[np.int64], NDArray[np.float64] | None]:
         """Codes of every time step, and probabilities where something needs them."""
         n, classes = len(examples.times), self.classifier.classes_
         raw = np.empty(n, dtype=np.int64)
         needed = self.settings.needs_probabilities
         # An SVM that was fitted without probabilities has none to ask for.
-        asked = needed or (certainty and hasattr(self.classifier, "predict_proba"))
-        probabilities = np.zeros((n, len(self.actions))) if asked else None
+        with_probabilities = needed or (
+            probability_trace and hasattr(self.classifier, "predict_proba")
+        )
+        probabilities = np.zeros((n, len(self.actions))) if with_probabilities else None
         with one_blas_thread():
             for first in range(0, n, BLOCK):
                 block = slice(first, first + BLOCK)
                 if probabilities is not None:
                     proba = self.classifier.predict_proba(examples.features[block])
                     probabilities[block, classes] = proba
-                # Rounding and ties may tell the two apart: who only asks how certain it is gets
-                # the prediction that he gets without asking.
+                # Rounding and ties may tell the two apart: with a probability trace the
+                # prediction must be the one without.
                 raw[block] = (
                     classes[np.argmax(proba, axis=1)]
                     if needed
@@ -259,7 +304,7 @@ class Recogniser:
         raw[~examples.valid] = UNLABELLED
         return raw, probabilities
 
-    def _by_choreography(
+    def _decode(
         self,
         probabilities: NDArray[np.float64],
         changes: NDArray[np.float64] | None,
@@ -267,11 +312,11 @@ class Recogniser:
         method: Callable[..., NDArray[Any]],
         use: str,
     ) -> NDArray[Any]:
-        """What :func:`decode` or :func:`marginals` says, given so much of the choreography."""
+        """The result of :func:`decode` or :func:`marginals`, with so much of the grammar."""
         with np.errstate(divide="ignore"):  # of a probability of nothing, minus infinity
             logs = np.log(probabilities)
         step = self.settings.hop(examples.rate) / examples.rate
-        return method(logs, examples.valid, step, self.choreography, use, changes=changes)
+        return method(logs, examples.valid, step, self.grammar, use, changes=changes)
 
     def _filter(
         self,
@@ -292,5 +337,7 @@ class Recogniser:
             codes[~examples.valid] = UNLABELLED
             stages["median"] = codes
         if settings.drop is not None:
-            codes = filters.drop_short(codes, examples.times, self.least(1.0), settings.drop)
+            codes = filters.drop_short(
+                codes, examples.times, self.shortest_seconds(1.0), settings.drop
+            )
         return codes, stages

@@ -1,4 +1,4 @@
-"""What an evaluation found, and what a run keeps of it as plain values."""
+"""The result of an evaluation: predictions, scores, intervals, and the record that a run stores."""
 
 from __future__ import annotations
 
@@ -11,51 +11,38 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.labels import Segments, from_codes
-from forcelab.recognition.calibration import Reliability
-from forcelab.recognition.intervals import Intervals, intervals
+from forcelab.recognition.intervals import Intervals, score_intervals
 from forcelab.recognition.metrics import Counts, Scores, count, pool
-from forcelab.recognition.probability_trace import Certainty
+from forcelab.recognition.probabilities import ProbabilityTrace, Reliability
 from forcelab.recognition.recogniser import Prediction
 from forcelab.recognition.settings import Settings
 from forcelab.resources import versions
 
 
 @dataclass(frozen=True)
-class Tested:
-    """One demonstration, recognised by a recogniser that has not seen it.
+class HeldOutPrediction:
+    """One demonstration, recognised by a recogniser that has not seen it."""
 
-    Parameters
-    ----------
-    name, id : str
-        Of the demonstration.
-    times : ndarray of float64, shape (n,)
-        The demonstration's own stamps in seconds, whatever grid it was recognised on, so that
-        scores of different grids compare.
-    actions : tuple of str
-        The evaluation's; codes index it.
-    human, raw, filtered : ndarray of int64, shape (n,)
-        Codes by the human, by the classifier, and by the classifier after the filters.
-    stages : dict of str to ndarray of int64, shape (n,)
-        Codes after the filters before the last one, ``"threshold"`` and ``"median"``, as far as
-        they are switched on.
-    certainty : Certainty, optional
-        Probabilities of the actions that the recogniser knew; None where nobody asked.
-    unaided : ndarray of int64, shape (n,), optional
-        Codes decoded without any choreography; None without a decoder.
-    unadapted : ndarray of int64, shape (n,), optional
-        Codes that were recognised of what was recorded; None where nothing was adapted.
-    """
-
+    #: name, id: of the demonstration
     name: str
     id: str
+    #: (n,); the demonstration's own stamps in seconds, whatever grid it was recognised on, so that
+    #: scores of different grids compare
     times: NDArray[np.float64]
-    actions: tuple[str, ...]
+    actions: tuple[str, ...]  # the evaluation's; codes index it
+    #: human, raw, filtered: (n,); codes by the human, by the classifier, and by the classifier
+    #: after the filters
     human: NDArray[np.int64]
     raw: NDArray[np.int64]
     filtered: NDArray[np.int64]
+    #: (n,); codes after the filters before the last one, ``"threshold"`` and ``"median"``, as far
+    #: as they are switched on
     stages: dict[str, NDArray[np.int64]] = field(default_factory=dict)
-    certainty: Certainty | None = None
+    #: Probabilities of the actions that the recogniser knew; None where not requested
+    probability_trace: ProbabilityTrace | None = None
+    #: (n,); codes decoded without the grammar; None without a decoder
     unaided: NDArray[np.int64] | None = None
+    #: (n,); codes that were recognised of what was recorded; None where nothing was adapted
     unadapted: NDArray[np.int64] | None = None
 
     @property
@@ -89,7 +76,7 @@ class Evaluation:
     settings : Settings
     actions : tuple of str
         All actions in the order of their first occurrence.
-    tested : tuple of Tested
+    tested : tuple of HeldOutPrediction
         In the order of the demonstrations.
     rate : float
         Samples a second of the grid that was recognised on.
@@ -108,7 +95,7 @@ class Evaluation:
     title: str
     settings: Settings
     actions: tuple[str, ...]
-    tested: tuple[Tested, ...]
+    tested: tuple[HeldOutPrediction, ...]
     rate: float
     channels: tuple[str, ...]
     trained_on: tuple[str, ...]
@@ -118,7 +105,7 @@ class Evaluation:
 
     @property
     def kinds(self) -> tuple[str, ...]:
-        """What has scores: raw, filtered, and what is without a choreography or adaptation."""
+        """The kinds of scores: raw, filtered, and those without the grammar or adaptation."""
         left_away = [
             which
             for which in ("unaided", "unadapted")
@@ -153,7 +140,7 @@ class Evaluation:
     def _intervals(self) -> dict[str, Intervals]:
         """All intervals, resampled once."""
         seed = self.settings.seed
-        return {which: intervals(counts, seed) for which, counts in self._counts.items()}
+        return {which: score_intervals(counts, seed) for which, counts in self._counts.items()}
 
     def to_json(self) -> dict[str, Any]:
         """Settings, seed, versions, labels, run times and all scores, as plain values."""
@@ -208,30 +195,16 @@ LEAST = 0.2
 USUAL = 1000
 
 
-def silence_remark(
-    predicted: Sequence[Tested | Prediction], settings: Settings, rate: float
+def empty_prediction_remarks(
+    predicted: Sequence[HeldOutPrediction | Prediction], settings: Settings, rate: float
 ) -> tuple[str, ...]:
-    """A remark where the filters left no timeline, with what took it and a likely cause.
-
-    Parameters
-    ----------
-    predicted : sequence of Tested or Prediction
-        All by recognisers of the same settings.
-    settings : Settings
-    rate : float
-        Samples a second of the grid.
-
-    Returns
-    -------
-    tuple of str
-        One sentence; none where something is left, or nothing was there before the filters.
-    """
+    """A remark where the filters left no timeline, with the main filter and a likely cause."""
 
     def left(stage: str) -> int:
-        codes = (one.stages.get(stage, one.filtered) for one in predicted)
+        codes = (prediction.stages.get(stage, prediction.filtered) for prediction in predicted)
         return sum(int(np.count_nonzero(each >= 0)) for each in codes)
 
-    before = sum(int(np.count_nonzero(one.raw >= 0)) for one in predicted)
+    before = sum(int(np.count_nonzero(item.raw >= 0)) for item in predicted)
     if not before or left("all") >= LEAST * before:
         return ()
     filters = {
@@ -247,7 +220,7 @@ def silence_remark(
     cause = ""
     if settings.features == "wavelets":
         # To three digits, but as 1,020 and not as 1.02e+03.
-        low, high = (float(f"{1000 * one / rate:.3g}") for one in settings.scales[[0, -1]])
+        low, high = (float(f"{1000 * item / rate:.3g}") for item in settings.scales[[0, -1]])
         such = "" if rate == USUAL else f", such as {USUAL} Hz"
         cause = (
             f"; at {rate:.6g} Hz the scales are {low:,g} to {high:,g} ms, so try others or another "
@@ -260,39 +233,35 @@ def silence_remark(
     )
 
 
-def title_of(tasks: Sequence[str], test_task: str | None) -> str:
-    """What an evaluation is called."""
+def run_title(tasks: Sequence[str], test_task: str | None) -> str:
+    """The title of an evaluation."""
     title = " + ".join(tasks) or "no task"
     return title if test_task is None else f"{title} → {test_task or 'no task'}"
 
 
-def kept(evaluation: Evaluation, *, certainty: bool = False) -> dict[str, Any]:
-    """An evaluation as a run keeps it, as plain values.
+def run_record(evaluation: Evaluation, *, probability_trace: bool = False) -> dict[str, Any]:
+    """An evaluation as a run stores it, as plain values.
 
-    Parameters
-    ----------
-    evaluation : Evaluation
-    certainty : bool
-        Whether it also keeps how certain each prediction is, and what each filter led to.
+    With `probability_trace` probabilities and the tracks after each filter are stored too.
     """
-    whole = evaluation.to_json()
-    result = {"digest": digest(evaluation.title, whole)} | whole
-    result["tracks"] = evaluation.tracks_to_json(stages=certainty)
-    if certainty:
+    record = evaluation.to_json()
+    result = {"digest": run_summary(evaluation.title, record)} | record
+    result["tracks"] = evaluation.tracks_to_json(stages=probability_trace)
+    if probability_trace:
         result["certainty"] = {
-            item.id: item.certainty.to_json()
+            item.id: item.probability_trace.to_json()
             for item in evaluation.tested
-            if item.certainty is not None
+            if item.probability_trace is not None
         }
     return result
 
 
-def digest(title: str, whole: Mapping[str, Any]) -> dict[str, Any]:
-    """What a list of runs says of one; rates from 0 to 1, None where there is none."""
-    pooled = whole.get("filtered", {}).get("pooled", {})
+def run_summary(title: str, record: Mapping[str, Any]) -> dict[str, Any]:
+    """The few values that a list of runs shows; rates from 0 to 1, None where there is none."""
+    pooled = record.get("filtered", {}).get("pooled", {})
     return {
         "title": title,
-        "tested": len(whole.get("tested", ())),
+        "tested": len(record.get("tested", ())),
         "accuracy": pooled.get("accuracy"),
         "edit": pooled.get("edit"),
         "f1": pooled.get("f1", {}).get("50"),

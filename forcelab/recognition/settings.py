@@ -1,6 +1,7 @@
-"""Everything a recogniser is made with, and which settings count beside the others.
+"""All settings of a recogniser: ranges, which apply beside the others, and how each is presented.
 
-Named sets of settings are in :mod:`forcelab.recognition.presets`.
+Command line and dialog are made from the table of fields. Named sets of settings are in
+:mod:`forcelab.recognition.presets`.
 """
 
 from __future__ import annotations
@@ -9,7 +10,7 @@ import dataclasses
 import itertools
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -256,7 +257,7 @@ class Settings:
         return frequencies(self.scales, rate, self.mother)
 
     def width(self, channels: int) -> int:
-        """How many features a time step has, of so many channels."""
+        """Number of features of a time step, of so many channels."""
         if self.features == "windows":
             kinds = 6 if self.amplitude == "both" else 3
             peaks = len(PEAKS) * len(SPANS) if self.peaks else 0
@@ -327,7 +328,7 @@ _SWITCHES = ("phase", "circular", "peaks", "balanced", "calibrated", "trimmed", 
 def _value_text(value: object) -> str:
     """A value in a sentence."""
     if isinstance(value, tuple):
-        return ", ".join(str(one) for one in value) or "none"
+        return ", ".join(str(item) for item in value) or "none"
     return str(value)
 
 
@@ -364,25 +365,25 @@ _NEEDS: Mapping[str, tuple[Need, ...]] = {
 }
 
 
-def counts(name: str, values: Mapping[str, Any]) -> bool:
-    """Whether a setting changes anything, told from all of them by name."""
-    return _missing(name, values) is None
+def applies(name: str, values: Mapping[str, Any]) -> bool:
+    """Whether a setting changes anything, given all of them by name."""
+    return _unmet_need(name, values) is None
 
 
-def obstacle(name: str, values: Mapping[str, Any]) -> str:
+def why_not_applied(name: str, values: Mapping[str, Any]) -> str:
     """Why a setting changes nothing, as the end of a sentence; empty where it does."""
-    need = _missing(name, values)
+    need = _unmet_need(name, values)
     if need is None:
         return ""
-    other, wanted = need
+    other, accepted = need
     return (
-        f"with {other} {_word(values[other])}; it needs {other} {' or '.join(map(_word, wanted))}"
+        f"with {other} {_word(values[other])}; it needs {other} {' or '.join(map(_word, accepted))}"
     )
 
 
-def _missing(name: str, values: Mapping[str, Any]) -> Need | None:
-    """The first thing that would have to be otherwise."""
-    if name == "seed" and (values["trimmed"] or (values["changes"] and counts("changes", values))):
+def _unmet_need(name: str, values: Mapping[str, Any]) -> Need | None:
+    """The first condition of a setting that is not met."""
+    if name == "seed" and (values["trimmed"] or (values["changes"] and applies("changes", values))):
         return None  # of them, too, something is drawn
     return next((need for need in _NEEDS.get(name, ()) if values[need[0]] not in need[1]), None)
 
@@ -390,3 +391,298 @@ def _missing(name: str, values: Mapping[str, Any]) -> Need | None:
 def _word(value: object) -> str:
     """A value as it is written."""
     return {True: "on", False: "off"}[value] if isinstance(value, bool) else str(value)
+
+
+FieldKind = Literal["number", "whole", "choice", "flag", "channels", "windows", "merge"]
+#: What a form holds, by the names of :class:`~forcelab.recognition.settings.Settings`.
+FormValues = Mapping[str, Any]
+
+
+@dataclass(frozen=True, slots=True)
+class SettingField:
+    """One setting in the form."""
+
+    name: str  # as of :class:`~forcelab.recognition.settings.Settings`
+    kind: FieldKind  # which editor it has
+    #: label, tip: what it is called, and what it does
+    label: str
+    tip: str
+    #: lowest, highest, step: of a number: its range in the form, and what one click adds
+    lowest: float = 0.0
+    highest: float = 1e6
+    step: float = 1.0
+    decimals: int = 0  # of a number
+    unit: str = ""  # of a number
+    options: tuple[tuple[str, str], ...] = ()  # of a choice: values, and what they are called
+    #: What a switch that is turned on begins with; a field that has it can be off, which is None
+    default: float | None = None
+
+    def applies(self, values: FormValues) -> bool:
+        """Whether it changes anything, given all values of the form."""
+        return applies(self.name, values)
+
+
+_FEATURE_FIELDS = (
+    SettingField(
+        "features",
+        "choice",
+        "Features",
+        (
+            "Wavelets tell frequencies apart; windows also see how hard one grips, and take less "
+            "time."
+        ),
+        options=(("wavelets", "Wavelets"), ("windows", "Level, slope and strength in windows")),
+    ),
+    SettingField(
+        "channels",
+        "channels",
+        "Channels",
+        "What the recogniser looks at; leaving some out saves time.",
+    ),
+    SettingField(
+        "rate",
+        "number",
+        "Rate",
+        "Samples a second of the grid; off: that of the demonstrations.",
+        lowest=0.1,
+        highest=1e5,
+        step=100.0,
+        decimals=1,
+        unit="Hz",
+        default=1000.0,
+    ),
+    SettingField(
+        "wavelet",
+        "choice",
+        "Wavelet",
+        "What the forces are compared with at every scale.",
+        options=(
+            ("morlet", "Morlet (complex)"),
+            ("real-morlet", "Morlet (real part)"),
+            ("uncorrected-morlet", "Morlet (uncorrected)"),
+            ("torrence-compo", "Morlet (Torrence and Compo)"),
+            ("dog", "Derivative of a Gaussian"),
+            ("haar", "Haar"),
+        ),
+    ),
+    SettingField(
+        "parameter",
+        "number",
+        "Parameter p",
+        (
+            "Of a Morlet how many oscillations it has: larger tells frequencies better apart, "
+            "smaller times. Of a Gaussian which derivative."
+        ),
+        highest=1000.0,
+        decimals=2,
+    ),
+    SettingField(
+        "min_scale",
+        "number",
+        "Smallest scale",
+        "The finest detail that is looked at.",
+        lowest=0.1,
+        highest=1e5,
+        decimals=1,
+        unit="samples",
+    ),
+    SettingField(
+        "max_scale",
+        "number",
+        "Largest scale",
+        (
+            "The slowest movement that is looked at. Very large scales tell where in the "
+            "choreography one is, which need not carry over to another task."
+        ),
+        lowest=0.1,
+        highest=1e5,
+        step=64.0,
+        decimals=1,
+        unit="samples",
+    ),
+    SettingField(
+        "spacing",
+        "number",
+        "Octaves apart",
+        "Octaves from one scale to the next.",
+        lowest=0.01,
+        highest=10.0,
+        step=0.25,
+        decimals=2,
+    ),
+    SettingField("phase", "flag", "Phases", "Phases beside the magnitudes: twice the features."),
+    SettingField(
+        "circular",
+        "flag",
+        "Cosine and sine",
+        "Of each phase, in place of the angle, which jumps at half a turn.",
+    ),
+    SettingField(
+        "amplitude",
+        "choice",
+        "Unit of forces",
+        (
+            "People grip differently hard, which each demonstration's own amplitude takes out; but "
+            "hard and soft objects differ by nothing else."
+        ),
+        options=(
+            ("absolute", "As recorded"),
+            ("own", "Each demonstration's own amplitude"),
+            ("both", "Both side by side"),
+        ),
+    ),
+    SettingField(
+        "peaks",
+        "flag",
+        "Peaks",
+        (
+            "How far each channel is from its highest and its lowest level, before and after: "
+            "whether it has peaked or is about to."
+        ),
+    ),
+    SettingField(
+        "step",
+        "number",
+        "Time step",
+        "Between two decisions; off: every sample. 0.02 s costs no accuracy.",
+        lowest=0.001,
+        highest=10.0,
+        step=0.01,
+        decimals=3,
+        unit="s",
+        default=0.02,
+    ),
+)
+
+
+#: What learns the actions, and from how much.
+_CLASSIFIER_FIELDS = (
+    SettingField(
+        "classifier",
+        "choice",
+        "Classifier",
+        "What learns the actions from the features.",
+        options=tuple((name, kind.label) for name, kind in REGISTRY.items()),
+    ),
+    SettingField(
+        "balanced", "flag", "Balance rare actions", "Every action has the same weight in training."
+    ),
+    SettingField(
+        "calibrated",
+        "flag",
+        "Calibrate",
+        "So that of what is 80 % sure 80 % is right, on demonstrations that were left out.",
+    ),
+    SettingField(
+        "trimmed",
+        "flag",
+        "Skip contradicted segments",
+        (
+            "Train without the segments that the other demonstrations contradict, which are likely "
+            "coding errors; at most a third of an action's."
+        ),
+    ),
+    SettingField(
+        "stride",
+        "whole",
+        "Stride",
+        (
+            "Train on every so many-th time step. Neighbouring ones are almost copies: of samples "
+            "every 10th trains in a sixth of the time. Recognition always covers all of them."
+        ),
+        lowest=1,
+        highest=1e6,
+        unit="time steps",
+    ),
+    SettingField(
+        "seed", "whole", "Seed", "The same seed gives the same recogniser again.", highest=2**32 - 1
+    ),
+)
+
+#: How single decisions become segments.
+_DECODER_FIELDS = (
+    SettingField(
+        "decoder",
+        "choice",
+        "Decoder",
+        (
+            "How single decisions become segments: by filters, or as the most probable course of "
+            "the whole demonstration."
+        ),
+        options=(("filters", "Filters"), ("semi-markov", "Semi-Markov decoder")),
+    ),
+    SettingField(
+        "choreography",
+        "choice",
+        "Choreography",
+        "What the decoder may know of the task: less carries over to other tasks better.",
+        options=(
+            ("none", "Nothing"),
+            ("durations", "Durations of actions"),
+            ("order", "Durations and order"),
+        ),
+    ),
+    SettingField(
+        "changes",
+        "flag",
+        "Learn where actions change",
+        "A contact, a slip or a snap tells the decoder where one action gives way to another.",
+    ),
+    SettingField(
+        "threshold",
+        "number",
+        "Probability threshold",
+        "What is less probable becomes unlabelled.",
+        highest=1.0,
+        step=0.05,
+        decimals=2,
+        default=0.8,
+    ),
+    SettingField(
+        "median",
+        "whole",
+        "Median filter",
+        (
+            "Width of a running median over the labels' numbers. An even width can give an "
+            "action that neither neighbour has."
+        ),
+        lowest=1,
+        highest=1e5,
+        unit="samples",
+        default=10,
+    ),
+    SettingField(
+        "drop",
+        "number",
+        "Drop segments shorter than",
+        "As a share of the shortest training segment of the same action.",
+        highest=100.0,
+        step=0.025,
+        decimals=3,
+        unit="of the shortest",
+        default=0.125,
+    ),
+)
+
+_MERGE_FIELD = SettingField(
+    "merge",
+    "merge",
+    "Merge map",
+    "Spellings to take as one action in training and scoring; your labels stay as they are.",
+)
+
+#: The parts of the form, in order, each with its title.
+FIELD_GROUPS = {
+    "Features": _FEATURE_FIELDS,
+    "Classifier": _CLASSIFIER_FIELDS,
+    "Timeline": _DECODER_FIELDS,
+    "Labels": (_MERGE_FIELD,),
+}
+
+#: Every setting of the form, in its order.
+FIELDS = tuple(field for fields in FIELD_GROUPS.values() for field in fields)
+
+#: The settings of the command line that the form has no room for.
+WINDOWS_FIELD = SettingField(
+    "windows", "windows", "Windows", "Standard deviations of the windows, rising.", unit="s"
+)

@@ -1,7 +1,9 @@
 """Recognisers as files, without pickle.
 
-A file is what skops writes: a zip of a JSON schema and plain arrays. Reading it builds no type
-but the few named here, so that a file from a stranger can do no harm.
+A file is what skops writes: a zip of a JSON schema and plain arrays. Reading it builds no type but
+the few named here, so that a file from a stranger can do no harm. Classes of this package are
+written as plain values, so that they may be renamed and moved; what older files hold is read as
+:data:`FORMATS` and the defaults of :func:`_recogniser` say.
 """
 
 from __future__ import annotations
@@ -19,14 +21,12 @@ from typing import Any
 from forcelab.errors import InputError
 from forcelab.io import write_atomically
 from forcelab.recognition.classifiers import check_classifier, check_numbers
-from forcelab.recognition.ensemble import Averaged
-from forcelab.recognition.live_model import LivePart
+from forcelab.recognition.ensemble import CalibratedEnsemble
+from forcelab.recognition.live_model import LiveModel
 from forcelab.recognition.recogniser import Recogniser
 from forcelab.recognition.settings import PLAIN_CLASSIFIERS, RATES, Settings
-from forcelab.recognition.task_grammar import Changes, Choreography
+from forcelab.recognition.task_grammar import BoundaryModel, TaskGrammar
 from forcelab.resources import versions
-
-__all__ = ["dump", "load", "pack", "save"]
 
 #: Of what is written. Format 1 had of every node of a tree its children and all its values, in the
 #: longest numbers: twelve times as much.
@@ -63,13 +63,7 @@ DAMAGE = (
 
 
 def dump(recogniser: Recogniser) -> bytes:
-    """A recogniser as the bytes of its file.
-
-    Raises
-    ------
-    InputError
-        If it could not be loaded again.
-    """
+    """A recogniser as the bytes of its file; an InputError if it could not be loaded again."""
     content = pack(recogniser)
     try:
         _unpack(content, "recogniser")
@@ -84,7 +78,7 @@ def pack(recogniser: Recogniser) -> bytes:
     """A recogniser as the bytes of its file, whatever it holds."""
     from skops import io
 
-    choreography, changes = recogniser.choreography, recogniser.changes
+    grammar, boundary_model = recogniser.grammar, recogniser.boundary_model
     return bytes(
         io.dumps(
             {
@@ -96,19 +90,19 @@ def pack(recogniser: Recogniser) -> bytes:
                 "actions": list(recogniser.actions),
                 "shortest": recogniser.shortest,
                 "trained_on": list(recogniser.trained_on),
-                "choreography": None if choreography is None else choreography.to_json(),
-                "changes": None if changes is None else changes.plain(),
+                "choreography": None if grammar is None else grammar.to_json(),
+                "changes": None if boundary_model is None else boundary_model.plain(),
                 "versions": versions(),
-                "classifier": _bare(recogniser.classifier, recogniser.settings.seed),
-                "live": [part.plain() for part in recogniser.live],
+                "classifier": _prediction_state(recogniser.classifier, recogniser.settings.seed),
+                "live": [part.plain() for part in recogniser.live_models],
             }
         )
     )
 
 
-def _bare(classifier: Any, seed: int) -> Any:
-    """What a classifier predicts with."""
-    if isinstance(classifier, Averaged):
+def _prediction_state(classifier: Any, seed: int) -> Any:
+    """The parts of a classifier that prediction needs."""
+    if isinstance(classifier, CalibratedEnsemble):
         return classifier.plain()
     bare = copy.copy(classifier)
     # The optimiser's state and the shuffles serve further training only.
@@ -122,7 +116,7 @@ def _bare(classifier: Any, seed: int) -> Any:
     return bare
 
 
-def save(recogniser: Recogniser, path: str | PathLike[str]) -> None:
+def save_recogniser(recogniser: Recogniser, path: str | PathLike[str]) -> None:
     """Write a recogniser to a file, whole or not at all.
 
     Raises
@@ -133,7 +127,7 @@ def save(recogniser: Recogniser, path: str | PathLike[str]) -> None:
     write_atomically(Path(path), dump(recogniser))
 
 
-def load(path: str | PathLike[str]) -> Recogniser:
+def load_recogniser(path: str | PathLike[str]) -> Recogniser:
     """Read a recogniser from a file.
 
     Raises
@@ -156,7 +150,7 @@ def load(path: str | PathLike[str]) -> Recogniser:
 
 
 def _unpack(data: bytes, name: str) -> Recogniser:
-    """The recogniser of a file's bytes; what is wrong is told of what is called so."""
+    """The recogniser of a file's bytes; errors call it `name`."""
     from skops import io
 
     if not zipfile.is_zipfile(BytesIO(data)):
@@ -200,48 +194,47 @@ def _recogniser(content: object, name: str) -> Recogniser:
         shortest={str(action): float(least) for action, least in content["shortest"].items()},
         classifier=classifier,
         trained_on=tuple(str(identity) for identity in content["trained_on"]),
-        choreography=_choreography(content.get("choreography"), settings),
-        live=_live(content),
+        grammar=_choreography(content.get("choreography"), settings),
+        live_models=_live(content),
         units=_units(content),
     )
     if not RATES[0] <= recogniser.rate <= RATES[1]:
         raise ValueError(f"a rate of {recogniser.rate} Hz")
-    widths = [settings.windows, *(part.windows.windows for part in recogniser.live)]
+    widths = [settings.windows, *(part.windows.windows for part in recogniser.live_models)]
     if max(map(max, widths)) * recogniser.rate > LONGEST_WINDOW:
         raise ValueError("windows of too many samples")
     if not all(0 <= least <= LONGEST_SEGMENT for least in recogniser.shortest.values()):
         raise ValueError("a shortest segment that lasts forever")
     width = settings.width(len(recogniser.channels))
     if (changes := content.get("changes")) is not None:  # older files have nothing of it
-        recogniser = replace(recogniser, changes=Changes.from_plain(changes, width))
+        recogniser = replace(recogniser, boundary_model=BoundaryModel.from_plain(changes, width))
     known = len(recogniser.actions)
-    if (
-        recogniser.choreography is not None
-        and recogniser.choreography.actions != recogniser.actions
-    ):
+    if recogniser.grammar is not None and recogniser.grammar.actions != recogniser.actions:
         raise ValueError("the choreography is of other actions")
     if settings.classifier in PLAIN_CLASSIFIERS:
-        return replace(recogniser, classifier=Averaged.from_plain(classifier, width, known))
+        return replace(
+            recogniser, classifier=CalibratedEnsemble.from_plain(classifier, width, known)
+        )
     check_classifier(classifier, settings.classifier, settings.needs_probabilities, width, known)
     return recogniser
 
 
-def _choreography(plain: object, settings: Settings) -> Choreography | None:
+def _choreography(plain: object, settings: Settings) -> TaskGrammar | None:
     """Check what the decoder knows; older files have no decoder and nothing of it."""
     if not settings.decodes:
         return None
     if not isinstance(plain, Mapping):
         raise TypeError("no choreography")
-    return Choreography.from_json(plain)
+    return TaskGrammar.from_json(plain)
 
 
-def _live(content: Mapping[str, Any]) -> tuple[LivePart, ...]:
+def _live(content: Mapping[str, Any]) -> tuple[LiveModel, ...]:
     """Check what follows streams; older files have nothing of it."""
     channels, actions = len(content["channels"]), len(content["actions"])
     parts = content.get("live", [])
     if not isinstance(parts, list):
         raise TypeError("no list of parts")
-    return tuple(LivePart.from_plain(part, channels, actions) for part in parts)
+    return tuple(LiveModel.from_plain(part, channels, actions) for part in parts)
 
 
 def _units(content: Mapping[str, Any]) -> tuple[str, ...]:

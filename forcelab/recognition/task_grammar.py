@@ -1,30 +1,24 @@
-"""How long each action lasts and which follows which, and where one gives way to another.
+"""What training tracks say of a task: durations of actions, their order, and where they change.
 
-Choreography: how long each action lasts and which follows which, learnt from tracks. Durations are
-log-normal. Those of an action seen a few times are drawn towards what all actions have in common,
-and are the wider for it; an order that was never seen is unlikely, not impossible. Unlabelled time
-is missing, not an action: a short hole between two segments belongs half to each, and over a longer
-one nothing is learnt about what follows what. So is a slip of the brush, far shorter than its
-action usually lasts: a few of them would teach that two actions flicker, and the decoder would let
-them.
+Durations are log-normal. Those of an action seen a few times are drawn towards what all actions
+have in common, and are the wider for it; an order that was never seen is unlikely, not impossible.
+Unlabelled time is missing, not an action: a short hole between two segments belongs half to each,
+and over a longer one nothing is learnt about what follows what. So is a slip of the brush, far
+shorter than its action usually lasts: a few of them would teach that two actions flicker, and the
+decoder would let them. Sources: Yu, "Hidden semi-Markov models", Artificial Intelligence 174, 2010;
+Gelman et al., "Bayesian data analysis", 3rd ed., 2013, ch. 5, means and variances drawn together.
 
-Sources
--------
-Yu, "Hidden semi-Markov models", Artificial Intelligence 174, 2010. Gelman et al., "Bayesian data
-analysis", 3rd ed., 2013, ch. 5: means and variances drawn together.
-
-Where one action gives way to another, learnt by itself. Trees that tell actions apart are grown on
-labelled time, and where one action gives way to another coders mostly leave a little unlabelled.
-What happens just there, a contact, a slip or a snap, they hardly see. So some more trees are grown
-on all the time around: they tell what lies near such a change from what does not. The decoder
-changes the action where a change is likelier than usual.
+The boundary model is learnt apart. Trees that tell actions apart are grown on labelled time, and
+where one action gives way to another coders mostly leave a little unlabelled. What happens just
+there, a contact, a slip or a snap, they hardly see. So some more trees are grown on all the time
+around: they tell what lies near such a change from what does not. The decoder changes the action
+where a change is likelier than usual.
 
 Over simulated tasks, five of them and six seeds of five demonstrations each, `best` gains 0.5 ± 0.1
 points of accuracy by it, and 1.5 ± 0.6 of the boundaries found within 100 ms; `fast` as much. On
 the paper's recordings, over eight seeds of `best`, accuracy stays (0.2 ± 0.4 and 0.0 ± 0.1); of the
-boundaries of the stylus 3.4 ± 1.3 points more are found, of foam's forty 1.3 ± 1.0 fewer.
-
-A stream is decoded without: :mod:`forcelab.recognition.live_model` says what it has instead.
+boundaries of the stylus 3.4 ± 1.3 points more are found, of foam's forty 1.3 ± 1.0 fewer. A stream
+is decoded without it (:mod:`forcelab.recognition.live_model`).
 """
 
 from __future__ import annotations
@@ -41,9 +35,14 @@ from numpy.typing import NDArray
 
 from forcelab.jobs import Progress, finish
 from forcelab.labels import UNLABELLED, Segment, Segments
-from forcelab.recognition.ensemble import Averaged, Care, fitting_averaged, learnt_steps
+from forcelab.recognition.ensemble import (
+    CalibratedEnsemble,
+    FitOptions,
+    fit_ensemble,
+    training_steps,
+)
 from forcelab.recognition.examples import Examples
-from forcelab.recognition.forest import must
+from forcelab.recognition.forest import require
 from forcelab.recognition.settings import Settings
 from forcelab.segment_edits import fill_gaps
 
@@ -68,42 +67,22 @@ _ARRAYS = ("mean", "sd", "share", "start", "follow")
 
 
 @dataclass(frozen=True, eq=False)
-class Choreography:
-    """What the training tracks tell of durations and order; K actions.
+class TaskGrammar:
+    """Durations and order of the actions in the training tracks; K actions."""
 
-    Parameters
-    ----------
-    actions : tuple of str, length K
-        The action with code ``i`` is ``actions[i]``.
-    mean, sd : ndarray of float64, shape (K,)
-        Of the logarithm of each action's duration in seconds.
-    share : ndarray of float64, shape (K,)
-        Share of the labelled time of each action; sums to 1.
-    start : ndarray of float64, shape (K,)
-        How probably a demonstration starts with each action; sums to 1.
-    follow : ndarray of float64, shape (K, K)
-        How probably the row's action is followed by the column's; rows sum to 1 and the diagonal is
-        0. All 0 where there is one action only.
-    """
-
-    actions: tuple[str, ...]
+    actions: tuple[str, ...]  # length K; the action with code ``i`` is ``actions[i]``
+    #: mean, sd: (K,); of the logarithm of each action's duration in seconds
     mean: Real
     sd: Real
-    share: Real
-    start: Real
+    share: Real  # (K,); share of the labelled time of each action; sums to 1
+    start: Real  # (K,); how probably a demonstration starts with each action; sums to 1
+    #: (K, K); how probably the row's action is followed by the column's; rows sum to 1 and the
+    #: diagonal is 0. All 0 where there is one action only.
     follow: Real
 
     @classmethod
-    def learn(cls, tracks: Iterable[Segments], actions: Sequence[str]) -> Choreography:
-        """Learn from the tracks of the training demonstrations.
-
-        Parameters
-        ----------
-        tracks : iterable of tuple of Segment
-            One of each demonstration, in order and never overlapping.
-        actions : sequence of str
-            What is told apart. Segments of other actions count as unlabelled.
-        """
+    def learn(cls, tracks: Iterable[Segments], actions: Sequence[str]) -> TaskGrammar:
+        """Learn from tracks; segments of other actions than `actions` count as unlabelled."""
         number = {action: code for code, action in enumerate(actions)}
         known = [tuple(s for s in track if s.action in number) for track in tracks]
         known = _without_slips(known)
@@ -135,14 +114,8 @@ class Choreography:
         return {"actions": list(self.actions)} | arrays
 
     @classmethod
-    def from_json(cls, plain: Mapping[str, Any]) -> Choreography:
-        """The inverse of :meth:`to_json`.
-
-        Raises
-        ------
-        ValueError
-            If it is damaged.
-        """
+    def from_json(cls, plain: Mapping[str, Any]) -> TaskGrammar:
+        """The inverse of :meth:`to_json`; a ValueError where it is damaged."""
         try:
             actions = tuple(str(action) for action in plain["actions"])
             mean, sd, share, start, follow = (
@@ -180,7 +153,7 @@ def _runs(track: Segments) -> list[Segments]:
 
 
 def _without_slips(tracks: Sequence[Segments]) -> list[Segments]:
-    """The tracks less what lasts far too short; a short hole is left, which others fill."""
+    """The tracks without segments that are far too short; their holes are filled by neighbours."""
     seconds: dict[str, list[float]] = {}
     for segment in (segment for track in tracks for segment in track):
         seconds.setdefault(segment.action, []).append(segment.duration)
@@ -194,21 +167,23 @@ def _without_slips(tracks: Sequence[Segments]) -> list[Segments]:
 def _durations(logs: Sequence[Sequence[float]]) -> tuple[Real, Real]:
     """Mean and sd of each action's log durations, drawn towards what all have in common."""
     counts = np.array([len(own) for own in logs], dtype=np.float64)
-    seen = counts > 0
-    if not seen.any():
+    is_observed = counts > 0
+    if not is_observed.any():
         return np.full(len(logs), math.log(USUAL)), np.full(len(logs), 2 * SPREAD)
     means = np.array([np.mean(own) if own else 0.0 for own in logs])
     pairs = zip(logs, means, strict=True)
     squares = np.array([np.sum((np.array(own) - m) ** 2) for own, m in pairs])
     free = np.maximum(counts - 1, 0)
-    common = means[seen].mean()
+    common = means[is_observed].mean()
     within = (squares.sum() + SPREAD_COUNT * SPREAD**2) / (free.sum() + SPREAD_COUNT)
-    between = means[seen].var()
+    between = means[is_observed].var()
     mean = (counts * means + MEAN_COUNT * common) / (counts + MEAN_COUNT)
     variance = (squares + SPREAD_COUNT * within) / (free + SPREAD_COUNT)
     # The mean itself is known but roughly: the next duration spreads by so much more.
-    variance = np.where(seen, variance * (1 + 1 / np.maximum(counts, 1)), 2 * within + between)
-    return np.where(seen, mean, common), np.maximum(np.sqrt(variance), LEAST_SPREAD)
+    variance = np.where(
+        is_observed, variance * (1 + 1 / np.maximum(counts, 1)), 2 * within + between
+    )
+    return np.where(is_observed, mean, common), np.maximum(np.sqrt(variance), LEAST_SPREAD)
 
 
 def _smoothed(follow: Real) -> Real:
@@ -221,7 +196,7 @@ def _smoothed(follow: Real) -> Real:
     return counts / counts.sum(axis=1, keepdims=True)
 
 
-Whole = NDArray[np.int64]
+Codes = NDArray[np.int64]
 
 #: Seconds to either side of a change that are near it: about what coders differ by.
 NEAR = 0.06
@@ -235,113 +210,77 @@ FEWEST = 3
 
 
 @dataclass(frozen=True, eq=False)
-class Changes:
-    """What tells time steps near a change of actions from others.
+class BoundaryModel:
+    """A classifier of the time steps near a change of actions."""
 
-    Parameters
-    ----------
-    classifier : Averaged
-        Of two codes, 1 being near a change.
-    share : float
-        Of the time steps that it was trained on, how many are near one, 0 to 1.
-    """
-
-    classifier: Averaged
-    share: float
+    classifier: CalibratedEnsemble  # of two codes, 1 being near a change
+    share: float  # of the time steps that it was trained on, how many are near one, 0 to 1
 
     def ratios(self, features: Real) -> Real:
-        """How much likelier than usual a change is near, as a logarithm; of rows, shape (n,)."""
+        """Log ratio (n,) of how much likelier than usual a change is near features (n, f)."""
         near = self.classifier.predict_proba(features)[:, 1]
         return np.asarray(np.log(np.maximum(near, LEAST) / self.share))
 
     def plain(self) -> dict[str, Any]:
-        """Arrays, numbers and lists, from which :meth:`from_plain` makes an equal one."""
+        """Arrays, numbers and lists for :meth:`from_plain`."""
         return {"classifier": self.classifier.plain(), "share": self.share}
 
     @classmethod
-    def from_plain(cls, plain: Mapping[str, Any], width: int) -> Changes:
-        """Check what was read from a file, of so many features.
-
-        Raises
-        ------
-        ValueError
-            If anything does not fit together.
-        """
+    def from_plain(cls, plain: Mapping[str, Any], width: int) -> BoundaryModel:
+        """Check what was read from a file, of `width` features."""
         share = float(plain["share"])
-        must(0 < share < 1, "a share near changes between 0 and 1")
-        return cls(Averaged.from_plain(plain["classifier"], width, 2), share)
+        require(0 < share < 1, "a share near changes between 0 and 1")
+        return cls(CalibratedEnsemble.from_plain(plain["classifier"], width, 2), share)
 
 
-def near_changes(examples: Sequence[Examples], settings: Settings) -> tuple[Whole, list[Whole]]:
-    """Which time steps tell where actions change.
+def boundary_steps(examples: Sequence[Examples], settings: Settings) -> tuple[Codes, list[Codes]]:
+    """1 near a change and 0 elsewhere (m,), of the time steps whose indices are given beside.
 
-    Parameters
-    ----------
-    examples : sequence of Examples
-        Of the training demonstrations.
-    settings : Settings
-
-    Returns
-    -------
-    y : ndarray of int64, shape (m,)
-        1 near a change, 0 elsewhere; empty where nobody asks, or hardly any action gives way to
-        another.
-    steps : list of ndarray of int64
-        Their places in each demonstration.
+    Empty where the settings do without, or hardly any action gives way to another.
     """
-    asked = settings.changes and settings.decodes
-    if not asked or sum(len(_changes(example.segments)) for example in examples) < FEWEST:
+    is_used = settings.changes and settings.decodes
+    if not is_used or sum(len(_boundary_times(example.segments)) for example in examples) < FEWEST:
         none = np.empty(0, dtype=np.int64)
         return none, [none] * len(examples)
-    y, _, steps = learnt_steps([_near(example) for example in examples], settings.stride)
+    y, _, steps = training_steps([_near_boundary(example) for example in examples], settings.stride)
     return y, steps
 
 
-def fitting_changes(
-    X: Real, y: Whole, settings: Settings
-) -> Generator[Progress, None, Changes | None]:
-    """Learn where actions change; yields progress.
+def fit_boundary_model(
+    X: Real, y: Codes, settings: Settings
+) -> Generator[Progress, None, BoundaryModel | None]:
+    """Learn where actions change, from features (m, f) of the :func:`boundary_steps`.
 
-    Parameters
-    ----------
-    X : ndarray, shape (m, f)
-        Features of the time steps that :func:`near_changes` names.
-    y : ndarray of int64, shape (m,)
-    settings : Settings
-
-    Returns
-    -------
-    Changes or None
-        None where there is no time step near a change, or no other.
+    None where there is no time step near a change, or no other.
     """
     if len(np.unique(y)) < 2:
         return None
     yield Progress(0, 1, "changes")
     trees = TREES if settings.stride == 1 else TREES // 2
-    made = finish(fitting_averaged("extra-trees", X, y, settings.seed, Care(trees=trees)))
-    return Changes(made, float(y.mean()))
+    ensemble = finish(fit_ensemble("extra-trees", X, y, settings.seed, FitOptions(trees=trees)))
+    return BoundaryModel(ensemble, float(y.mean()))
 
 
-def _near(example: Examples) -> Whole:
-    """1 for each time step near a change, 0 for others, -1 where no coder says; shape (n,).
+def _near_boundary(example: Examples) -> Codes:
+    """1 for each time step near a change, 0 for others, -1 where nothing is labelled; shape (n,).
 
-    The middle of a short hole between two actions is where they change, and it counts as seen.
+    The middle of a short hole between two actions is where they change, and it counts as labelled.
     """
     near = np.full(len(example.times), UNLABELLED, dtype=np.int64)
-    holes = [(a.end, b.start) for a, b in _meeting(example.segments)]
+    holes = [(a.end, b.start) for a, b in _adjacent_pairs(example.segments)]
     for span in [(s.start, s.end) for s in example.segments] + holes:
         near[slice(*np.searchsorted(example.times, span))] = 0
-    for change in _changes(example.segments):
+    for change in _boundary_times(example.segments):
         near[(np.abs(example.times - change) <= NEAR) & (near == 0)] = 1
     near[~example.valid] = UNLABELLED
     return near
 
 
-def _meeting(segments: Segments) -> list[tuple[Segment, Segment]]:
+def _adjacent_pairs(segments: Segments) -> list[tuple[Segment, Segment]]:
     """Neighbours with no more than a short hole between them."""
     return [(a, b) for a, b in pairwise(segments) if b.start - a.end <= HOLE]
 
 
-def _changes(segments: Segments) -> list[float]:
+def _boundary_times(segments: Segments) -> list[float]:
     """When one action gives way to another, in seconds."""
-    return [0.5 * (a.end + b.start) for a, b in _meeting(segments) if a.action != b.action]
+    return [0.5 * (a.end + b.start) for a, b in _adjacent_pairs(segments) if a.action != b.action]

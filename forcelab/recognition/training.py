@@ -12,24 +12,22 @@ import numpy as np
 from forcelab.errors import InputError
 from forcelab.jobs import Progress, finish
 from forcelab.labels import from_codes
-from forcelab.recognition.classifiers import fitting
-from forcelab.recognition.ensemble import AVERAGED, Care, learnt_steps
+from forcelab.recognition.classifiers import fit_classifier
+from forcelab.recognition.ensemble import MEMBERS, FitOptions, training_steps
 from forcelab.recognition.examples import (
     Examples,
-    Labelled,
+    LabelledDemonstration,
     actions_of,
+    common_channels,
     common_rate,
-    gathering,
-    prepare,
-    same_channels,
+    gather_features,
+    prepare_examples,
 )
-from forcelab.recognition.label_noise import Contradicted, trimming
-from forcelab.recognition.live_model import fitting_live, needs_whole
+from forcelab.recognition.label_noise import DroppedSegment, drop_contradicted
+from forcelab.recognition.live_model import fit_live_models, needs_live_model
 from forcelab.recognition.recogniser import Recogniser
 from forcelab.recognition.settings import Settings
-from forcelab.recognition.task_grammar import Choreography, fitting_changes, near_changes
-
-__all__ = ["Epoch", "fit_examples", "fit_trimmed", "preparing", "train", "training"]
+from forcelab.recognition.task_grammar import TaskGrammar, boundary_steps, fit_boundary_model
 
 #: Bytes of features that a training keeps: 18 minutes of the preset `best`. To make them anew
 #: whenever they are looked at takes a tenth of its time.
@@ -37,35 +35,20 @@ ROOM = 64e6
 
 
 @dataclass(frozen=True, slots=True)
-class Epoch(Progress):
-    """One step of a fit, as told to whoever watches.
+class FitProgress(Progress):
+    """Progress of a fit, with the training loss of classifiers that have one."""
 
-    Parameters
-    ----------
-    loss : float, optional
-        Training loss, of classifiers that have one.
-    """
-
-    loss: float | None = None
+    loss: float | None = None  # training loss, of classifiers that have one
 
 
-def preparing(
-    labelled: Sequence[Labelled], settings: Settings, room: float = math.inf
+def prepare_all(
+    labelled: Sequence[LabelledDemonstration], settings: Settings, room: float = math.inf
 ) -> Generator[Progress, None, list[Examples]]:
-    """Compute the examples of several demonstrations on one grid; returns them in order.
+    """Compute the examples of several demonstrations on one grid.
 
-    Parameters
-    ----------
-    labelled : sequence of Labelled
-    settings : Settings
-    room : float
-        Once features take so many bytes, those of the others are not kept
-        (:class:`~forcelab.recognition.examples.Unkept`).
-
-    Raises
-    ------
-    InputError
-        If there is no demonstration, or their channels differ.
+    Once features take `room` bytes, those of the others are not kept
+    (:class:`~forcelab.recognition.examples.LazyExamples`). An InputError says that there is no
+    demonstration, or channels differ.
     """
     if not labelled:
         raise InputError("There is no demonstration to recognise; import some first.")
@@ -74,10 +57,10 @@ def preparing(
     taken = 0
     for item in labelled:
         kept = taken < room
-        examples.append(prepare(item, settings, rate, kept=kept))
+        examples.append(prepare_examples(item, settings, rate, kept=kept))
         taken += examples[-1].features.nbytes if kept else 0
         yield Progress(len(examples), len(labelled), "features")
-    same_channels(examples)
+    common_channels(examples)
     return examples
 
 
@@ -94,62 +77,29 @@ def _shortest(examples: Sequence[Examples], actions: tuple[str, ...]) -> dict[st
 def fit_examples(
     examples: Sequence[Examples], settings: Settings, text: str = "fit"
 ) -> Generator[Progress, None, Recogniser]:
-    """Trim examples as the settings say and fit a recogniser to the rest; returns it.
-
-    Parameters
-    ----------
-    examples : sequence of Examples
-        Of the training demonstrations.
-    settings : Settings
-    text : str
-        What the progress says.
-
-    Raises
-    ------
-    InputError
-        As :func:`fit_trimmed`.
-    """
-    kept, left_out = yield from trimming(examples, settings)
-    return (yield from fit_trimmed(kept, left_out, settings, text=text))
+    """Drop contradicted segments as the settings say and fit a recogniser to the rest."""
+    cleaned, dropped = yield from drop_contradicted(examples, settings)
+    return (yield from fit_cleaned(cleaned, dropped, settings, text=text))
 
 
-def fit_trimmed(
+def fit_cleaned(
     examples: Sequence[Examples],
-    left_out: tuple[Contradicted, ...],
+    left_out: tuple[DroppedSegment, ...],
     settings: Settings,
     trained_on: Sequence[str] = (),
     text: str = "fit",
 ) -> Generator[Progress, None, Recogniser]:
-    """Fit a recogniser to what :func:`~forcelab.recognition.label_noise.trimming` left of examples.
+    """Fit a recogniser to examples without their dropped segments.
 
-    Parameters
-    ----------
-    examples : sequence of Examples
-        Of the training demonstrations; unlabelled time steps teach no action, though those between
-        two actions may teach where they change (:mod:`forcelab.recognition.task_grammar`).
-    left_out : tuple of Contradicted
-        What is gone, to remember.
-    settings : Settings
-    trained_on : sequence of str
-        Ids to remember.
-    text : str
-        What the progress says.
-
-    Returns
-    -------
-    Recogniser
-        Of the actions that have at least one training sample.
-
-    Raises
-    ------
-    InputError
-        If fewer than two actions have a training sample.
+    Unlabelled time steps teach no action, though those between two actions may teach where they
+    change (:mod:`forcelab.recognition.task_grammar`). The recogniser knows the actions that have at
+    least one training sample; an InputError where these are fewer than two.
     """
     every = actions_of(examples)
-    codes, groups, steps = learnt_steps(
+    codes, groups, steps = training_steps(
         [example.codes(every) for example in examples],
         settings.stride,
-        every=settings.classifier not in AVERAGED,
+        every=settings.classifier not in MEMBERS,
     )
     used, y = np.unique(codes, return_inverse=True)
     # An action between two strides has nothing to learn.
@@ -161,14 +111,14 @@ def fit_trimmed(
             f"without missing samples and with a stride of {settings.stride}; label more or "
             "change these."
         )
-    near, near_steps = near_changes(examples, settings)
-    X, of_changes = yield from gathering(examples, steps, near_steps)
-    changes = yield from fitting_changes(of_changes, near, settings)
+    near, near_steps = boundary_steps(examples, settings)
+    X, of_changes = yield from gather_features(examples, steps, near_steps)
+    boundary_model = yield from fit_boundary_model(of_changes, near, settings)
     del of_changes  # before the classifier takes as much
     probabilities = settings.needs_probabilities
-    care = Care(groups, balanced=settings.balanced, calibrated=settings.calibrated)
-    for step in fitting(settings.classifier, X, y, settings.seed, probabilities, care):
-        yield Epoch(step.number, step.total, text, step.loss)
+    options = FitOptions(groups, balanced=settings.balanced, calibrated=settings.calibrated)
+    for step in fit_classifier(settings.classifier, X, y, settings.seed, probabilities, options):
+        yield FitProgress(step.number, step.total, text, step.loss)
     return Recogniser(
         settings=settings,
         rate=median_low(example.rate for example in examples),
@@ -179,61 +129,50 @@ def fit_trimmed(
         shortest=_shortest(examples, actions),
         classifier=step.classifier,
         trained_on=tuple(trained_on),
-        choreography=Choreography.learn([example.segments for example in examples], actions)
+        grammar=TaskGrammar.learn([example.segments for example in examples], actions)
         if settings.decodes
         else None,
-        changes=changes,
-        left_out=left_out,
+        boundary_model=boundary_model,
+        dropped=left_out,
     )
 
 
-def training(
-    labelled: Sequence[Labelled], settings: Settings
+def training_job(
+    labelled: Sequence[LabelledDemonstration], settings: Settings
 ) -> Generator[Progress, None, Recogniser]:
-    """Train a recogniser; a generator that yields progress and returns the recogniser.
+    """Train a recogniser; a generator of progress that stops where one stops iterating.
 
-    To stop, stop iterating: nothing is left running.
-
-    Parameters
-    ----------
-    labelled : sequence of Labelled
-        Training demonstrations; those without a segment take no part.
-    settings : Settings
-
-    Raises
-    ------
-    InputError
-        If nothing is labelled, fewer than two actions are, or channels differ.
+    An InputError says that nothing is labelled, fewer than two actions are, or channels differ.
     """
     used = [item for item in labelled if item.segments]
     if not used:
         raise InputError("Nothing is labelled yet; label at least two actions first.")
-    examples = yield from preparing(used, settings, ROOM)
+    examples = yield from prepare_all(used, settings, ROOM)
     ids = [item.demonstration.id for item in used]
-    kept, left_out = yield from trimming(examples, settings)
+    cleaned, dropped = yield from drop_contradicted(examples, settings)
     taught = [
         # The segments of examples are merged already.
-        Labelled(item.demonstration, example.segments, apart=True)
-        for item, example in zip(used, kept, strict=True)
+        LabelledDemonstration(item.demonstration, example.segments, apart=True)
+        for item, example in zip(used, cleaned, strict=True)
     ]
-    recogniser = yield from fit_trimmed(kept, left_out, settings, ids)
-    if not (needs_whole(settings) and settings.decodes):
+    recogniser = yield from fit_cleaned(cleaned, dropped, settings, ids)
+    if not (needs_live_model(settings) and settings.decodes):
         return recogniser
     # Where offline both units stand side by side, a stream has its own alone, by a running size: on
     # the stylus recordings its probabilities then have a Brier score of 0.253, with both 0.264,
     # with newtons 0.280 (50 ms ahead), and as many labels are right.
     own = settings.amplitude != "absolute"
     rate = common_rate([item.demonstration for item in used], settings)
-    parts = yield from fitting_live(taught, settings, rate, recogniser.actions, own)
-    return replace(recogniser, live=parts)
+    parts = yield from fit_live_models(taught, settings, rate, recogniser.actions, own)
+    return replace(recogniser, live_models=parts)
 
 
-def train(labelled: Sequence[Labelled], settings: Settings) -> Recogniser:
+def train(labelled: Sequence[LabelledDemonstration], settings: Settings) -> Recogniser:
     """Train a recogniser, without looking at the progress.
 
     Parameters
     ----------
-    labelled : sequence of Labelled
+    labelled : sequence of LabelledDemonstration
         Those without a segment are passed over.
     settings : Settings
         Such as ``preset("best")``.
@@ -248,4 +187,4 @@ def train(labelled: Sequence[Labelled], settings: Settings) -> Recogniser:
     InputError
         If there is too little to train on.
     """
-    return finish(training(labelled, settings))
+    return finish(training_job(labelled, settings))

@@ -1,1 +1,1 @@
-"""What a coder reviews: outcomes of training, and every place where human and model differ."""
+"""Review of a trained run beside the labels: differences, verdicts, agreement, explanations."""

@@ -1,34 +1,24 @@
-"""Which unlabelled demonstration to label next, and what that is expected to bring.
-
-How typical each of some demonstrations is of all of them. Who labels next what a recogniser is
-least certain of is led to the odd demonstrations first: what is unlike all others is uncertain,
-too, and teaches little about them. Information density [1]_ therefore weighs the uncertainty of
-each by how many are like it. Demonstrations are alike by mean and spread of their features,
-whatever was labelled.
-
-References
-----------
-.. [1] Settles, B. and Craven, M., "An analysis of active learning strategies for sequence labeling
-   tasks", EMNLP 2008, section 3.3.
+"""Active learning: which demonstration to label next, and what that is expected to bring.
 
 The uncertainty of a moment is ``1 - p`` with p the probability of its most probable action, and
-that of a demonstration its mean over time. How much of it is probably wrong is read off the
-outcome's own tested demonstrations, by histogram binning [1]_: of all labelled moments there that
-were about as uncertain, so many were not the human's action.
+that of a demonstration its mean over time. How much of it is probably wrong follows from the run's
+own tested demonstrations, by histogram binning [1]_: of all labelled moments there that were about
+as uncertain, so many were not the human's action.
 
-The first to be labelled is the least certain of the typical: the most uncertain, each weighed by
-how many of the others are like it. The least certain alone
-is
-where a person finds most to correct, but not what teaches most: where a few demonstrations are odd,
-those come first, and the others gain less than by an order at random, which the typical ones do
-not (:mod:`tests.benchmarks.next` measures both).
+Where a coder labels next what a recogniser is least certain of, odd demonstrations come first: what
+is unlike all others is uncertain, too, teaches little about them, and gains less than an order at
+random. Information density [3]_ therefore weighs the uncertainty of each by how many are like it,
+which does not (:mod:`tests.benchmarks.label_next` measures both). Demonstrations are alike by mean
+and spread of their features, whatever was labelled.
 
-References
-----------
-.. [1] Zadrozny, B. and Elkan, C., "Obtaining calibrated probability estimates from decision trees
-   and naive Bayesian classifiers", ICML 2001.
-.. [2] Zadrozny, B. and Elkan, C., "Transforming classifier scores into accurate multiclass
-   probability estimates", KDD 2002: pool adjacent violators.
+.. [1] Zadrozny and Elkan, "Obtaining calibrated probability estimates from decision trees and naive
+   Bayesian classifiers", ICML 2001.
+
+.. [2] Zadrozny and Elkan, "Transforming classifier scores into accurate multiclass probability
+   estimates", KDD 2002: pool adjacent violators.
+
+.. [3] Settles and Craven, "An analysis of active learning strategies for sequence labeling tasks",
+   EMNLP 2008, section 3.3.
 """
 
 from __future__ import annotations
@@ -42,11 +32,11 @@ from numpy.typing import NDArray
 
 from forcelab.labels import UNLABELLED, Segments, to_codes
 from forcelab.recognition.examples import Examples
-from forcelab.recognition.probability_trace import Certainty
+from forcelab.recognition.probabilities import ProbabilityTrace
 from forcelab.review.differences import Interval
 
 if TYPE_CHECKING:
-    from forcelab.review.run_result import Outcome, Reviewed
+    from forcelab.review.run_result import DemonstrationResult, RunResult
 
 
 #: Time steps of each demonstration that are looked at: their mean and spread are known to a
@@ -56,14 +46,8 @@ STEPS = 1000
 Steps = NDArray[np.float32]
 
 
-def sampled(examples: Examples) -> Steps:
-    """Some time steps of a demonstration, spread evenly over all that are not in gaps.
-
-    Returns
-    -------
-    ndarray of float32, shape (m, f)
-        At most :data:`STEPS` rows; none where all is a gap.
-    """
+def sample_steps(examples: Examples) -> Steps:
+    """Features of at most :data:`STEPS` valid time steps, spread evenly; float32, shape (m, f)."""
     valid = np.flatnonzero(examples.valid)
     every = -(-len(valid) // STEPS) or 1
     # What is larger than the type holds is as odd as what it can hold.
@@ -72,39 +56,30 @@ def sampled(examples: Examples) -> Steps:
 
 
 def typicality(demonstrations: Sequence[Steps]) -> NDArray[np.float64]:
-    """How many are like each, as a share of all.
+    """Share of all demonstrations, given by their sampled features (m, f), that are like each.
 
     Features are standardised over all demonstrations, and large ones made logarithmic: a single
     peak says little of what a demonstration is like. Two are alike by ``exp(-(d / h)^2)``, d being
-    the distance of their means and spreads and h the median distance of two that differ.
-
-    Parameters
-    ----------
-    demonstrations : sequence of ndarray, each of shape (m, f)
-        As :func:`sampled` leaves them; m may differ.
-
-    Returns
-    -------
-    ndarray of float64, shape (len(demonstrations),)
-        Above 0, at most 1: of 1 where all are alike, as one by itself is. 0 for one without rows.
+    the distance of their means and spreads and h the median distance of two that differ. Above 0,
+    at most 1: of 1 where all are alike, as one by itself is; 0 for one without rows.
     """
     found = np.zeros(len(demonstrations))
-    seen = [i for i, steps in enumerate(demonstrations) if len(steps)]
-    if not seen:
+    nonempty = [i for i, steps in enumerate(demonstrations) if len(steps)]
+    if not nonempty:
         return found
-    every = np.concatenate([demonstrations[i] for i in seen])
+    every = np.concatenate([demonstrations[i] for i in nonempty])
     mean, scale = every.mean(axis=0, dtype=np.float64), every.std(axis=0, dtype=np.float64)
     scale[scale == 0] = 1.0
-    looks = np.stack([_look((demonstrations[i] - mean) / scale) for i in seen])
+    summaries = np.stack([_mean_and_spread((demonstrations[i] - mean) / scale) for i in nonempty])
     # One after the other: of all pairs at once the differences of 1,000 take gigabytes.
-    apart = np.stack([np.linalg.norm(looks - look, axis=1) for look in looks])
+    apart = np.stack([np.linalg.norm(summaries - summary, axis=1) for summary in summaries])
     differing = apart[apart > 0]
     usual = float(np.median(differing)) if len(differing) else 1.0
-    found[seen] = np.exp(-np.square(apart / usual)).mean(axis=1)
+    found[nonempty] = np.exp(-np.square(apart / usual)).mean(axis=1)
     return found
 
 
-def _look(steps: NDArray[np.float64]) -> NDArray[np.float64]:
+def _mean_and_spread(steps: NDArray[np.float64]) -> NDArray[np.float64]:
     """Mean and spread of standardised features, shape (2 f,)."""
     ready = np.arcsinh(steps)
     return np.concatenate([ready.mean(axis=0), ready.std(axis=0)])
@@ -121,20 +96,13 @@ Real = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Calibration:
-    """How often an outcome was right where it was so sure.
+class ConfidenceCalibration:
+    """How often a run was right, by its confidence."""
 
-    Parameters
-    ----------
-    accuracy : ndarray of float64, shape (BINS,)
-        Share of the tested time that has the human's action, by probability of the most probable
-        action. Bins that were hardly tested have a value between their neighbours'.
-    seconds : float
-        Labelled time that was tested; with 0, `accuracy` is the probability itself.
-    """
-
+    #: (BINS,); share of the tested time that has the human's action, by probability of the most
+    #: probable action. Bins that were hardly tested have a value between their neighbours'.
     accuracy: Real
-    seconds: float
+    seconds: float  # labelled time that was tested; with 0, `accuracy` is the probability itself
 
     def wrong(self, confidence: Real) -> Real:
         """Expected share that is wrong, for probabilities of any shape."""
@@ -146,114 +114,98 @@ class Calibration:
 
 @dataclass(frozen=True)
 class Proposal:
-    """An unlabelled demonstration that could be labelled.
-
-    Parameters
-    ----------
-    id, name, task : str
-        Of the demonstration.
-    seconds : float
-        How long it is.
-    uncertainty : float
-        Mean of ``1 - p`` over time, 0 to 1.
-    wrong : float
-        Seconds of the prediction that are probably wrong: what labelling it is expected to bring.
-    place : Place
-        Its most uncertain stretch.
-    typicality : float, optional
-        How typical it is of all proposals, 0 to 1; None where the run did not keep it.
-    """
+    """An unlabelled demonstration that could be labelled next."""
 
     id: str
     name: str
     task: str
-    seconds: float
-    uncertainty: float
+    seconds: float  # how long it is
+    uncertainty: float  # mean of ``1 - p`` over time, 0 to 1
+    #: Seconds of the prediction that are probably wrong: what labelling it is expected to bring
     wrong: float
-    place: Interval
+    place: Interval  # its most uncertain stretch
+    #: How typical it is of all proposals, 0 to 1; None where the run did not keep it
     typicality: float | None = None
 
 
-def calibration(outcome: Outcome) -> Calibration:
-    """Compare what was predicted of the tested demonstrations with their humans."""
+def calibrate_confidence(run: RunResult) -> ConfidenceCalibration:
+    """Compare the predictions of the tested demonstrations with their humans."""
     right, total = np.zeros(BINS), np.zeros(BINS)
-    for reviewed in outcome.tested:
-        certainty = reviewed.certainty
-        if certainty is None or not len(certainty.values):
+    for result in run.tested:
+        trace = result.probability_trace
+        if trace is None or not len(trace.values):
             continue
         # An action that the recogniser never met is predicted wrong wherever it is.
-        actions = dict.fromkeys((*certainty.actions, *(s.action for s in reviewed.human)))
-        human = to_codes(reviewed.human, certainty.times, tuple(actions))
-        known = (human != UNLABELLED) & certainty.known
-        confidence = _confidence(certainty)[known]
+        actions = dict.fromkeys((*trace.actions, *(s.action for s in result.human)))
+        human = to_codes(result.human, trace.times, tuple(actions))
+        known = (human != UNLABELLED) & trace.known
+        confidence = _confidence(trace)[known]
         bins = np.minimum((confidence * BINS).astype(np.int64), BINS - 1)
-        hit = certainty.values.argmax(axis=1)[known] == human[known]
-        total += np.bincount(bins, minlength=BINS) / certainty.rate
-        right += np.bincount(bins, weights=hit, minlength=BINS) / certainty.rate
+        hit = trace.values.argmax(axis=1)[known] == human[known]
+        total += np.bincount(bins, minlength=BINS) / trace.rate
+        right += np.bincount(bins, weights=hit, minlength=BINS) / trace.rate
     tested = np.flatnonzero(total >= LEAST)
     if not len(tested):
-        return Calibration((np.arange(BINS) + 0.5) / BINS, 0.0)
-    rising = _rising(right[tested] / total[tested], total[tested])
+        return ConfidenceCalibration((np.arange(BINS) + 0.5) / BINS, 0.0)
+    rising = _pool_adjacent_violators(right[tested] / total[tested], total[tested])
     accuracy = np.interp(np.arange(BINS), tested, rising)
-    return Calibration(accuracy, float(total.sum()))
+    return ConfidenceCalibration(accuracy, float(total.sum()))
 
 
-def proposals(outcome: Outcome) -> tuple[Proposal, ...]:
-    """The unlabelled demonstrations of an outcome, the one to label next first.
+def rank_proposals(run: RunResult) -> tuple[Proposal, ...]:
+    """The unlabelled demonstrations of a run, the one to label next first.
 
-    By uncertainty times typicality; by uncertainty alone where :func:`weighed` says so.
+    By uncertainty times typicality; by uncertainty alone where older runs did not store that.
     """
-    known = calibration(outcome)
-    made = (_proposal(reviewed, known) for reviewed in outcome.proposals)
-    found = [one for one in made if one is not None]
-    typical = weighed(found)
+    calibration = calibrate_confidence(run)
+    candidates = (_proposal(result, calibration) for result in run.proposals)
+    found = [proposal for proposal in candidates if proposal is not None]
+    typical = weighs_typicality(found)
 
-    def urgency(one: Proposal) -> float:
-        return one.uncertainty * (one.typicality or 0.0) if typical else one.uncertainty
+    def urgency(proposal: Proposal) -> float:
+        return (
+            proposal.uncertainty * (proposal.typicality or 0.0) if typical else proposal.uncertainty
+        )
 
     return tuple(sorted(found, key=urgency, reverse=True))
 
 
-def weighed(found: Sequence[Proposal]) -> bool:
-    """Whether proposals are ordered by their typicality, too; older runs did not keep it."""
-    return all(one.typicality is not None for one in found)
+def weighs_typicality(proposals: Sequence[Proposal]) -> bool:
+    """Whether proposals are ordered by their typicality, too; older runs did not store it."""
+    return all(proposal.typicality is not None for proposal in proposals)
 
 
-def acceptable(reviewed: Reviewed, start: float, end: float, at_least: float = 0.0) -> Segments:
-    """The predicted segments that overlap a stretch and are as probable as is asked for.
+def acceptable_segments(
+    result: DemonstrationResult, start: float, end: float, at_least: float = 0.0
+) -> Segments:
+    """The predicted segments that overlap ``[start, end)`` (s) with at least that mean probability.
 
-    Parameters
-    ----------
-    reviewed : Reviewed
-    start, end : float
-        Seconds; a segment that overlaps ``[start, end)`` is taken as a whole.
-    at_least : float
-        Least mean probability; with 0 no probability is asked for.
+    Each is taken as a whole; with 0 no probability is needed.
     """
-    certainty = reviewed.certainty
+    trace = result.probability_trace
     return tuple(
         s
-        for s in reviewed.predicted
+        for s in result.predicted
         if s.start < end
         and start < s.end
         and (
             not at_least
-            or (certainty is not None and certainty.of_action(s.action, s.start, s.end) >= at_least)
+            or (trace is not None and trace.of_action(s.action, s.start, s.end) >= at_least)
         )
     )
 
 
-def uncertainty(certainty: Certainty) -> float:
+def uncertainty(trace: ProbabilityTrace) -> float:
     """Mean of ``1 - p`` over time, p the probability of the most probable action; 0 to 1.
 
-    Time of which nothing is known says nothing; where there is no other, the uncertainty is 0.
+    Bins without a probability do not count; where there is no other, the uncertainty is 0.
     """
-    met = certainty.known
-    return float(1.0 - _confidence(certainty)[met].mean()) if met.any() else 0.0
+    met = trace.known
+    return float(1.0 - _confidence(trace)[met].mean()) if met.any() else 0.0
 
 
-def _rising(values: Real, weights: Real) -> Real:
-    """The nearest values that never fall: what is surer is not less often right.
+def _pool_adjacent_violators(values: Real, weights: Real) -> Real:
+    """The nearest values that never fall: higher confidence is not less often right.
 
     Neighbours that fall are replaced by their mean, until none is left [2]_.
     """
@@ -268,46 +220,46 @@ def _rising(values: Real, weights: Real) -> Real:
     return np.repeat([mean for mean, _, _ in pools], [count for _, _, count in pools])
 
 
-def _proposal(reviewed: Reviewed, known: Calibration) -> Proposal | None:
-    """What labelling one demonstration brings; None where no probability is known."""
-    certainty = reviewed.certainty
-    if certainty is None or not (met := certainty.known).any():
+def _proposal(result: DemonstrationResult, calibration: ConfidenceCalibration) -> Proposal | None:
+    """The proposal of one demonstration; None where no probability is known."""
+    trace = result.probability_trace
+    if trace is None or not (met := trace.known).any():
         return None
-    confidence = _confidence(certainty)
+    confidence = _confidence(trace)
     return Proposal(
-        id=reviewed.id,
-        name=reviewed.name,
-        task=reviewed.task,
-        seconds=reviewed.end - reviewed.start,
-        uncertainty=uncertainty(certainty),
-        wrong=float(known.wrong(confidence[met]).sum() / certainty.rate),
-        place=_least_certain(reviewed, certainty),
-        typicality=reviewed.typicality,
+        id=result.id,
+        name=result.name,
+        task=result.task,
+        seconds=result.end - result.start,
+        uncertainty=uncertainty(trace),
+        wrong=float(calibration.wrong(confidence[met]).sum() / trace.rate),
+        place=_least_certain_interval(result, trace),
+        typicality=result.typicality,
     )
 
 
-def _confidence(certainty: Certainty) -> Real:
+def _confidence(trace: ProbabilityTrace) -> Real:
     """Probability of the most probable action over time."""
-    return np.asarray(certainty.values.max(axis=1) / np.iinfo(certainty.values.dtype).max)
+    return np.asarray(trace.values.max(axis=1) / np.iinfo(trace.values.dtype).max)
 
 
-def _least_certain(reviewed: Reviewed, certainty: Certainty) -> Interval:
+def _least_certain_interval(result: DemonstrationResult, trace: ProbabilityTrace) -> Interval:
     """The stretch of :data:`STRETCH` seconds, or less, with the most uncertainty in it.
 
-    Of one value where they are farther apart than that.
+    One value where they are farther apart than that.
     """
-    doubt = np.where(certainty.known, 1.0 - _confidence(certainty), 0.0)
-    width = min(max(round(STRETCH * certainty.rate), 1), len(doubt))
+    doubt = np.where(trace.known, 1.0 - _confidence(trace), 0.0)
+    width = min(max(round(STRETCH * trace.rate), 1), len(doubt))
     sums = np.cumsum(np.concatenate([[0.0], doubt]))
     first = int(np.argmax(sums[width:] - sums[:-width]))
-    start = max(certainty.start + first / certainty.rate, reviewed.start)
-    end = min(certainty.start + (first + width) / certainty.rate, reviewed.end)
-    means = certainty.mean(start, end)
+    start = max(trace.start + first / trace.rate, result.start)
+    end = min(trace.start + (first + width) / trace.rate, result.end)
+    means = trace.mean(start, end)
     best = int(np.argmax(means))
     return Interval(
-        reviewed.id,
+        result.id,
         start,
         end,
-        predicted=certainty.actions[best],
+        predicted=trace.actions[best],
         confidence=float(means[best]),
     )

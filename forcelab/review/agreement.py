@@ -1,32 +1,23 @@
-"""How far coders agree: every two of them, all together, and each alone.
+"""Agreement of coders: every two of them, all together, and the consistency of each.
 
-Cohen's and Fleiss' kappa over time: agreement beyond what chance alone would bring. Time is weighed
-in seconds, not counted in samples. Unlabelled time is no class: kappa is taken over the time that
-both (or, for Fleiss, two or more) labelled.
+Everything is computed from the tracks' edges, exactly; nothing is sampled, and time is weighed in
+seconds. Unlabelled time is no class: kappa and the other figures are taken over the time that both
+(or, for Fleiss, two or more) labelled, and beside them stands how much time only one of them
+labelled.
 
-Sources
--------
-Cohen, "A coefficient of agreement for nominal scales", Educ. Psychol. Meas. 20, 1960. Fleiss,
-"Measuring nominal scale agreement among many raters", Psychol. Bull. 76, 1971, in the form for
-ratings that are missing: Gwet, "Handbook of inter-rater reliability", 4th ed., 2014. Spitzer and
-Fleiss, "A re-analysis of the reliability of psychiatric diagnosis", Br. J. Psychiatry 125, 1974:
-the specific agreement. Landis and Koch, Biometrics 33, 1977: the words.
+A boundary is the start of a segment, or the end of one after which time is unlabelled: where two
+segments touch, the end of the first is the start of the second and counts once.
 
-Where two coders put the same boundary, and how far apart. A boundary is the start of a segment, or
-the end of one after which time is unlabelled: where two segments touch, the end of the first is the
-start of the second and counts once.
+A coder's own consistency: coders do not label everything twice, but the demonstrations of a task
+repeat one choreography, so that a duration or an order of actions that stands alone is worth a
+look. It need not be a mistake.
 
-How far two coders agree, and every place where they do not. Everything is computed from the tracks'
-edges, exactly; nothing is sampled. Unlabelled time is no class: figures are taken over the time
-that both coders labelled, and beside them stands how much time only one of them labelled.
-
-A coder's own consistency, from one demonstration of a task to the next. Nobody labels everything
-twice. But the demonstrations of a task repeat one choreography, so that a duration or an order of
-actions that stands alone is worth a look. It need not be a mistake.
-
-Source
-------
-Iglewicz and Hoaglin, "How to detect and handle outliers", ASQC 1993: the robust z and its 3.5.
+Sources: Cohen, "A coefficient of agreement for nominal scales", Educ. Psychol. Meas. 20, 1960.
+Fleiss, "Measuring nominal scale agreement among many raters", Psychol. Bull. 76, 1971, in the form
+for ratings that are missing: Gwet, "Handbook of inter-rater reliability", 4th ed., 2014. Spitzer
+and Fleiss, "A re-analysis of the reliability of psychiatric diagnosis", Br. J. Psychiatry 125,
+1974: the specific agreement. Landis and Koch, Biometrics 33, 1977: the words. Iglewicz and Hoaglin,
+"How to detect and handle outliers", ASQC 1993: the robust z and its 3.5.
 """
 
 from __future__ import annotations
@@ -43,8 +34,8 @@ from forcelab.errors import InputError
 from forcelab.jobs import Progress
 from forcelab.labels import Segment, Segments, is_model, to_codes
 from forcelab.project import Project
-from forcelab.recognition.intervals import FEWEST, LEVEL, draws
-from forcelab.recognition.metrics import OVERLAPS, Overlay, f1, match
+from forcelab.recognition.intervals import FEWEST, LEVEL, draw_resamples
+from forcelab.recognition.metrics import OVERLAPS, Overlay, f1, match_segments
 from forcelab.review.differences import Interval
 from forcelab.runs import Runs
 from forcelab.segment_edits import SLIVER
@@ -52,36 +43,22 @@ from forcelab.segment_edits import SLIVER
 
 @dataclass(frozen=True)
 class CoderTracks:
-    """A demonstration and what its coders labelled.
-
-    Parameters
-    ----------
-    id, name, task : str
-        Of the demonstration.
-    tracks : mapping of str to tuple of Segment
-        By coder; only those who labelled anything.
-    """
+    """A demonstration with the tracks of its coders, of those who labelled anything."""
 
     id: str
     name: str
     task: str
-    tracks: Mapping[str, Segments]
+    tracks: Mapping[str, Segments]  # by coder; only those who labelled anything
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Pieces:
-    """Tracks laid over each other, cut wherever one of them changes; p pieces of c tracks.
+class TrackPieces:
+    """Tracks laid over each other, cut wherever one of them changes; p pieces of c tracks."""
 
-    Parameters
-    ----------
-    starts, ends : ndarray of float64, shape (p,)
-        In seconds.
-    codes : ndarray of int64, shape (c, p)
-        Numbers of actions, -1 where unlabelled; at least one track is labelled in each piece.
-    """
-
+    #: starts, ends: (p,); in seconds
     starts: NDArray[np.float64]
     ends: NDArray[np.float64]
+    #: (c, p); numbers of actions, -1 where unlabelled; at least one track is labelled in each piece
     codes: NDArray[np.int64]
 
     @property
@@ -91,32 +68,25 @@ class Pieces:
 
     @property
     def labelled_by_all(self) -> NDArray[np.bool_]:
-        """Which pieces no track leaves unlabelled, shape (p,)."""
+        """Mask of the pieces that every track labels, shape (p,)."""
         return np.asarray((self.codes >= 0).all(axis=0))
 
-    def joined(self, chosen: NDArray[np.bool_]) -> Pieces:
+    def joined(self, chosen: NDArray[np.bool_]) -> TrackPieces:
         """The chosen pieces, with touching ones of the same codes as one."""
         starts, ends, codes = self.starts[chosen], self.ends[chosen], self.codes[:, chosen]
         if not len(starts):
-            return Pieces(starts, ends, codes)
+            return TrackPieces(starts, ends, codes)
         apart = starts[1:] - ends[:-1] > SLIVER
         cuts = np.flatnonzero(apart | (np.diff(codes) != 0).any(axis=0)) + 1
         firsts = np.concatenate([[0], cuts])
         lasts = np.concatenate([cuts, [len(starts)]]) - 1
-        return Pieces(starts[firsts], ends[lasts], codes[:, firsts])
+        return TrackPieces(starts[firsts], ends[lasts], codes[:, firsts])
 
 
-def pieces_of(tracks: Sequence[Segments], actions: Sequence[str]) -> Pieces:
-    """Lay tracks over each other: exact, nothing is sampled.
+def overlay_tracks(tracks: Sequence[Segments], actions: Sequence[str]) -> TrackPieces:
+    """Lay tracks over each other, with the indices of `actions` as codes; exact.
 
     Pieces no longer than :data:`~forcelab.segment_edits.SLIVER` are float dust and left out.
-
-    Parameters
-    ----------
-    tracks : sequence of tuple of Segment
-        Each in order and never overlapping.
-    actions : sequence of str
-        Every action there is; its number is its code.
     """
     edges = np.unique([t for track in tracks for s in track for t in (s.start, s.end)])
     starts, ends = edges[:-1], edges[1:]
@@ -125,7 +95,7 @@ def pieces_of(tracks: Sequence[Segments], actions: Sequence[str]) -> Pieces:
     middles = starts + (ends - starts) / 2
     codes = np.stack([to_codes(track, middles, actions) for track in tracks])
     some = (codes >= 0).any(axis=0)
-    return Pieces(starts[some], ends[some], codes[:, some])
+    return TrackPieces(starts[some], ends[some], codes[:, some])
 
 
 def actions_of(tracks: Iterable[Segments]) -> tuple[str, ...]:
@@ -140,7 +110,7 @@ def coded_demonstrations(
     viewer: str | None = None,
     without: Collection[str] = (),
 ) -> tuple[tuple[CoderTracks, ...], int]:
-    """What coders labelled in a project; models never count.
+    """The tracks of a project's coders; models never count.
 
     Parameters
     ----------
@@ -169,8 +139,8 @@ def coded_demonstrations(
     """
     known = project.coding.coders()
     if unknown := [name for name in authors if name not in known]:
-        there = ", ".join(f"'{name}'" for name in known) or "none at all"
-        raise InputError(f"There is no coder '{unknown[0]}'; there are {there}.")
+        names = ", ".join(f"'{name}'" for name in known) or "none at all"
+        raise InputError(f"There is no coder '{unknown[0]}'; there are {names}.")
     if task is not None:
         project.demonstrations.check_task(task)
     found, hidden = [], 0
@@ -203,19 +173,11 @@ WORDS = (
 RESAMPLES = 1000
 
 
-def cohen(seconds: NDArray[np.float64]) -> float | None:
-    """Cohen's kappa of two coders.
+def cohen_kappa(seconds: NDArray[np.float64]) -> float | None:
+    """Cohen's kappa of the seconds (K, K) of each pair of actions by two coders.
 
-    Parameters
-    ----------
-    seconds : ndarray, shape (K, K)
-        How long one said the row's action while the other said the column's.
-
-    Returns
-    -------
-    float or None
-        1 for full agreement, 0 for what chance brings; None where there is no common time, or both
-        know but one action: chance alone then agrees always.
+    1 for full agreement, 0 for what chance brings; None where there is no common time, or both know
+    but one action: chance alone then agrees always.
     """
     total = float(seconds.sum())
     if total <= 0:
@@ -227,21 +189,11 @@ def cohen(seconds: NDArray[np.float64]) -> float | None:
     return (float(np.trace(shares)) - expected) / (1 - expected)
 
 
-def fleiss(ratings: NDArray[np.int64], weights: NDArray[np.float64]) -> float | None:
-    """Fleiss' kappa of any number of coders.
+def fleiss_kappa(ratings: NDArray[np.int64], weights: NDArray[np.float64]) -> float | None:
+    """Fleiss' kappa of how many coders gave each action (p, K), weighted by seconds (p,).
 
-    Parameters
-    ----------
-    ratings : ndarray of int64, shape (p, K)
-        How many coders gave each action to a piece of time; pieces with fewer than two are left
-        out.
-    weights : ndarray, shape (p,)
-        Seconds.
-
-    Returns
-    -------
-    float or None
-        As of :func:`cohen`. With equally many coders throughout it is the figure of Fleiss (1971).
+    Pieces with fewer than two are left out. None as of :func:`cohen_kappa`; with equally many
+    coders throughout it is the figure of Fleiss (1971).
     """
     coders = ratings.sum(axis=1)
     enough = coders >= 2
@@ -254,36 +206,28 @@ def fleiss(ratings: NDArray[np.int64], weights: NDArray[np.float64]) -> float | 
     return None if 1 - expected < 1e-12 else (agreed - expected) / (1 - expected)
 
 
-def specific(seconds: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Positive specific agreement of each action, shape (K,); nan where neither said it.
+def specific_agreement(seconds: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Positive specific agreement of each action, shape (K,); nan where neither labelled it.
 
     ``2 n_kk / (n_k. + n_.k)``: if one of the two, drawn by lot, says the action, how probably the
-    other says it too. `seconds` as of :func:`cohen`.
+    other says it too. `seconds` as of :func:`cohen_kappa`.
     """
-    said = seconds.sum(axis=0) + seconds.sum(axis=1)
+    labelled = seconds.sum(axis=0) + seconds.sum(axis=1)
     shares = np.full(len(seconds), np.nan)
-    np.divide(2 * np.diag(seconds), said, out=shares, where=said > 0)
+    np.divide(2 * np.diag(seconds), labelled, out=shares, where=labelled > 0)
     return shares
 
 
-def spread(matrices: NDArray[np.float64]) -> tuple[float, float] | None:
-    """95 % interval of Cohen's kappa by the percentile bootstrap over demonstrations.
+def kappa_interval(matrices: NDArray[np.float64]) -> tuple[float, float] | None:
+    """95 % interval of Cohen's kappa by the percentile bootstrap over demonstrations (D, K, K).
 
-    Parameters
-    ----------
-    matrices : ndarray, shape (D, K, K)
-        One of :func:`cohen` for each demonstration.
-
-    Returns
-    -------
-    tuple of float or None
-        None with fewer than three demonstrations: they cannot tell how much demonstrations vary.
+    None with fewer than three: they cannot tell how much demonstrations vary.
     """
     count = len(matrices)
     if count < FEWEST:
         return None
-    weights = draws(count, RESAMPLES, 0).astype(np.float64)
-    kappas = [k for k in map(cohen, np.tensordot(weights, matrices, axes=1)) if k is not None]
+    weights = draw_resamples(count, RESAMPLES, 0).astype(np.float64)
+    kappas = [k for k in map(cohen_kappa, np.tensordot(weights, matrices, axes=1)) if k is not None]
     if not kappas:
         return None
     aside = 50 * (1 - LEVEL)
@@ -304,25 +248,13 @@ _Kind = tuple[bool, str]
 
 
 @dataclass(frozen=True, eq=False)
-class Boundaries:
-    """Matched boundaries of two tracks; m pairs.
+class MatchedBoundaries:
+    """Matched boundaries of two tracks; m pairs."""
 
-    Parameters
-    ----------
-    times : ndarray of float64, shape (m, 2)
-        Seconds, of the first and the second track.
-    actions : tuple of str, length m
-        What starts or ends there.
-    starting : tuple of bool, length m
-        Whether it starts.
-    counts : tuple of int
-        How many boundaries each of the two has.
-    """
-
-    times: NDArray[np.float64]
-    actions: tuple[str, ...]
-    starting: tuple[bool, ...]
-    counts: tuple[int, int]
+    times: NDArray[np.float64]  # (m, 2); seconds, of the first and the second track
+    actions: tuple[str, ...]  # length m; what starts or ends there
+    starting: tuple[bool, ...]  # length m; whether it starts
+    counts: tuple[int, int]  # how many boundaries each of the two has
 
     @property
     def offsets(self) -> NDArray[np.float64]:
@@ -330,10 +262,10 @@ class Boundaries:
         return 1000.0 * (self.times[:, 1] - self.times[:, 0])
 
 
-def boundaries(segments: Segments) -> dict[_Kind, list[float]]:
+def boundary_times(segments: Segments) -> dict[_Kind, list[float]]:
     """The times of every kind of boundary of a track, increasing.
 
-    Touching segments of one action are one: nobody sees a boundary between them.
+    Touching segments of one action are one: there is no boundary between them.
     """
     found: dict[_Kind, list[float]] = {}
     for index, segment in enumerate(segments):
@@ -347,22 +279,14 @@ def boundaries(segments: Segments) -> dict[_Kind, list[float]]:
     return found
 
 
-def match_boundaries(a: Segments, b: Segments, window: float = WINDOW) -> Boundaries:
-    """Match boundaries of the same kind, the nearest first, each at most once.
-
-    Parameters
-    ----------
-    a, b : tuple of Segment
-        Two tracks.
-    window : float
-        Seconds that two matched ones are apart at most.
-    """
-    ours, theirs = boundaries(a), boundaries(b)
+def match_boundaries(a: Segments, b: Segments, window: float = WINDOW) -> MatchedBoundaries:
+    """Match boundaries of the same kind, the nearest first, at most `window` seconds apart."""
+    ours, theirs = boundary_times(a), boundary_times(b)
     rows: list[tuple[float, float, _Kind]] = []
     for kind in ours.keys() & theirs.keys():
         rows += [(s, t, kind) for s, t in _nearest(ours[kind], theirs[kind], window)]
     rows.sort()
-    return Boundaries(
+    return MatchedBoundaries(
         times=np.array([row[:2] for row in rows], dtype=np.float64).reshape(-1, 2),
         actions=tuple(action for _, _, (_, action) in rows),
         starting=tuple(starting for _, _, (starting, _) in rows),
@@ -396,32 +320,20 @@ def _nearest(ours: list[float], theirs: list[float], window: float) -> list[tupl
 TICKS = 1e6
 
 
-def segment_counts(pieces: Pieces, a: Segments, b: Segments) -> NDArray[np.int64]:
-    """Count matched and unmatched segments of one demonstration.
+def segment_counts(pieces: TrackPieces, a: Segments, b: Segments) -> NDArray[np.int64]:
+    """Count matched, false and missed segments, shape (overlaps, 2, 3), of two tracks.
 
     Each track in turn stands for the truth, by the rule of
-    :func:`forcelab.recognition.metrics.match`. Only time that both labelled counts: a segment is
-    weighed without the rest of it, and one that the other coder left unlabelled altogether is no
-    segment. Durations are rounded to microseconds.
-
-    Parameters
-    ----------
-    pieces : Pieces
-        Of the two tracks.
-    a, b : tuple of Segment
-        The tracks.
-
-    Returns
-    -------
-    ndarray of int64, shape (overlaps, 2, 3)
-        By overlap and by who stands for the truth: matched, false, missed.
+    :func:`forcelab.recognition.metrics.match_segments`. Only time that both labelled counts: a
+    segment is weighed without the rest of it, and one that the other coder left unlabelled
+    altogether is no segment. Durations are rounded to microseconds.
     """
-    laid = _compressed(pieces, a, b)
-    ways = _overlay(laid, 0, 1), _overlay(laid, 1, 0)
+    laid = _cut_to_both(pieces, a, b)
+    ways = _pair_overlay(laid, 0, 1), _pair_overlay(laid, 1, 0)
     found = []
     for overlap in OVERLAPS:
         for over in ways:
-            true = len(match(over, overlap))
+            true = len(match_segments(over, overlap))
             found.append((true, len(over.predicted) - true, len(over.human) - true))
     return np.array(found, dtype=np.int64).reshape(len(OVERLAPS), 2, 3)
 
@@ -439,7 +351,7 @@ def segment_f1(counts: NDArray[np.int64]) -> dict[int, float | None]:
     return found
 
 
-class _Laid(NamedTuple):
+class _LabelledByBoth(NamedTuple):
     """Pieces that both labelled, on a clock that runs only there."""
 
     numbers: NDArray[np.int64]  # of each track's segments, shape (2, p)
@@ -447,7 +359,7 @@ class _Laid(NamedTuple):
     ticks: NDArray[np.int64]  # where each piece starts, and the end of the last, shape (p + 1,)
 
 
-def _compressed(pieces: Pieces, a: Segments, b: Segments) -> _Laid:
+def _cut_to_both(pieces: TrackPieces, a: Segments, b: Segments) -> _LabelledByBoth:
     """Cut out the time that only one labelled.
 
     On the remaining clock a segment stays one, even where the other coder left a gap within it.
@@ -455,12 +367,14 @@ def _compressed(pieces: Pieces, a: Segments, b: Segments) -> _Laid:
     ticks = np.rint(pieces.seconds * TICKS).astype(np.int64)
     both = pieces.labelled_by_all & (ticks > 0)
     middles = (pieces.starts + pieces.seconds / 2)[both]
-    numbers = [np.searchsorted(_starts(track), middles, side="right") - 1 for track in (a, b)]
+    numbers = [
+        np.searchsorted(_segment_starts(track), middles, side="right") - 1 for track in (a, b)
+    ]
     clock = np.concatenate([[0], np.cumsum(ticks[both])])
-    return _Laid(np.stack(numbers), pieces.codes[:, both], clock)
+    return _LabelledByBoth(np.stack(numbers), pieces.codes[:, both], clock)
 
 
-def _starts(track: Segments) -> list[float]:
+def _segment_starts(track: Segments) -> list[float]:
     """Where segments start; touching ones of one action are one."""
     return [
         segment.start
@@ -469,14 +383,14 @@ def _starts(track: Segments) -> list[float]:
     ]
 
 
-def _overlay(laid: _Laid, human: int, predicted: int) -> Overlay:
+def _pair_overlay(laid: _LabelledByBoth, human: int, predicted: int) -> Overlay:
     """The overlay of the two tracks, in ticks instead of samples."""
     either = laid.numbers[human] * (int(laid.numbers[predicted].max(initial=0)) + 1)
-    pairs = _stretches(laid, either + laid.numbers[predicted], laid.codes[human])
+    pairs = _number_runs(laid, either + laid.numbers[predicted], laid.codes[human])
     first = np.searchsorted(laid.ticks, pairs.firsts)
     return Overlay(
-        human=_stretches(laid, laid.numbers[human], laid.codes[human]),
-        predicted=_stretches(laid, laid.numbers[predicted], laid.codes[predicted]),
+        human=_number_runs(laid, laid.numbers[human], laid.codes[human]),
+        predicted=_number_runs(laid, laid.numbers[predicted], laid.codes[predicted]),
         pieces=pairs,
         human_codes=laid.codes[human][first],
         predicted_codes=laid.codes[predicted][first],
@@ -484,7 +398,9 @@ def _overlay(laid: _Laid, human: int, predicted: int) -> Overlay:
     )
 
 
-def _stretches(laid: _Laid, numbers: NDArray[np.int64], codes: NDArray[np.int64]) -> Runs:
+def _number_runs(
+    laid: _LabelledByBoth, numbers: NDArray[np.int64], codes: NDArray[np.int64]
+) -> Runs:
     """Neighbouring pieces of one number as one stretch."""
     if not len(numbers):
         none, never = np.empty(0, dtype=np.int64), np.empty(0)
@@ -497,23 +413,16 @@ def _stretches(laid: _Laid, numbers: NDArray[np.int64], codes: NDArray[np.int64]
 
 @dataclass(frozen=True, slots=True)
 class CoderDifference:
-    """A stretch in which two coders say different things.
+    """A stretch that two coders label differently."""
 
-    Parameters
-    ----------
-    start, end : float
-        Seconds.
-    a, b : str or None
-        What each says; None where it is unlabelled.
-    edge : bool
-        Whether only a boundary differs: before and after it both say the same, and in it one says
-        what both said before, the other what both say after.
-    """
-
+    #: start, end: seconds
     start: float
     end: float
+    #: a, b: what each says; None where it is unlabelled
     a: str | None
     b: str | None
+    #: Whether only a boundary differs: before and after it both say the same, and in it one says
+    #: what both said before, the other what both say after
     edge: bool = False
 
     @property
@@ -522,39 +431,39 @@ class CoderDifference:
         return self.end - self.start
 
     def place(self, demonstration: str) -> Interval:
-        """Where to look; ``human`` is the first coder, ``predicted`` the second."""
+        """The interval; ``human`` is the first coder, ``predicted`` the second."""
         return Interval(demonstration, self.start, self.end, self.a, self.b)
 
 
-def differences(a: Segments, b: Segments) -> tuple[CoderDifference, ...]:
+def coder_differences(a: Segments, b: Segments) -> tuple[CoderDifference, ...]:
     """Every stretch in which two tracks differ, in order of time."""
     if not a and not b:
         return ()
     actions = actions_of((a, b))
-    laid = pieces_of((a, b), actions)
+    laid = overlay_tracks((a, b), actions)
     pieces = laid.joined(np.ones(len(laid.starts), dtype=np.bool_))
     names = (*actions, None)
     found = []
-    for i, (one, other) in enumerate(pieces.codes.T.tolist()):
-        if one == other:
+    for i, (first, second) in enumerate(pieces.codes.T.tolist()):
+        if first == second:
             continue
-        before, after = _neighbour(pieces, i, -1), _neighbour(pieces, i, 1)
-        edge = before is not None and after is not None and {before, after} == {one, other}
+        before, after = _common_neighbour(pieces, i, -1), _common_neighbour(pieces, i, 1)
+        edge = before is not None and after is not None and {before, after} == {first, second}
         start, end = float(pieces.starts[i]), float(pieces.ends[i])
-        found.append(CoderDifference(start, end, names[one], names[other], edge))
+        found.append(CoderDifference(start, end, names[first], names[second], edge))
     return tuple(found)
 
 
-def _neighbour(pieces: Pieces, index: int, step: int) -> int | None:
-    """What both say right beside a piece; None where they differ there too."""
+def _common_neighbour(pieces: TrackPieces, index: int, step: int) -> int | None:
+    """The code that both have right beside a piece; None where they differ there too."""
     other = index + step
     touches = 0 <= other < len(pieces.starts) and (
         abs(pieces.starts[max(index, other)] - pieces.ends[min(index, other)]) <= SLIVER
     )
     if not touches:
         return -1  # both unlabelled
-    one, two = pieces.codes[:, other].tolist()
-    return int(one) if one == two else None
+    first, second = pieces.codes[:, other].tolist()
+    return int(first) if first == second else None
 
 
 #: Milliseconds within which boundaries are counted.
@@ -563,43 +472,26 @@ WITHIN = (50, 100, 200)
 
 @dataclass(frozen=True, eq=False)
 class PairAgreement:
-    """How far two coders agree over the demonstrations that both labelled.
+    """Agreement of two coders over the D demonstrations that both labelled; K actions.
 
-    Parameters
-    ----------
-    a, b : str
-        The coders. In the places, ``human`` is what `a` says and ``predicted`` what `b` says.
-    actions : tuple of str
-        In the order of their first occurrence; K of them.
-    demonstrations : tuple of str
-        Ids; D of them.
-    seconds : ndarray of float64, shape (D, K + 1, K + 1)
-        How long `a` said the row's action and `b` the column's; the last is unlabelled.
-    offsets : ndarray of float64, shape (m,)
-        Milliseconds by which `b` puts a boundary later than `a` does.
-    boundaries : tuple of int
-        How many boundaries `a` and `b` have, matched or not.
-    f1 : dict of int to float or None
-        F1 of segments by their least overlap in percent; see :func:`segment_counts`.
-    apart : tuple of Place
-        Where both labelled and say different actions, the longest first.
-    alone : tuple of Place
-        Where only one of them labelled, the longest first.
-    shifted : tuple of Place
-        Between the two times of a matched boundary, the farthest first.
+    In the intervals ``human`` is the label of `a` and ``predicted`` that of `b`.
     """
 
     a: str
     b: str
-    actions: tuple[str, ...]
-    demonstrations: tuple[str, ...]
+    actions: tuple[str, ...]  # in the order of their first occurrence; K of them
+    demonstrations: tuple[str, ...]  # ids; D of them
+    #: (D, K + 1, K + 1); how long `a` said the row's action and `b` the column's; the last is
+    #: unlabelled
     seconds: NDArray[np.float64]
+    #: (m,); milliseconds by which `b` puts a boundary later than `a` does
     offsets: NDArray[np.float64]
-    boundaries: tuple[int, int]
+    boundaries: tuple[int, int]  # how many boundaries `a` and `b` have, matched or not
+    #: F1 of segments by their least overlap in percent; see :func:`segment_counts`
     f1: Mapping[int, float | None]
-    apart: tuple[Interval, ...]
-    alone: tuple[Interval, ...]
-    shifted: tuple[Interval, ...]
+    apart: tuple[Interval, ...]  # where both labelled and say different actions, the longest first
+    alone: tuple[Interval, ...]  # where only one of them labelled, the longest first
+    shifted: tuple[Interval, ...]  # between the two times of a matched boundary, the farthest first
 
     @property
     def both(self) -> NDArray[np.float64]:
@@ -608,17 +500,17 @@ class PairAgreement:
 
     @property
     def kappa(self) -> float | None:
-        """Cohen's kappa; see :func:`forcelab.review.agreement.cohen`."""
-        return cohen(self.both)
+        """Cohen's kappa; see :func:`forcelab.review.agreement.cohen_kappa`."""
+        return cohen_kappa(self.both)
 
     @property
     def interval(self) -> tuple[float, float] | None:
-        """95 % interval of kappa; see :func:`forcelab.review.agreement.spread`."""
-        return spread(self.seconds[:, :-1, :-1])
+        """95 % interval of kappa; see :func:`forcelab.review.agreement.kappa_interval`."""
+        return kappa_interval(self.seconds[:, :-1, :-1])
 
     @property
     def agreed(self) -> float | None:
-        """Share of the time that both labelled in which they say the same."""
+        """Share of the time that both labelled in which they agree."""
         total = float(self.both.sum())
         return float(np.trace(self.both)) / total if total > 0 else None
 
@@ -636,8 +528,8 @@ class PairAgreement:
 
     @property
     def by_action(self) -> dict[str, float | None]:
-        """Positive specific agreement; None for what neither says where both labelled."""
-        shares = specific(self.both).tolist()
+        """Positive specific agreement; None for actions that neither has where both labelled."""
+        shares = specific_agreement(self.both).tolist()
         return {
             action: None if np.isnan(share) else share
             for action, share in zip(self.actions, shares, strict=True)
@@ -684,45 +576,40 @@ class PairAgreement:
         }
 
 
-def agreeing(
+def compare_pair(
     coded: Sequence[CoderTracks], a: str, b: str
 ) -> Generator[Progress, None, PairAgreement | None]:
-    """Compare two coders over the demonstrations that both labelled.
+    """Compare two coders over the demonstrations that both labelled; None where there is none.
 
-    None where there is no such demonstration. Exchanging the two transposes the matrices and turns
-    the offsets' signs; kappa, shares and F1 stay.
-
-    Yields
-    ------
-    Progress
-        After each demonstration.
+    Exchanging the two transposes the matrices and turns the offsets' signs; kappa, shares and F1
+    stay. Progress after each demonstration.
     """
-    shared = [one for one in coded if a in one.tracks and b in one.tracks]
+    shared = [item for item in coded if a in item.tracks and b in item.tracks]
     if not shared:
         return None
-    actions = actions_of(one.tracks[name] for one in shared for name in (a, b))
+    actions = actions_of(item.tracks[name] for item in shared for name in (a, b))
     seconds, offsets = [], []
     boundaries, segments = np.zeros(2, dtype=np.int64), []
     apart: list[Interval] = []
     alone: list[Interval] = []
     shifted: list[Interval] = []
-    for done, one in enumerate(shared):
+    for done, item in enumerate(shared):
         yield Progress(done, len(shared), f"{a} / {b}")
-        first, second = one.tracks[a], one.tracks[b]
-        pieces, edges = pieces_of((first, second), actions), match_boundaries(first, second)
+        first, second = item.tracks[a], item.tracks[b]
+        pieces, edges = overlay_tracks((first, second), actions), match_boundaries(first, second)
         both, differ = pieces.labelled_by_all, pieces.codes[0] != pieces.codes[1]
-        seconds.append(_seconds(pieces, len(actions)))
+        seconds.append(_time_matrix(pieces, len(actions)))
         offsets.append(edges.offsets)
         boundaries += edges.counts
         segments.append(segment_counts(pieces, first, second))
-        apart += _differing(one.id, pieces.joined(both & differ), actions)
-        alone += _differing(one.id, pieces.joined(~both), actions)
-        shifted += _shifted(one.id, edges)
+        apart += _piece_intervals(item.id, pieces.joined(both & differ), actions)
+        alone += _piece_intervals(item.id, pieces.joined(~both), actions)
+        shifted += _shifted_intervals(item.id, edges)
     return PairAgreement(
         a=a,
         b=b,
         actions=actions,
-        demonstrations=tuple(one.id for one in shared),
+        demonstrations=tuple(item.id for item in shared),
         seconds=np.stack(seconds),
         offsets=np.concatenate(offsets),
         boundaries=(int(boundaries[0]), int(boundaries[1])),
@@ -733,22 +620,22 @@ def agreeing(
     )
 
 
-def _differing(id_: str, pieces: Pieces, actions: Sequence[str]) -> list[Interval]:
-    """Each of the pieces of two tracks as a place; ``human`` is the first track's action."""
+def _piece_intervals(id_: str, pieces: TrackPieces, actions: Sequence[str]) -> list[Interval]:
+    """Each of the pieces of two tracks as an interval; ``human`` is the first track's action."""
     names = (*actions, None)  # the last is found with -1
     rows = zip(pieces.starts.tolist(), pieces.ends.tolist(), *pieces.codes.tolist(), strict=True)
     return [Interval(id_, start, end, names[a], names[b]) for start, end, a, b in rows]
 
 
-def _seconds(pieces: Pieces, k: int) -> NDArray[np.float64]:
-    """How long two tracks say what, shape (k + 1, k + 1); the last is unlabelled."""
+def _time_matrix(pieces: TrackPieces, k: int) -> NDArray[np.float64]:
+    """Seconds of each pair of codes of two tracks, shape (k + 1, k + 1); the last is unlabelled."""
     # Code -1 is the last row and the last column as it is.
     total = np.zeros((k + 1, k + 1))
     np.add.at(total, (pieces.codes[0], pieces.codes[1]), pieces.seconds)
     return total
 
 
-def _shifted(id_: str, found: Boundaries) -> list[Interval]:
+def _shifted_intervals(id_: str, found: MatchedBoundaries) -> list[Interval]:
     """The stretches between matched boundaries that are not at the same time."""
     places = []
     for (s, t), action, starting in zip(
@@ -757,8 +644,8 @@ def _shifted(id_: str, found: Boundaries) -> list[Interval]:
         # Who of the two says the action between its own boundary and the other's.
         first_says = (s < t) == starting
         if abs(s - t) > 1e-6:
-            seen = (action, None) if first_says else (None, action)
-            places.append(Interval(id_, min(s, t), max(s, t), *seen))
+            actions = (action, None) if first_says else (None, action)
+            places.append(Interval(id_, min(s, t), max(s, t), *actions))
     return places
 
 
@@ -775,45 +662,25 @@ FEWEST_DEMONSTRATIONS = 3
 
 @dataclass(frozen=True)
 class Durations:
-    """How long the segments of an action of a task are.
-
-    Parameters
-    ----------
-    task, action : str
-    count : int
-        Segments.
-    mean : float
-        Seconds.
-    variation : float or None
-        Standard deviation over mean; None with fewer than two segments.
-    """
+    """Durations of the segments of an action of a task."""
 
     task: str
     action: str
-    count: int
-    mean: float
-    variation: float | None
+    count: int  # segments
+    mean: float  # seconds
+    variation: float | None  # standard deviation over mean; None with fewer than two segments
 
 
 @dataclass(frozen=True)
 class Consistency:
-    """How much one coder's labels vary.
-
-    Parameters
-    ----------
-    author : str
-    actions : tuple of Durations
-        By task, in the order of their first occurrence.
-    odd : tuple of Place
-        Segments whose duration stands out among those of their action, the oddest first.
-    rare : tuple of Place
-        Two actions in an order that no other demonstration of the task has; ``human`` is the first
-        of them, ``predicted`` the second.
-    """
+    """The variation of one coder's labels."""
 
     author: str
-    actions: tuple[Durations, ...]
+    actions: tuple[Durations, ...]  # by task, in the order of their first occurrence
+    #: Segments whose duration stands out among those of their action, the oddest first
     odd: tuple[Interval, ...]
+    #: Two actions in an order that no other demonstration of the task has; ``human`` is the first
+    #: of them, ``predicted`` the second
     rare: tuple[Interval, ...]
 
     def to_json(self) -> dict[str, Any]:
@@ -824,26 +691,26 @@ class Consistency:
             "rare_transitions": len(self.rare),
             "durations": [
                 {
-                    "task": one.task,
-                    "action": one.action,
-                    "segments": one.count,
-                    "mean_s": one.mean,
-                    "variation": one.variation,
+                    "task": row.task,
+                    "action": row.action,
+                    "segments": row.count,
+                    "mean_s": row.mean,
+                    "variation": row.variation,
                 }
-                for one in self.actions
+                for row in self.actions
             ],
         }
 
 
 def consistency(coded: Sequence[CoderTracks], author: str) -> Consistency:
-    """How much a coder's labels vary over the demonstrations of each task."""
-    tasks = dict.fromkeys(one.task for one in coded if author in one.tracks)
+    """The variation of a coder's labels over the demonstrations of each task."""
+    tasks = dict.fromkeys(item.task for item in coded if author in item.tracks)
     durations: list[Durations] = []
     odd: list[tuple[float, Interval]] = []
     rare: list[Interval] = []
     for task in tasks:
-        theirs = (one for one in coded if one.task == task and author in one.tracks)
-        tracks = {one.id: one.tracks[author] for one in theirs}
+        theirs = (item for item in coded if item.task == task and author in item.tracks)
+        tracks = {item.id: item.tracks[author] for item in theirs}
         by_action: dict[str, list[tuple[str, Segment]]] = {}
         for id_, segments in tracks.items():
             for segment in segments:
@@ -853,13 +720,13 @@ def consistency(coded: Sequence[CoderTracks], author: str) -> Consistency:
             mean = float(lengths.mean())
             variation = float(lengths.std(ddof=1)) / mean if len(lengths) > 1 else None
             durations.append(Durations(task, action, len(lengths), mean, variation))
-            odd += _odd(found)
-        rare += _rare(tracks)
+            odd += _odd_durations(found)
+        rare += _rare_transitions(tracks)
     odd.sort(key=lambda item: -item[0])
     return Consistency(author, tuple(durations), tuple(place for _, place in odd), tuple(rare))
 
 
-def _odd(found: Sequence[tuple[str, Segment]]) -> list[tuple[float, Interval]]:
+def _odd_durations(found: Sequence[tuple[str, Segment]]) -> list[tuple[float, Interval]]:
     """Segments of one action whose duration stands out, with their robust z."""
     lengths = np.array([segment.duration for _, segment in found])
     away = np.abs(lengths - np.median(lengths))
@@ -874,7 +741,7 @@ def _odd(found: Sequence[tuple[str, Segment]]) -> list[tuple[float, Interval]]:
     ]
 
 
-def _rare(tracks: dict[str, tuple[Segment, ...]]) -> list[Interval]:
+def _rare_transitions(tracks: dict[str, tuple[Segment, ...]]) -> list[Interval]:
     """Orders of two actions that only one of the tracks has."""
     if len(tracks) < FEWEST_DEMONSTRATIONS:
         return []
@@ -892,49 +759,31 @@ def _rare(tracks: dict[str, tuple[Segment, ...]]) -> list[Interval]:
 
 @dataclass(frozen=True)
 class Agreement:
-    """How far all coders agree.
+    """Agreement of all coders."""
 
-    Parameters
-    ----------
-    authors : tuple of str
-        The coders that are compared, a coder with two names once.
-    coded : tuple of Coded
-        What was compared.
-    pairs : tuple of PairAgreement
-        Of every two who share a demonstration.
-    fleiss : float or None
-        Fleiss' kappa of all, over the time that two or more labelled.
-    fleiss_coders : int
-        How many coders the most coded demonstration has.
-    repeated : tuple of PairAgreement
-        Of two names that are one coder: how consistent the coder is.
-    own : tuple of Consistency
-        How consistent each coder is from one demonstration of a task to the next.
-    hidden : int
-        Demonstrations left out because who looks is to label them blind.
-    """
-
-    authors: tuple[str, ...]
-    coded: tuple[CoderTracks, ...]
-    pairs: tuple[PairAgreement, ...]
-    fleiss: float | None
-    fleiss_coders: int = 0
+    authors: tuple[str, ...]  # the coders that are compared, a coder with two names once
+    coded: tuple[CoderTracks, ...]  # the compared demonstrations
+    pairs: tuple[PairAgreement, ...]  # of every two who share a demonstration
+    fleiss: float | None  # Fleiss' kappa of all, over the time that two or more labelled
+    fleiss_coders: int = 0  # how many coders the most coded demonstration has
+    #: Of two names that are one coder: how consistent the coder is
     repeated: tuple[PairAgreement, ...] = ()
+    #: How consistent each coder is from one demonstration of a task to the next
     own: tuple[Consistency, ...] = ()
-    hidden: int = 0
+    hidden: int = 0  # demonstrations left out because they are blind for the viewer
 
-    def pair(self, one: str, other: str) -> PairAgreement | None:
-        """Of two coders, in whichever order; None where they share no demonstration."""
-        return next((p for p in self.pairs if {p.a, p.b} == {one, other}), None)
+    def pair(self, first: str, second: str) -> PairAgreement | None:
+        """The agreement of two coders, in either order; None where they share no demonstration."""
+        return next((p for p in self.pairs if {p.a, p.b} == {first, second}), None)
 
     @property
     def counts(self) -> dict[str, dict[str, int]]:
-        """How many demonstrations each coder labelled, by coder and task."""
+        """Number of demonstrations that each coder labelled, by coder and task."""
         found: dict[str, dict[str, int]] = {}
-        for one in self.coded:
-            for author in one.tracks:
+        for item in self.coded:
+            for author in item.tracks:
                 of_tasks = found.setdefault(author, {})
-                of_tasks[one.task] = of_tasks.get(one.task, 0) + 1
+                of_tasks[item.task] = of_tasks.get(item.task, 0) + 1
         return found
 
     def to_json(self) -> dict[str, Any]:
@@ -945,7 +794,7 @@ class Agreement:
             "fleiss_kappa": self.fleiss,
             "pairs": [pair.to_json() for pair in self.pairs],
             "repeated": [pair.to_json() for pair in self.repeated],
-            "own": [one.to_json() for one in self.own],
+            "own": [row.to_json() for row in self.own],
         }
 
 
@@ -960,7 +809,7 @@ def agreement(
         From :func:`~forcelab.review.agreement.coded_demonstrations`.
     same : tuple of str, optional
         Two names of one coder, who labelled demonstrations twice: compared with each other only,
-        and the second with nobody else.
+        and the second with no other.
     hidden : int
         Told in the result.
 
@@ -974,38 +823,38 @@ def agreement(
     Agreement
         Of every two who share a demonstration, and of all.
     """
-    names = sorted({author for one in coded for author in one.tracks})
+    names = sorted({author for item in coded for author in item.tracks})
     compared = tuple(name for name in names if same is None or name != same[1])
     pairs = []
     for a, b in combinations(compared, 2):
-        if (pair := (yield from agreeing(coded, a, b))) is not None:
+        if (pair := (yield from compare_pair(coded, a, b))) is not None:
             pairs.append(pair)
-    again = None if same is None else (yield from agreeing(coded, *same))
+    again = None if same is None else (yield from compare_pair(coded, *same))
     return Agreement(
         authors=compared,
         coded=tuple(coded),
         pairs=tuple(pairs),
-        fleiss=_fleiss(coded, compared),
+        fleiss=_fleiss_of_all(coded, compared),
         fleiss_coders=max(
-            (sum(name in compared for name in one.tracks) for one in coded), default=0
+            (sum(name in compared for name in item.tracks) for item in coded), default=0
         ),
         repeated=() if again is None else (again,),
-        own=tuple(one for name in names if (one := consistency(coded, name)).actions),
+        own=tuple(item for name in names if (item := consistency(coded, name)).actions),
         hidden=hidden,
     )
 
 
-def _fleiss(coded: Sequence[CoderTracks], authors: Sequence[str]) -> float | None:
+def _fleiss_of_all(coded: Sequence[CoderTracks], authors: Sequence[str]) -> float | None:
     """Fleiss' kappa of these coders over all demonstrations."""
     chosen: list[list[Segments]] = [
-        [one.tracks[author] for author in authors if author in one.tracks] for one in coded
+        [item.tracks[author] for author in authors if author in item.tracks] for item in coded
     ]
     chosen = [tracks for tracks in chosen if len(tracks) >= 2]
     actions = actions_of(track for tracks in chosen for track in tracks)
     ratings, weights = [np.empty((0, len(actions)), dtype=np.int64)], [np.empty(0)]
     for tracks in chosen:
-        pieces = pieces_of(tracks, actions)
+        pieces = overlay_tracks(tracks, actions)
         numbers = np.arange(len(actions))[:, np.newaxis]
         ratings.append(np.stack([(row == numbers).T for row in pieces.codes]).sum(axis=0))
         weights.append(pieces.seconds)
-    return fleiss(np.concatenate(ratings), np.concatenate(weights))
+    return fleiss_kappa(np.concatenate(ratings), np.concatenate(weights))

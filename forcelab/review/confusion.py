@@ -1,4 +1,4 @@
-"""Cells of a confusion matrix: how much time, how many segments, and exactly which."""
+"""The confusion matrix: seconds or segments in each cell, and the intervals that they lie in."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.jobs import Progress
-from forcelab.recognition.metrics import TICKS, timed_overlay
+from forcelab.recognition.metrics import TICKS, overlay_segments
 from forcelab.review.differences import Interval
-from forcelab.review.run_result import Outcome, Reviewed
+from forcelab.review.run_result import DemonstrationResult, RunResult
 
 #: What a cell counts: seconds, or human segments by what covers most of each.
 Unit = Literal["time", "segments"]
@@ -25,7 +25,7 @@ MOST_PLACES = 1000
 
 @dataclass(frozen=True, eq=False)
 class _Parts:
-    """Stretches of human-labelled time, each with what is predicted there; p of them."""
+    """Stretches of human-labelled time with what is predicted there; p of them."""
 
     owners: NDArray[np.int64]
     starts: NDArray[np.float64]
@@ -49,22 +49,16 @@ class _Parts:
 
 
 @dataclass(frozen=True, eq=False)
-class Cells:
-    """A confusion matrix that knows what it was counted from; k actions.
+class ConfusionCounts:
+    """A confusion matrix with the stretches that it was counted from; k actions.
 
     Rows are human and columns predicted actions; the last column is unlabelled: missed time.
-
-    Parameters
-    ----------
-    actions : tuple of str, length k
-    demonstrations : tuple of Reviewed
-    stage : str
-        The stage of prediction, ``"filtered"`` or ``"raw"``; demonstrations that did not keep it
-        are left out.
     """
 
-    actions: tuple[str, ...]
-    demonstrations: tuple[Reviewed, ...]
+    actions: tuple[str, ...]  # length k
+    demonstrations: tuple[DemonstrationResult, ...]
+    #: The stage of prediction, ``"filtered"`` or ``"raw"``; demonstrations that did not keep it are
+    #: left out
     stage: str
     _pieces: _Parts
     _segments: _Parts
@@ -76,46 +70,39 @@ class Cells:
         return self._summed(parts, amounts)
 
     def numbers(self, unit: Unit = "time") -> NDArray[np.int64]:
-        """In how many places each cell's content lies, shape (k, k + 1)."""
+        """Number of stretches in each cell, shape (k, k + 1)."""
         parts = self._parts(unit)
         return self._summed(parts, np.ones(len(parts.ticks))).astype(np.int64)
 
     def places(
         self, human: str, predicted: str | None, unit: Unit = "time", most: int = MOST_PLACES
     ) -> tuple[Interval, ...]:
-        """The places of a cell, by duration times confidence, the largest first.
+        """The intervals of a cell, by duration times confidence, the largest first.
 
-        Parameters
-        ----------
-        human : str
-            The row.
-        predicted : str or None
-            The column; None for unlabelled, which has no confidence: there duration decides.
-        unit : {"time", "segments"}
-            Stretches of the cell's time, or whole human segments.
-        most : int
-            Only so many of the longest are given.
+        `predicted` is None for unlabelled, which has no confidence: there duration decides. By unit
+        they are stretches of the cell's time, or whole human segments; only the `most` longest are
+        given.
         """
         parts = self._parts(unit)
         column = len(self.actions) if predicted is None else self.actions.index(predicted)
-        here = np.flatnonzero(
+        chosen = np.flatnonzero(
             (parts.human == self.actions.index(human)) & (parts.predicted == column)
         )
-        longest = here[np.argsort(-parts.ticks[here], kind="stable")][:most]
+        longest = chosen[np.argsort(-parts.ticks[chosen], kind="stable")][:most]
         found = [self._place(parts, number, human, predicted) for number in longest.tolist()]
-        return tuple(sorted(found, key=_weight, reverse=True))
+        return tuple(sorted(found, key=lambda interval: interval.score, reverse=True))
 
     def _place(self, parts: _Parts, number: int, human: str, predicted: str | None) -> Interval:
         """One stretch with the model's confidence in what it predicts."""
-        one = self.demonstrations[parts.owners[number]]
+        item = self.demonstrations[parts.owners[number]]
         start, end = float(parts.starts[number]), float(parts.ends[number])
         confidence = None
-        if one.certainty is not None and predicted is not None:
-            confidence = one.certainty.of_action(predicted, start, end)
-        return Interval(one.id, start, end, human, predicted, confidence)
+        if item.probability_trace is not None and predicted is not None:
+            confidence = item.probability_trace.of_action(predicted, start, end)
+        return Interval(item.id, start, end, human, predicted, confidence)
 
     def _parts(self, unit: Unit) -> _Parts:
-        """What is counted."""
+        """The stretches that a unit counts."""
         return self._pieces if unit == "time" else self._segments
 
     def _summed(self, parts: _Parts, amounts: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -126,50 +113,41 @@ class Cells:
         return sums.reshape(k, k + 1)
 
 
-def crossing(outcome: Outcome, stage: str = "filtered") -> Generator[Progress, None, Cells]:
-    """Lay predictions over human tracks.
-
-    Parameters
-    ----------
-    outcome : Outcome
-        Its tested demonstrations are counted.
-    stage : str
-        Of the predictions.
-
-    Yields
-    ------
-    Progress
-        After each demonstration.
-    """
-    kept = tuple(one for one in outcome.tested if stage in one.stages)
+def count_confusion(
+    run: RunResult, stage: str = "filtered"
+) -> Generator[Progress, None, ConfusionCounts]:
+    """Count a stage of a run's predictions against the human tracks."""
+    demonstrations = tuple(item for item in run.tested if stage in item.stages)
     pieces, segments = [], []
-    for number, one in enumerate(kept):
-        piece, segment = _crossed(number, one, stage, outcome.actions)
+    for number, item in enumerate(demonstrations):
+        piece, segment = _count_demonstration(number, item, stage, run.actions)
         pieces.append(piece)
         segments.append(segment)
-        yield Progress(number + 1, len(kept), one.name)
-    return Cells(outcome.actions, kept, stage, _Parts.joined(pieces), _Parts.joined(segments))
+        yield Progress(number + 1, len(demonstrations), item.name)
+    return ConfusionCounts(
+        run.actions, demonstrations, stage, _Parts.joined(pieces), _Parts.joined(segments)
+    )
 
 
-def shares(matrix: NDArray[np.float64], of: Share) -> NDArray[np.float64]:
+def normalise(matrix: NDArray[np.float64], of: Share) -> NDArray[np.float64]:
     """A matrix over the sums of its rows or columns; of ``"counts"`` over its largest cell.
 
     Zero where there is nothing to have a share of.
     """
     if of == "row":
-        whole = matrix.sum(axis=1, keepdims=True)
+        total = matrix.sum(axis=1, keepdims=True)
     elif of == "column":
-        whole = matrix.sum(axis=0, keepdims=True)
+        total = matrix.sum(axis=0, keepdims=True)
     else:
-        whole = matrix.max(keepdims=True, initial=0.0)
-    return np.divide(matrix, whole, out=np.zeros(matrix.shape), where=whole > 0)
+        total = matrix.max(keepdims=True, initial=0.0)
+    return np.divide(matrix, total, out=np.zeros(matrix.shape), where=total > 0)
 
 
-def _crossed(
-    number: int, one: Reviewed, stage: str, actions: Sequence[str]
+def _count_demonstration(
+    number: int, item: DemonstrationResult, stage: str, actions: Sequence[str]
 ) -> tuple[_Parts, _Parts]:
     """The pieces and the human segments of one demonstration."""
-    over = timed_overlay(one.human, one.stages[stage], actions)
+    over = overlay_segments(item.human, item.stages[stage], actions)
     pieces, human, k = over.pieces, over.human, len(actions)
     predicted = np.where(over.predicted_codes < 0, k, over.predicted_codes)
     covered = np.zeros((len(human), k + 1), dtype=np.int64)
@@ -193,8 +171,3 @@ def _crossed(
             mostly,
         ),
     )
-
-
-def _weight(place: Interval) -> float:
-    """How much a place matters: its duration, weighted where a confidence is known."""
-    return place.duration * (1.0 if place.confidence is None else place.confidence)

@@ -1,8 +1,8 @@
-"""One track made from two: what both say is taken, and every difference is decided by a person.
+"""The consensus of two coders: what both agree on is taken, a person decides every difference.
 
 The consensus is the track of an author of its own. Every decision is an edit of it: stored at once,
 kept for ever, to be undone. What is still undecided follows from the three tracks, and, for time
-that was left unlabelled on purpose, from the edits of the consensus that stand.
+that was left unlabelled on purpose, from the effective edits of the consensus.
 """
 
 from __future__ import annotations
@@ -16,13 +16,11 @@ from typing import Literal
 from forcelab.errors import InputError
 from forcelab.labels import Segment, Segments
 from forcelab.project import Edit, Project
-from forcelab.review.agreement import CoderDifference, actions_of, differences, pieces_of
+from forcelab.review.agreement import CoderDifference, actions_of, coder_differences, overlay_tracks
 from forcelab.segment_edits import SLIVER, erase, paint
 from forcelab.text import counted
 
-__all__ = ["CONSENSUS", "TOLERANCE", "CoderDifference", "Consensus", "differences", "standing"]
-
-#: Who the consensus is by, unless said otherwise.
+#: The default author of a consensus.
 CONSENSUS = "consensus"
 #: Seconds up to which edges may be set to their mean all at once.
 TOLERANCE = 0.1
@@ -34,23 +32,23 @@ _end = attrgetter("end")
 _Parts = list[tuple[float, float, str | None]]
 
 
-def standing(edits: Iterable[Edit]) -> tuple[Edit, ...]:
-    """The edits of a track that were not undone, or were redone, in the order of their making."""
-    there: dict[int, Edit] = {}
+def effective_edits(edits: Iterable[Edit]) -> tuple[Edit, ...]:
+    """The edits of a track that were not undone, or were redone, in order."""
+    effective: dict[int, Edit] = {}
     undone: dict[int, Edit] = {}  # by the undo that took the edit back
     for edit in edits:
         if edit.kind == "undo":
-            undone[edit.id] = there.pop(edit.reverts or 0)
+            undone[edit.id] = effective.pop(edit.reverts or 0)
         elif edit.kind == "redo":
             back = undone[edit.reverts or 0]
-            there[back.id] = back
+            effective[back.id] = back
         else:
-            there[edit.id] = edit
-    return tuple(there.values())
+            effective[edit.id] = edit
+    return tuple(effective.values())
 
 
 def _can_redo(edits: Iterable[Edit]) -> bool:
-    """Whether an edit was undone and nothing was made in its place since."""
+    """Whether an edit was undone and no other was made since."""
     undone = 0
     for edit in edits:
         undone = max(0, undone + {"undo": 1, "redo": -1}.get(edit.kind, -undone))
@@ -60,30 +58,9 @@ def _can_redo(edits: Iterable[Edit]) -> bool:
 class Consensus:
     """Two coders' tracks over a demonstration, and the track that is made from them.
 
-    Every verb gives the edit that it made, or None where there was nothing to change.
-
-    Parameters
-    ----------
-    project : Project
-    demonstration : str
-        Its id.
-    a, b : str
-        The coders.
-    author : str
-        Who the consensus is by.
-
-    Attributes
-    ----------
-    can_undo, can_redo : bool
-        Whether there is an edit to take back, or one that was taken back.
-
-    Raises
-    ------
-    InputError
-        If the three are not three, or one of the coders labelled nothing. Verbs: as of
-        ``project.tracks.edit``.
-    StaleTrackError
-        Verbs: if the consensus was changed elsewhere; :meth:`refresh` and repeat.
+    Every verb returns its edit, or None where there was nothing to change, and may raise what
+    ``project.tracks.edit`` does; after a StaleTrackError :meth:`refresh` and repeat. An InputError
+    says that the three authors are not three, or one of the coders labelled nothing.
     """
 
     def __init__(
@@ -105,37 +82,37 @@ class Consensus:
                 raise InputError(f"'{name}' labelled nothing here; choose another demonstration.")
 
     def refresh(self) -> None:
-        """Read the three tracks again, and what was left unlabelled on purpose."""
+        """Read the three tracks again, and which stretches were left unlabelled on purpose."""
         read = self.project.tracks.get
         before = self.track_a, self.track_b
         self.track_a = read(self.demonstration, self.a).segments
         self.track_b = read(self.demonstration, self.b).segments
         self.segments = read(self.demonstration, self.author).segments
         if (self.track_a, self.track_b) != before:
-            self.differences = differences(self.track_a, self.track_b)
+            self.differences = coder_differences(self.track_a, self.track_b)
         history = self.project.tracks.history(self.demonstration, self.author)
-        edits = standing(history)
+        edits = effective_edits(history)
         self._left = frozenset(edit.what for edit in edits)
         self.can_undo, self.can_redo = bool(edits), _can_redo(history)
 
     @property
     def begun(self) -> bool:
-        """Whether there is a consensus to go on with."""
+        """Whether the consensus holds a decision already."""
         return bool(self.segments) or bool(self._left)
 
     @property
     def undecided(self) -> tuple[CoderDifference, ...]:
         """The differences that wait for a decision, in order of time."""
-        return tuple(one for one in self.differences if not self.decided(one))
+        return tuple(difference for difference in self.differences if not self.decided(difference))
 
     def decided(self, difference: CoderDifference) -> bool:
-        """Whether the consensus says anything there, or was left unlabelled there on purpose."""
+        """Whether the consensus labels anything there, or was left unlabelled there on purpose."""
         return bool(_cut(self.segments, difference.start, difference.end)) or (
-            _left(difference) in self._left
+            _left_text(difference) in self._left
         )
 
     def begin(self) -> Edit | None:
-        """Take what both say, wherever the consensus says nothing yet."""
+        """Take what both agree on, wherever the consensus is still empty."""
         agreed = self._agreed()
         after = self.segments
         for segment in agreed:
@@ -153,25 +130,19 @@ class Consensus:
 
     def put(self, difference: CoderDifference, action: str, why: str = "decided") -> Edit | None:
         """Decide for any action."""
-        what = f"{action} {_stretch(difference)} {why}"
+        what = f"{action} {_span_text(difference)} {why}"
         return self._decide([(difference, [(difference.start, difference.end, action)])], what)
 
     def leave(self, difference: CoderDifference) -> Edit | None:
         """Decide that it is unlabelled."""
         parts: _Parts = [(difference.start, difference.end, None)]
-        return self._decide([(difference, parts)], _left(difference), even_so=True)
+        return self._decide([(difference, parts)], _left_text(difference), force=True)
 
     def mean(self, difference: CoderDifference) -> Edit | None:
-        """Set the boundary to the middle between the two coders' edges.
-
-        Raises
-        ------
-        InputError
-            If it is no boundary.
-        """
+        """Set the boundary to the middle between the two coders' edges."""
         if not difference.edge:
             raise InputError("Only a boundary has a mean; here the actions differ.")
-        what = f"edge in {_stretch(difference)} set to the mean"
+        what = f"edge in {_span_text(difference)} set to the mean"
         return self._decide([(difference, self._halves(difference))], what)
 
     def mean_all(self, tolerance: float = TOLERANCE) -> Edit | None:
@@ -181,7 +152,7 @@ class Consensus:
             return None
         edges = counted(len(near), "edge")
         what = f"{edges} up to {1000 * tolerance:g} ms apart set to the mean"
-        return self._decide([(one, self._halves(one)) for one in near], what)
+        return self._decide([(difference, self._halves(difference)) for difference in near], what)
 
     def undo(self) -> Edit | None:
         """Take back the latest decision; reaches back past restarts."""
@@ -192,13 +163,13 @@ class Consensus:
         return self._moved(self.project.tracks.redo)
 
     def _moved(self, verb: Callable[[str, str], Edit | None]) -> Edit | None:
-        """Undo or redo, and look again."""
+        """Undo or redo, and refresh."""
         edit = verb(self.demonstration, self.author)
         self.refresh()
         return edit
 
     def _halves(self, difference: CoderDifference) -> _Parts:
-        """What was before up to the middle, what comes after from there on."""
+        """The action before up to the middle, the action after from there on."""
         middle = difference.start + difference.duration / 2
         ending = _cut(self.track_a, difference.start - 3 * SLIVER, difference.start)
         before = ending[0].action if ending else None
@@ -206,41 +177,40 @@ class Consensus:
         return [(difference.start, middle, before), (middle, difference.end, after)]
 
     def _decide(
-        self, made: Sequence[tuple[CoderDifference, _Parts]], what: str, even_so: bool = False
+        self, decisions: Sequence[tuple[CoderDifference, _Parts]], what: str, force: bool = False
     ) -> Edit | None:
         """Write parts in the place of differences, as one edit.
 
-        With `even_so` the edit is made even if the track stays as it is: that it was decided is
-        what is to be remembered.
+        With `force` the edit is stored even if the track stays as it is, to remember the decision.
         """
         after = self.segments
-        for difference, parts in made:
+        for difference, parts in decisions:
             after = erase(after, difference.start, difference.end)
             for start, end, action in parts:
                 if action is not None:
                     after = paint(after, start, end, action)
-        decided = all(self.decided(difference) for difference, _ in made)
-        return self._store(after, what, even_so=even_so and not decided)
+        decided = all(self.decided(difference) for difference, _ in decisions)
+        return self._store(after, what, force=force and not decided)
 
-    def _store(self, after: Segments, what: str, even_so: bool = False) -> Edit | None:
-        """Write the consensus down."""
-        if after == self.segments and not even_so:
+    def _store(self, after: Segments, what: str, force: bool = False) -> Edit | None:
+        """Store the consensus as an edit."""
+        if after == self.segments and not force:
             return None
         edit = self.project.tracks.edit(self.demonstration, self.author, self.segments, after, what)
         self.refresh()
         return edit
 
     def _agreed(self) -> Segments:
-        """What both say, in order."""
+        """The stretches on which both coders agree, in order."""
         actions = actions_of((self.track_a, self.track_b))
-        laid = pieces_of((self.track_a, self.track_b), actions)
+        laid = overlay_tracks((self.track_a, self.track_b), actions)
         same = laid.joined(laid.codes[0] == laid.codes[1])
         rows = zip(same.starts.tolist(), same.ends.tolist(), same.codes[0].tolist(), strict=True)
         return tuple(Segment(start, end, actions[code]) for start, end, code in rows)
 
 
 def _cut(segments: Segments, start: float, end: float) -> Segments:
-    """The segments of which more than dust lies in a stretch."""
+    """The segments of which more than float dust lies in a stretch."""
     first = bisect_right(segments, start + SLIVER, key=_end)
     last = bisect_left(segments, end - SLIVER, key=_start)
     return segments[first:last]
@@ -257,11 +227,11 @@ def _free(segments: Segments, start: float, end: float) -> list[tuple[float, flo
     ]
 
 
-def _stretch(difference: CoderDifference) -> str:
+def _span_text(difference: CoderDifference) -> str:
     """Its bounds in a line of history."""
     return f"{difference.start:.3f}-{difference.end:.3f} s"
 
 
-def _left(difference: CoderDifference) -> str:
+def _left_text(difference: CoderDifference) -> str:
     """The line of history of a stretch that was left unlabelled on purpose."""
-    return f"{_stretch(difference)} decided: unlabelled"
+    return f"{_span_text(difference)} decided: unlabelled"

@@ -1,6 +1,6 @@
-"""Every interval over which a human's track and a prediction differ, told apart by kind.
+"""Differences of a human's track and a prediction, as intervals of a kind.
 
-Both tracks together cut time into pieces over which neither changes; what differs is found by
+Both tracks together cut time into pieces over which neither changes; differences are found by
 arithmetic on the edges of segments, whatever the rate of the samples.
 """
 
@@ -16,37 +16,34 @@ from forcelab.labels import Segment, Segments
 from forcelab.project import Project
 
 if TYPE_CHECKING:
-    from forcelab.recognition.probability_trace import Certainty
-    from forcelab.review.run_result import Outcome, Reviewed  # loads SciPy
+    from forcelab.recognition.probabilities import ProbabilityTrace
+    from forcelab.review.run_result import DemonstrationResult, RunResult  # loads SciPy
 
 
 @dataclass(frozen=True, slots=True)
 class Interval:
-    """A stretch of a demonstration, and what human and model make of it.
+    """A stretch of a demonstration with its human and its predicted action."""
 
-    Parameters
-    ----------
-    demonstration : str
-        Its id.
-    start, end : float
-        Seconds, ``start < end``.
-    human, predicted : str, optional
-        The action that each sees there; None where it is unlabelled or nothing is known.
-    confidence : float, optional
-        Mean probability, 0 to 1, that the model gives to what it predicts.
-    """
-
-    demonstration: str
+    demonstration: str  # its id
+    #: start, end: seconds, ``start < end``
     start: float
     end: float
+    #: human, predicted: the action that each sees there; None where it is unlabelled or nothing is
+    #: known
     human: str | None = None
     predicted: str | None = None
+    #: Mean probability, 0 to 1, that the model gives to what it predicts
     confidence: float | None = None
 
     @property
     def duration(self) -> float:
         """Length in seconds."""
         return self.end - self.start
+
+    @property
+    def score(self) -> float:
+        """Seconds times confidence, for ordering; seconds where that is unknown."""
+        return self.duration * (1.0 if self.confidence is None else self.confidence)
 
 
 def action_over(segments: Segments, start: float, end: float) -> str | None:
@@ -59,33 +56,26 @@ def action_over(segments: Segments, start: float, end: float) -> str | None:
     return max(covered, key=lambda action: covered[action], default=None)
 
 
-def place_of(reviewed: Reviewed, start: float, end: float, human: str | None = None) -> Interval:
-    """A stretch of a demonstration with what human and model mostly make of it.
-
-    Parameters
-    ----------
-    reviewed : Reviewed
-    start, end : float
-        Seconds.
-    human : str, optional
-        What the human makes of it, where that is known better.
-    """
-    predicted = action_over(reviewed.predicted, start, end)
+def interval_of(
+    result: DemonstrationResult, start: float, end: float, human: str | None = None
+) -> Interval:
+    """A stretch with the actions that cover most of it; `human` where that is known better."""
+    predicted = action_over(result.predicted, start, end)
     confidence = None
-    if predicted is not None and reviewed.certainty is not None:
-        confidence = reviewed.certainty.of_action(predicted, start, end)
-    human = human or action_over(reviewed.human, start, end)
-    return Interval(reviewed.id, start, end, human, predicted, confidence)
+    if predicted is not None and result.probability_trace is not None:
+        confidence = result.probability_trace.of_action(predicted, start, end)
+    human = human or action_over(result.human, start, end)
+    return Interval(result.id, start, end, human, predicted, confidence)
 
 
-def place_at(reviewed: Reviewed, time: float) -> Interval | None:
-    """The stretch around a time (s) in which neither human nor model changes their mind.
+def interval_at(result: DemonstrationResult, time: float) -> Interval | None:
+    """The stretch around a time (s) in which neither human nor prediction changes.
 
     None where nothing is labelled and nothing is predicted there.
     """
-    start, end = reviewed.start, reviewed.end
+    start, end = result.start, result.end
     found = False
-    for segments in (reviewed.human, reviewed.predicted):
+    for segments in (result.human, result.predicted):
         for segment in segments:
             if segment.start <= time < segment.end:
                 found = True
@@ -94,10 +84,10 @@ def place_at(reviewed: Reviewed, time: float) -> Interval | None:
                 start = max(start, segment.end)
             else:
                 end = min(end, segment.start)
-    return place_of(reviewed, start, end) if found else None
+    return interval_of(result, start, end) if found else None
 
 
-Kind = Literal["action", "missed", "invented", "boundary"]
+DifferenceKind = Literal["action", "missed", "invented", "boundary"]
 
 #: A displaced edge differs by at most this share of the shorter of the two segments at it.
 EDGE_SHARE = 0.25
@@ -105,27 +95,17 @@ EDGE_SHARE = 0.25
 
 @dataclass(frozen=True, slots=True)
 class Difference(Interval):
-    """A place where human and model differ.
+    """A stretch where human and model differ.
 
     `confidence` is the mean probability that the model gives to what it predicts there; where it
-    predicts nothing, one minus that of the action that the human sees.
-
-    Parameters
-    ----------
-    kind : "action", "missed", "invented" or "boundary"
-        Both name an action, not the same one; only the human does; only the model does; both see
-        the same actions one after the other and only the edge between them differs.
-    suspicion : float
-        How much speaks for an error of the coder, 0 to 1; see :mod:`forcelab.review.label_errors`.
+    predicts nothing, one minus that of the human's action.
     """
 
-    kind: Kind = "action"
+    #: Both name an action, not the same one; only the human does; only the model does; both see the
+    #: same actions one after the other and only the edge between them differs
+    kind: DifferenceKind = "action"
+    #: How much speaks for an error of the coder, 0 to 1; see :mod:`forcelab.review.label_errors`
     suspicion: float = 0.0
-
-    @property
-    def score(self) -> float:
-        """Seconds times confidence: what is worth the first look; seconds if nothing is known."""
-        return self.duration * (1.0 if self.confidence is None else self.confidence)
 
 
 class _Piece(NamedTuple):
@@ -141,62 +121,50 @@ class _Piece(NamedTuple):
         return self.human != self.predicted
 
 
-def current_tracks(project: Project, outcome: Outcome) -> dict[str, Segments]:
-    """The tracks of an outcome's coder as they are now, spelt as they were trained.
+def current_tracks(project: Project, run: RunResult) -> dict[str, Segments]:
+    """The current tracks of a run's coder, with the actions as they were trained.
 
     Demonstrations that have left the project since are left out.
     """
-    there = {info.id for info in project.demonstrations.infos()}
+    existing = {info.id for info in project.demonstrations.infos()}
     return {
-        reviewed.id: spelt(
-            project.tracks.get(reviewed.id, outcome.author).segments, outcome, reviewed
-        )
-        for reviewed in outcome.tested
-        if reviewed.id in there
+        result.id: as_trained(project.tracks.get(result.id, run.author).segments, run, result)
+        for result in run.tested
+        if result.id in existing
     }
 
 
-def spelt(segments: Segments, outcome: Outcome, reviewed: Reviewed) -> Segments:
-    """Segments of a demonstration with the actions as the outcome trained them."""
-    merged = outcome.settings.merge.apply_segments(segments)
-    if not outcome.apart:
+def as_trained(segments: Segments, run: RunResult, result: DemonstrationResult) -> Segments:
+    """Segments of a demonstration with the actions as the run trained them."""
+    merged = run.settings.merge.apply_segments(segments)
+    if not run.apart:
         return merged
-    return tuple(replace(s, action=f"{s.action}_{reviewed.task}") for s in merged)
+    return tuple(replace(s, action=f"{s.action}_{result.task}") for s in merged)
 
 
-def spelt_back(action: str, outcome: Outcome, reviewed: Reviewed) -> str:
-    """What a coder writes for an action that a recogniser has learnt, perhaps in another task."""
-    if not outcome.apart:
+def action_as_coded(action: str, run: RunResult, result: DemonstrationResult) -> str:
+    """The coder's spelling of an action that a recogniser has learnt, perhaps in another task."""
+    if not run.apart:
         return action
     # A task's name may end with another one's.
-    tasks = (reviewed.task, *sorted(outcome.tasks, key=len, reverse=True))
+    tasks = (result.task, *sorted(run.tasks, key=len, reverse=True))
     return action.removesuffix(next((f"_{t}" for t in tasks if action.endswith(f"_{t}")), ""))
 
 
-def spelt_as_coded(segments: Segments, outcome: Outcome, reviewed: Reviewed) -> Segments:
+def as_coded(segments: Segments, run: RunResult, result: DemonstrationResult) -> Segments:
     """Predicted segments of a demonstration with the actions as a coder writes them."""
-    if not outcome.apart:
+    if not run.apart:
         return segments
-    return tuple(replace(s, action=spelt_back(s.action, outcome, reviewed)) for s in segments)
+    return tuple(replace(s, action=action_as_coded(s.action, run, result)) for s in segments)
 
 
-def compared(
+def find_differences(
     demonstration: str,
     human: Sequence[Segment],
     predicted: Sequence[Segment],
-    certainty: Certainty | None = None,
+    trace: ProbabilityTrace | None = None,
 ) -> tuple[Difference, ...]:
-    """The differences of two tracks over one demonstration: they tile the time that differs.
-
-    Parameters
-    ----------
-    demonstration : str
-        Its id.
-    human, predicted : sequence of Segment
-        In order, never overlapping.
-    certainty : Certainty, optional
-        The model's.
-    """
+    """The differences of two tracks over one demonstration: they tile the time that differs."""
     pieces = list(_pieces(human, predicted))
     edges = _edges(pieces)
     return tuple(
@@ -206,7 +174,7 @@ def compared(
             piece.end,
             piece.human,
             piece.predicted,
-            _confidence(piece, certainty),
+            _confidence(piece, trace),
             "boundary" if number in edges else _kind(piece),
         )
         for number, piece in enumerate(pieces)
@@ -214,20 +182,20 @@ def compared(
     )
 
 
-def _kind(piece: _Piece) -> Kind:
-    """What a piece is that differs by more than an edge."""
+def _kind(piece: _Piece) -> DifferenceKind:
+    """The kind of a piece that differs by more than an edge."""
     if piece.human is None:
         return "invented"
     return "missed" if piece.predicted is None else "action"
 
 
-def _confidence(piece: _Piece, certainty: Certainty | None) -> float | None:
-    """How sure the model is that the human is not right."""
-    if certainty is None:
+def _confidence(piece: _Piece, trace: ProbabilityTrace | None) -> float | None:
+    """The model's confidence that the human is wrong."""
+    if trace is None:
         return None
     if piece.predicted is None:
-        return 1.0 - certainty.of_action(piece.human, piece.start, piece.end)
-    return certainty.of_action(piece.predicted, piece.start, piece.end)
+        return 1.0 - trace.of_action(piece.human, piece.start, piece.end)
+    return trace.of_action(piece.predicted, piece.start, piece.end)
 
 
 def _pieces(human: Sequence[Segment], predicted: Sequence[Segment]) -> Iterator[_Piece]:
@@ -240,19 +208,22 @@ def _pieces(human: Sequence[Segment], predicted: Sequence[Segment]) -> Iterator[
         _actions_between(predicted, times),
         strict=True,
     )
-    for (start, end), one, other in stretches:
-        if pending is not None and (pending.human, pending.predicted) == (one, other):
+    for (start, end), human_action, predicted_action in stretches:
+        if pending is not None and (pending.human, pending.predicted) == (
+            human_action,
+            predicted_action,
+        ):
             pending = pending._replace(end=end)
             continue
         if pending is not None:
             yield pending
-        pending = _Piece(start, end, one, other)
+        pending = _Piece(start, end, human_action, predicted_action)
     if pending is not None:
         yield pending
 
 
 def _actions_between(segments: Sequence[Segment], times: Sequence[float]) -> Iterator[str | None]:
-    """What a track has between each two neighbouring times, which hold all of its edges."""
+    """A track's action between each two neighbouring times, which hold all of its edges."""
     following = iter(segments)
     current = next(following, None)
     for start in times[:-1]:
@@ -262,12 +233,12 @@ def _actions_between(segments: Sequence[Segment], times: Sequence[float]) -> Ite
 
 
 def _edges(pieces: Sequence[_Piece]) -> set[int]:
-    """Which pieces differ by a displaced edge only.
+    """Indices of the pieces that differ by a displaced edge only.
 
-    Between two stretches over which both see A, and both see B, lies a transition. In it an edge
-    is displaced if both go from A to B without a third action and without turning back; either may
+    Between two stretches over which both see A, and both see B, lies a transition. In it an edge is
+    displaced if both go from A to B without a third action and without turning back; either may
     leave unlabelled time in between. Before the first and after the last stretch on which both
-    agree, nothing is what both see.
+    agree, both have nothing.
     """
     agreed = [i for i, p in enumerate(pieces) if p.human is not None and not p.differs]
     found: set[int] = set()
@@ -275,7 +246,7 @@ def _edges(pieces: Sequence[_Piece]) -> set[int]:
         before = pieces[left] if left >= 0 else None
         after = pieces[right] if right < len(pieces) else None
         between = range(left + 1, right)
-        if _from_to(before, after, [pieces[i] for i in between]):
+        if _same_transition(before, after, [pieces[i] for i in between]):
             room = EDGE_SHARE * min(_length(before), _length(after))
             for i in between:
                 if pieces[i].differs and pieces[i].end - pieces[i].start <= room:
@@ -288,7 +259,9 @@ def _length(piece: _Piece | None) -> float:
     return math.inf if piece is None else piece.end - piece.start
 
 
-def _from_to(before: _Piece | None, after: _Piece | None, between: Sequence[_Piece]) -> bool:
+def _same_transition(
+    before: _Piece | None, after: _Piece | None, between: Sequence[_Piece]
+) -> bool:
     """Whether both tracks go from one action to the other between two agreed stretches."""
     first = None if before is None else before.human
     last = None if after is None else after.human
@@ -297,7 +270,7 @@ def _from_to(before: _Piece | None, after: _Piece | None, between: Sequence[_Pie
     # None stands between two actions; where one side is nothing, it is that side.
     ranks: dict[str | None, int] = {None: 1, first: 0, last: 2}
     for track in ("human", "predicted"):
-        seen = [ranks.get(getattr(piece, track), -1) for piece in between]
-        if -1 in seen or any(b < a for a, b in pairwise(seen)):
+        order = [ranks.get(getattr(piece, track), -1) for piece in between]
+        if -1 in order or any(b < a for a, b in pairwise(order)):
             return False
     return True

@@ -1,26 +1,22 @@
-"""Suspected coding errors: segments that a model which has not seen them contradicts.
+"""Suspected coding errors: segments, parts of them and edges that a held-out model contradicts.
 
-Parts of a human's segments that the model contradicts, while the rest may be right. So it is where
-a coder ends an action far too early, or overlooks a short one. A part is what the prediction cuts
-off a segment called x and calls y. The evidence is a log ratio as in
-:mod:`forcelab.recognition.label_noise`,
+*Segments.* The evidence is that of :mod:`forcelab.recognition.label_noise`. It counts only for an
+action that is more probable than the coder's and of which the prediction has more there: what is
+unusual, but predicted as well, is no error.
+
+*Parts* are what the prediction cuts off a segment called x and calls y, where a coder ends an
+action far too early, or overlooks a short one. The evidence is the log ratio
 
     log E = sum_k r_k log(P[k | y] / P[k | x]) + w (log P[the order with y] - log P[as coded]),
 
-with `r` the mean probability of each action over the part and the order as a Markov chain; all
-this is learnt from the other segments, and w is how much the order tells at all. If a share of the
+with `r` the mean probability of each action over the part and the order as a Markov chain; all this
+is learnt from the other segments, and w is the mutual information of the order. If a share of the
 other segments of x hold such a part too, P[y | x] is no less than that: what happens everywhere is
 the model's weakness. The suspicion is q E / (1 + E), with q the mean probability of y, times the
-length as a share of the median length of y, where it is shorter: so neither a stretch that the
-model is not sure of nor an edge that is a little displaced makes anybody suspicious.
+length as a share of the median length of y, where it is shorter: so neither an uncertain stretch
+nor an edge that is a little displaced is suspicious.
 
-Suspected coding errors: human segments that the model, not having seen them, contradicts. Of
-segments the evidence is that of :mod:`forcelab.recognition.label_noise`: what the recogniser says
-that was trained without the demonstration, and the neighbours. It counts only for an action that is
-more probable than the coder's and of which the prediction has more there: what is unusual, but seen
-by the model as well, is nobody's error. Of parts of segments it is that above.
-
-An edge is suspect if the model puts it elsewhere, is sure of what it sees on either side and
+*Edges* are suspect if the model puts them elsewhere, is sure of both sides and of what lies
 between, and is far more off than usual where the same two meet: with q the least of the three mean
 probabilities, d the displacement and u its median over that transition, q min(1, d / (4 u))^2,
 which counts from 2 u on.
@@ -40,82 +36,66 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.labels import Segments
-from forcelab.recognition.label_noise import MARGIN, PSEUDO, SUSPECT, Line, suspicions, told
-from forcelab.recognition.probability_trace import Certainty
+from forcelab.recognition.label_noise import (
+    MARGIN,
+    PSEUDO,
+    SUSPECT,
+    SegmentSequence,
+    neighbour_information,
+    score_suspicions,
+)
+from forcelab.recognition.probabilities import ProbabilityTrace
 from forcelab.review.differences import Difference
-from forcelab.review.run_result import Reviewed
+from forcelab.review.run_result import DemonstrationResult
 
 Real = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class ModelEvidence:
-    """What the model says about one demonstration; K actions.
+    """The model's probabilities over the segments of one demonstration; m segments, K actions."""
 
-    Parameters
-    ----------
-    demonstration : str
-        Its id.
-    segments : tuple of Segment
-        The human's, m of them.
-    said : ndarray of float64, shape (m, K)
-        Mean probability of each action over the middle of each segment.
-    predicted : ndarray of float64, shape (m, K)
-        Share of the same that the prediction gives to each action.
-    parts : tuple of Difference
-        The stretches of kind "action", p of them.
-    of_parts : ndarray of float64, shape (p, K)
-        The same over each of these.
-    """
-
-    demonstration: str
-    segments: Segments
-    said: Real
-    predicted: Real
-    parts: tuple[Difference, ...]
-    of_parts: Real
+    demonstration: str  # its id
+    segments: Segments  # the human's, m of them
+    probabilities: Real  # (m, K); mean of each action over the middle of each segment
+    predicted: Real  # (m, K); share of it that the prediction gives to each action
+    parts: tuple[Difference, ...]  # the stretches of kind "action", p of them
+    part_probabilities: Real  # (p, K); mean of each action over each part
 
 
-def heard(
-    reviewed: Reviewed,
+def gather_evidence(
+    result: DemonstrationResult,
     segments: Segments,
     actions: Sequence[str],
     differences: Iterable[Difference] = (),
 ) -> ModelEvidence:
-    """Gather what the model says about a human's segments.
+    """Gather the model's probabilities over a human's segments, and over the differences within.
 
-    Without probabilities its word is the share of time that it gives to each action.
-
-    Parameters
-    ----------
-    reviewed : Reviewed
-    segments : tuple of Segment
-        The human's.
-    actions : sequence of str
-        The outcome's.
-    differences : iterable of Difference
-        Between these segments and the prediction; without any, only whole segments are judged.
+    Without probabilities the share of time that it gives to each action stands for them. Without
+    `differences` only whole segments are judged.
     """
     parts = tuple(d for d in differences if d.kind == "action")
-    said = _said(reviewed, [(s.start, s.end) for s in segments], actions)
-    of_parts = _said(reviewed, [(d.start, d.end) for d in parts], actions)
-    predicted = np.zeros_like(said)
+    probabilities = _span_probabilities(result, [(s.start, s.end) for s in segments], actions)
+    of_parts = _span_probabilities(result, [(d.start, d.end) for d in parts], actions)
+    predicted = np.zeros_like(probabilities)
     for row, s in enumerate(segments):
-        predicted[row] = _shares(reviewed.predicted, *_middle(s.start, s.end), actions)
-    return ModelEvidence(reviewed.id, segments, said, predicted, parts, of_parts)
+        predicted[row] = _shares(result.predicted, *_middle(s.start, s.end), actions)
+    return ModelEvidence(result.id, segments, probabilities, predicted, parts, of_parts)
 
 
-def _said(reviewed: Reviewed, spans: Sequence[tuple[float, float]], actions: Sequence[str]) -> Real:
+def _span_probabilities(
+    result: DemonstrationResult, spans: Sequence[tuple[float, float]], actions: Sequence[str]
+) -> Real:
     """Mean probability of each action over the middle of each span, shape (spans, K)."""
-    said = np.zeros((len(spans), len(actions)))
-    raw = reviewed.stages.get("raw", reviewed.predicted)
+    means = np.zeros((len(spans), len(actions)))
+    raw = result.stages.get("raw", result.predicted)
     for row, (start, end) in enumerate(spans):
         inside = _middle(start, end)
-        if reviewed.certainty is None:
-            said[row] = _shares(raw, *inside, actions)
+        if result.probability_trace is None:
+            means[row] = _shares(raw, *inside, actions)
         else:
-            said[row] = _means(reviewed.certainty, *inside, actions)
-    return said
+            means[row] = _means(result.probability_trace, *inside, actions)
+    return means
 
 
 def _middle(start: float, end: float) -> tuple[float, float]:
@@ -124,9 +104,9 @@ def _middle(start: float, end: float) -> tuple[float, float]:
     return start + margin, end - margin
 
 
-def _means(certainty: Certainty, start: float, end: float, actions: Sequence[str]) -> Real:
+def _means(trace: ProbabilityTrace, start: float, end: float, actions: Sequence[str]) -> Real:
     """Mean probability of each action, in the order of `actions`."""
-    means = dict(zip(certainty.actions, certainty.mean(start, end).tolist(), strict=True))
+    means = dict(zip(trace.actions, trace.mean(start, end).tolist(), strict=True))
     return np.array([means.get(action, 0.0) for action in actions])
 
 
@@ -145,29 +125,17 @@ ALIKE = 0.5
 
 
 @dataclass(frozen=True)
-class _Part:
-    """A part, in numbers.
-
-    Parameters
-    ----------
-    difference : Difference
-    number : int
-        Of its segment, among all.
-    start : float
-        Of its segment, in seconds.
-    x, y : int
-        The codes of what human and model see.
-    said : ndarray of float64, shape (K,)
-    coded, instead : tuple of int
-        The order of actions around it as it was coded, and with y.
-    """
+class _SuspectPart:
+    """A part with its codes."""
 
     difference: Difference
-    number: int
-    start: float
+    number: int  # of its segment, among all
+    start: float  # of its segment, in seconds
+    #: x, y: the codes of what human and model see
     x: int
     y: int
-    said: Real
+    probabilities: Real
+    #: coded, instead: the order of actions around it as it was coded, and with y
     coded: tuple[int, ...]
     instead: tuple[int, ...]
 
@@ -177,18 +145,14 @@ def suspect_parts(
 ) -> Mapping[tuple[str, float], list[Difference]]:
     """The parts with their suspicion, by demonstration and start of their segment.
 
-    Parameters
-    ----------
-    everything : sequence of Heard
-    actions : sequence of str, length K
-        The columns of what was heard; parts that are called otherwise are left out.
+    `actions` are the columns of the evidence; parts with other actions are left out.
     """
     codes = {action: code for code, action in enumerate(actions)}
-    parts = list(_numbered(everything, codes))
-    words, order = _Words(everything, codes, parts), _Order(everything, codes)
+    parts = list(_numbered_parts(everything, codes))
+    words, order = _ProbabilityEvidence(everything, codes, parts), _OrderEvidence(everything, codes)
     lengths: dict[str | None, list[float]] = defaultdict(list)
-    for one in everything:
-        for segment in one.segments:
+    for evidence_item in everything:
+        for segment in evidence_item.segments:
             lengths[segment.action].append(segment.duration)
     usual = {action: median(found) for action, found in lengths.items()}
     result = defaultdict(list)
@@ -196,50 +160,61 @@ def suspect_parts(
         difference = part.difference
         evidence = words.evidence(part) + order.evidence(part)
         share = min(1.0, difference.duration / usual.get(difference.predicted, math.inf))
-        sure = float(part.said[part.y])
-        suspicion = sure * share * float(np.exp(-np.logaddexp(0.0, -evidence)))
+        probability = float(part.probabilities[part.y])
+        suspicion = probability * share * float(np.exp(-np.logaddexp(0.0, -evidence)))
         place = difference.demonstration, part.start
         result[place].append(replace(difference, suspicion=suspicion))
     return result
 
 
-def _numbered(everything: Sequence[ModelEvidence], codes: Mapping[str, int]) -> Iterator[_Part]:
+def _numbered_parts(
+    everything: Sequence[ModelEvidence], codes: Mapping[str, int]
+) -> Iterator[_SuspectPart]:
     """The parts whose actions are known."""
     before = 0
-    for one in everything:
-        line = _line(one, codes)
-        starts = [segment.start for segment in one.segments]
-        for difference, said in zip(one.parts, one.of_parts, strict=True):
+    for evidence in everything:
+        sequence = _code_sequence(evidence, codes)
+        starts = [segment.start for segment in evidence.segments]
+        for difference, probabilities in zip(
+            evidence.parts, evidence.part_probabilities, strict=True
+        ):
             x, y = codes.get(difference.human or ""), codes.get(difference.predicted or "")
             k = bisect_right(starts, difference.start) - 1
-            most = (1.0 - 2.0 * MARGIN) * one.segments[k].duration  # which is the whole segment
+            most = (1.0 - 2.0 * MARGIN) * evidence.segments[
+                k
+            ].duration  # which is the whole segment
             if x is None or y is None or difference.duration >= most:
                 continue
-            left, _, right = line[k : k + 3]
+            left, _, right = sequence[k : k + 3]
             ahead = [x] if difference.start > starts[k] else []
-            rest = [x] if difference.end < one.segments[k].end else []
+            rest = [x] if difference.end < evidence.segments[k].end else []
             # An action that goes on is one.
             instead = tuple(code for code, _ in groupby([left, *ahead, y, *rest, right]))
             coded = (left, x, right)
-            yield _Part(difference, before + k, starts[k], x, y, said, coded, instead)
+            yield _SuspectPart(
+                difference, before + k, starts[k], x, y, probabilities, coded, instead
+            )
         before += len(starts)
 
 
-def _line(heard: ModelEvidence, codes: Mapping[str, int]) -> list[int]:
+def _code_sequence(evidence: ModelEvidence, codes: Mapping[str, int]) -> list[int]:
     """The codes of a demonstration's segments; K stands for either end and for the unknown."""
     K = len(codes)
-    return [K, *(codes.get(segment.action, K) for segment in heard.segments), K]
+    return [K, *(codes.get(segment.action, K) for segment in evidence.segments), K]
 
 
-class _Words:
-    """How the model speaks of each action."""
+class _ProbabilityEvidence:
+    """The model's usual probabilities over segments of each action."""
 
     def __init__(
-        self, everything: Sequence[ModelEvidence], codes: Mapping[str, int], parts: Sequence[_Part]
+        self,
+        everything: Sequence[ModelEvidence],
+        codes: Mapping[str, int],
+        parts: Sequence[_SuspectPart],
     ) -> None:
         K = len(codes)
-        own = [code for one in everything for code in _line(one, codes)[1:-1]]
-        self._said = np.concatenate([one.said for one in everything])
+        own = [code for evidence in everything for code in _code_sequence(evidence, codes)[1:-1]]
+        self._said = np.concatenate([evidence.probabilities for evidence in everything])
         self._totals = np.zeros((K + 1, K))
         np.add.at(self._totals, own, self._said)
         self._counts = np.bincount(own, minlength=K + 1)
@@ -249,9 +224,9 @@ class _Words:
             length = part.difference.duration
             known[part.number] = max(known.get(part.number, 0.0), length)
 
-    def evidence(self, part: _Part) -> float:
-        """Log ratio of what it says over a part."""
-        x, y, spread = part.x, part.y, 1.0 / len(part.said)
+    def evidence(self, part: _SuspectPart) -> float:
+        """Log ratio of the probabilities over a part."""
+        x, y, spread = part.x, part.y, 1.0 / len(part.probabilities)
         called_y = (self._totals[y] + spread) / (self._counts[y] + 1)
         without = np.maximum(self._totals[x] - self._said[part.number], 0.0)
         least = ALIKE * part.difference.duration
@@ -259,20 +234,20 @@ class _Words:
         alike = sum(length >= least for number, length in longest if number != part.number)
         without[y] = max(without[y], alike)
         called_x = (without + spread) / self._counts[x]
-        return float(part.said @ np.log(called_y / called_x))
+        return float(part.probabilities @ np.log(called_y / called_x))
 
 
-class _Order:
-    """Which action follows which."""
+class _OrderEvidence:
+    """Counts of which action follows which."""
 
     def __init__(self, everything: Sequence[ModelEvidence], codes: Mapping[str, int]) -> None:
         self._met = np.zeros((len(codes) + 1, len(codes) + 1))
-        for one in everything:
-            for pair in pairwise(_line(one, codes)):
+        for evidence in everything:
+            for pair in pairwise(_code_sequence(evidence, codes)):
                 self._met[pair] += 1.0
-        self._mutual_information = told(self._met)
+        self._mutual_information = neighbour_information(self._met)
 
-    def evidence(self, part: _Part) -> float:
+    def evidence(self, part: _SuspectPart) -> float:
         """Log ratio of the order with a part."""
         met = self._met.copy()
         for pair in pairwise(part.coded):
@@ -290,39 +265,33 @@ class _Order:
 FAR, LEAST_USUAL = 4.0, 0.025
 
 
-def suspects(all_heard: Iterable[ModelEvidence], actions: Sequence[str]) -> tuple[Difference, ...]:
+def suspect_segments(
+    everything_in: Iterable[ModelEvidence], actions: Sequence[str]
+) -> tuple[Difference, ...]:
     """Every human segment, or part of one, that the model would rather call something else.
 
-    Parameters
-    ----------
-    all_heard : iterable of Heard
-        Of each demonstration.
-    actions : sequence of str
-        The outcome's.
-
-    Returns
-    -------
-    tuple of Difference
-        The most suspect first. `suspicion` is as told above, `confidence` the mean probability of
-        the other action. A segment is listed as a whole where that is suspected, and otherwise
-        as what is more suspect: the whole, or its parts.
+    The most suspect first; `confidence` is the mean probability of the other action. A segment is
+    listed as a whole where that is suspected, and otherwise as what is more suspect: the whole, or
+    its parts.
     """
-    everything = [h for h in all_heard if h.segments]
+    everything = [evidence for evidence in everything_in if evidence.segments]
     if not everything:
         return ()
     # Of an action that it never learnt, as of another task, the model cannot be a witness.
-    learnt = np.flatnonzero(np.concatenate([h.said for h in everything]).any(axis=0))
+    learnt = np.flatnonzero(
+        np.concatenate([evidence.probabilities for evidence in everything]).any(axis=0)
+    )
     if len(learnt) < 2:
         return ()
     known = [actions[code] for code in learnt.tolist()]
     everything = [
         replace(
-            h,
-            said=h.said[:, learnt],
-            predicted=h.predicted[:, learnt],
-            of_parts=h.of_parts[:, learnt],
+            evidence,
+            probabilities=evidence.probabilities[:, learnt],
+            predicted=evidence.predicted[:, learnt],
+            part_probabilities=evidence.part_probabilities[:, learnt],
         )
-        for h in everything
+        for evidence in everything
     ]
     wholes = {(d.demonstration, d.start): d for d in _segments(everything, known)}
     parts = suspect_parts(everything, known)
@@ -338,13 +307,13 @@ def suspects(all_heard: Iterable[ModelEvidence], actions: Sequence[str]) -> tupl
 
 
 def _segments(everything: Sequence[ModelEvidence], actions: Sequence[str]) -> list[Difference]:
-    """The whole segments of which anything is suspected."""
-    said = np.concatenate([h.said for h in everything])
+    """The whole segments with a suspicion."""
+    probabilities = np.concatenate([h.probabilities for h in everything])
     number = {action: code for code, action in enumerate(actions)}
-    line = Line([[number.get(s.action, -1) for s in h.segments] for h in everything])
+    sequence = SegmentSequence([[number.get(s.action, -1) for s in h.segments] for h in everything])
     segments = [(h.demonstration, segment) for h in everything for segment in h.segments]
-    predicted = np.concatenate([h.predicted for h in everything])[line.known]
-    known, own = said[line.known], (np.arange(len(line.known)), line.codes)
+    predicted = np.concatenate([h.predicted for h in everything])[sequence.known]
+    known, own = probabilities[sequence.known], (np.arange(len(sequence.known)), sequence.codes)
     # A label may be unusual: the model contradicts it only by seeing more of something else.
     contradicts = (known > known[own][:, None]) & (predicted > predicted[own][:, None])
     return [
@@ -354,25 +323,20 @@ def _segments(everything: Sequence[ModelEvidence], actions: Sequence[str]) -> li
             segments[i][1].end,
             segments[i][1].action,
             actions[other],
-            float(said[i, other]),
+            float(probabilities[i, other]),
             suspicion=suspicion,
         )
-        for i, other, suspicion in suspicions(known, line, contradicts)
+        for i, other, suspicion in score_suspicions(known, sequence, contradicts)
         if suspicion > 0
     ]
 
 
 def suspect_edges(
-    differences: Sequence[Difference], certainties: Mapping[str, Certainty | None]
+    differences: Sequence[Difference], traces: Mapping[str, ProbabilityTrace | None]
 ) -> tuple[Difference, ...]:
-    """The same differences; those of kind "boundary" with their suspicion.
+    """The differences of all demonstrations, those of kind "boundary" with their suspicion.
 
-    Parameters
-    ----------
-    differences : sequence of Difference
-        Of all demonstrations: what is usual is learnt from them.
-    certainties : mapping of str to Certainty or None
-        By the demonstration's id; without probabilities no edge is suspect.
+    What is usual is learnt from them; without a probability trace no edge is suspect.
     """
     lengths: dict[frozenset[str | None], list[float]] = {}
     for difference in differences:
@@ -380,7 +344,7 @@ def suspect_edges(
             lengths.setdefault(_transition(difference), []).append(difference.duration)
     usual = {pair: max(median(found), LEAST_USUAL) for pair, found in lengths.items()}
     return tuple(
-        replace(d, suspicion=_edge(d, usual[_transition(d)], certainties.get(d.demonstration)))
+        replace(d, suspicion=_edge(d, usual[_transition(d)], traces.get(d.demonstration)))
         if d.kind == "boundary"
         else d
         for d in differences
@@ -388,18 +352,18 @@ def suspect_edges(
 
 
 def _transition(difference: Difference) -> frozenset[str | None]:
-    """The two that meet at a displaced edge, whichever comes first."""
+    """The two actions that meet at a displaced edge, in either order."""
     return frozenset((difference.human, difference.predicted))
 
 
-def _edge(difference: Difference, usual: float, certainty: Certainty | None) -> float:
-    """How suspect a displaced edge is."""
-    if certainty is None or difference.confidence is None:
+def _edge(difference: Difference, usual: float, trace: ProbabilityTrace | None) -> float:
+    """The suspicion of a displaced edge."""
+    if trace is None or difference.confidence is None:
         return 0.0
     far = min(1.0, difference.duration / (FAR * usual))
     if far < 0.5:
         return 0.0
     start, end, length = difference.start, difference.end, difference.duration
-    beside = (certainty.mean(start - length, start), certainty.mean(end, end + length))
-    sure = min(difference.confidence, *(float(side.max()) for side in beside))
-    return sure * far**2
+    beside = (trace.mean(start - length, start), trace.mean(end, end + length))
+    probability = min(difference.confidence, *(float(side.max()) for side in beside))
+    return probability * far**2

@@ -1,7 +1,8 @@
-"""The queue: what is to be looked at, and in which order."""
+"""The review queue: differences to look at, in the order in which they matter."""
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Collection, Generator, Iterable, Mapping
 from dataclasses import dataclass
 
@@ -10,77 +11,66 @@ from forcelab.labels import Segments
 from forcelab.project import Project, StoredVerdict
 from forcelab.project.records import changed_labels
 from forcelab.recognition.label_noise import SUSPECT
-from forcelab.review.differences import Difference, Kind, compared, current_tracks
-from forcelab.review.label_errors import ModelEvidence, heard, suspect_edges, suspects
-from forcelab.review.run_result import Outcome, Reviewed
-from forcelab.review.verdicts import covers, speaks_of
+from forcelab.review.differences import Difference, DifferenceKind, current_tracks, find_differences
+from forcelab.review.label_errors import (
+    ModelEvidence,
+    gather_evidence,
+    suspect_edges,
+    suspect_segments,
+)
+from forcelab.review.run_result import DemonstrationResult, RunResult
+from forcelab.review.verdicts import applies_to, covers
 
-__all__ = ["LEAST", "Compared", "Queue", "arranging", "queue"]
-
-#: Differences that last less, in seconds, are not listed: nobody sees a fiftieth of a second.
+#: Differences that last less, in seconds, are not listed: a fiftieth of a second cannot be seen.
 LEAST = 0.02
 
 
 @dataclass(frozen=True)
 class Queue:
-    """What is to be looked at, section by section, each with the most urgent first.
+    """Differences and suspected errors by section, each with the most urgent first."""
 
-    Parameters
-    ----------
-    suspected : tuple of Difference
-        Human segments, parts of them and edges whose suspicion is :data:`SUSPECT` or more, by
-        suspicion. What differs inside them stands in no other section.
-    actions, missed, boundaries, invented : tuple of Difference
-        The differences of each kind, by seconds times confidence.
-    judged : tuple of StoredVerdict
-        What was said already, the latest first.
-    """
-
+    #: Human segments, parts of them and edges whose suspicion is :data:`SUSPECT` or more, by
+    #: suspicion. What differs inside them stands in no other section.
     suspected: tuple[Difference, ...] = ()
+    #: actions, missed, boundaries, invented: the differences of each kind, by seconds times
+    #: confidence
     actions: tuple[Difference, ...] = ()
     missed: tuple[Difference, ...] = ()
     boundaries: tuple[Difference, ...] = ()
     invented: tuple[Difference, ...] = ()
-    judged: tuple[StoredVerdict, ...] = ()
+    judged: tuple[StoredVerdict, ...] = ()  # the latest first
 
     @property
     def open(self) -> tuple[Difference, ...]:
-        """All that nobody has judged, in the order in which it is looked at."""
+        """All that is not judged, in the order in which it is looked at."""
         return self.suspected + self.actions + self.missed + self.boundaries + self.invented
 
     def after(self, verdict: StoredVerdict, difference: Difference) -> Queue:
-        """The queue when this difference is judged."""
-
-        def rest(section: tuple[Difference, ...]) -> tuple[Difference, ...]:
-            return tuple(d for d in section if d != difference)
-
-        return Queue(
-            rest(self.suspected),
-            rest(self.actions),
-            rest(self.missed),
-            rest(self.boundaries),
-            rest(self.invented),
-            (verdict, *self.judged),
+        """The queue after a verdict on a difference."""
+        sections = (self.suspected, self.actions, self.missed, self.boundaries, self.invented)
+        suspected, actions, missed, boundaries, invented = (
+            tuple(d for d in section if d != difference) for section in sections
         )
+        return Queue(suspected, actions, missed, boundaries, invented, (verdict, *self.judged))
 
 
 @dataclass(frozen=True)
-class Compared:
-    """A demonstration as it was compared last, so that an edit costs no other one's comparison."""
+class ComparedDemonstration:
+    """The last comparison of a demonstration, so that an edit costs no other one's comparison."""
 
-    reviewed: Reviewed
+    result: DemonstrationResult
     segments: Segments
     differences: tuple[Difference, ...]
-    heard: ModelEvidence
+    evidence: ModelEvidence
 
 
-def queue(project: Project, outcome: Outcome, invented: bool = False) -> Queue:
-    """What is to be looked at in a project, with the tracks as they are now.
+def review_queue(project: Project, run: RunResult, invented: bool = False) -> Queue:
+    """The review queue of a run, with the tracks as they are now.
 
     Parameters
     ----------
     project : Project
-    outcome : Outcome
+    run : RunResult
     invented : bool
         Whether to list what the model predicts where the human left time unlabelled, which is
         never scored.
@@ -88,102 +78,81 @@ def queue(project: Project, outcome: Outcome, invented: bool = False) -> Queue:
     Returns
     -------
     Queue
-        Its ``open`` is all that nobody has judged, the most urgent first. The human or the model
+        Its ``open`` is all that is not judged, the most urgent first. The human or the model
         of a difference is None where that one left the time unlabelled.
     """
-    tracks = current_tracks(project, outcome)
-    return finish(arranging(outcome, tracks, project.coding.verdicts(), invented=invented))[0]
+    tracks = current_tracks(project, run)
+    return finish(arrange_queue(run, tracks, project.coding.verdicts(), invented=invented))[0]
 
 
-def arranging(
-    outcome: Outcome,
+def arrange_queue(
+    run: RunResult,
     tracks: Mapping[str, Segments],
     verdicts: Collection[StoredVerdict],
-    known: Mapping[str, Compared] | None = None,
+    known: Mapping[str, ComparedDemonstration] | None = None,
     invented: bool = False,
-) -> Generator[Progress, None, tuple[Queue, dict[str, Compared]]]:
-    """Compare all demonstrations and put what differs in order.
+) -> Generator[Progress, None, tuple[Queue, dict[str, ComparedDemonstration]]]:
+    """Compare all demonstrations and arrange their differences.
 
-    Parameters
-    ----------
-    outcome : Outcome
-    tracks : mapping of str to tuple of Segment
-        As of :func:`~forcelab.review.differences.current_tracks`; demonstrations that are not in
-        it are left out altogether, judged ones as well.
-    verdicts : collection of StoredVerdict
-        Those that count.
-    known : mapping of str to Compared, optional
-        What an earlier call returned; demonstrations whose tracks are the same are not compared
-        again.
-    invented : bool
-        As of :func:`queue`.
-
-    Yields
-    ------
-    Progress
-
-    Returns
-    -------
-    queue : Queue
-    known : dict of str to Compared
-        For the next call.
+    Demonstrations that `tracks` (see :func:`~forcelab.review.differences.current_tracks`) lacks are
+    left out altogether, verdicts as well. Of those that are unchanged since `known`, which an
+    earlier call returned, nothing is compared again.
     """
-    now: dict[str, Compared] = {}
-    shown = [d for d in outcome.tested if tracks.get(d.id)]
-    for reviewed in shown:
-        old = (known or {}).get(reviewed.id)
-        segments = tracks[reviewed.id]
-        if old is None or old.reviewed is not reviewed or old.segments != segments:
-            old = _compared(reviewed, segments, outcome.actions)
-        now[reviewed.id] = old
+    now: dict[str, ComparedDemonstration] = {}
+    shown = [d for d in run.tested if tracks.get(d.id)]
+    for result in shown:
+        old = (known or {}).get(result.id)
+        segments = tracks[result.id]
+        if old is None or old.result is not result or old.segments != segments:
+            old = _compare(result, segments, run.actions)
+        now[result.id] = old
         yield Progress(len(now), len(shown), "comparing")
     everything = [d for each in now.values() for d in each.differences]
-    certainties = {reviewed.id: reviewed.certainty for reviewed in shown}
-    differing = suspect_edges(everything, certainties)
-    segments_suspected = suspects((c.heard for c in now.values()), outcome.actions)
-    mine = [v for v in verdicts if v.coder == outcome.author and v.demonstration in tracks]
-    return _arranged(differing, segments_suspected, mine, invented), now
+    traces = {result.id: result.probability_trace for result in shown}
+    differing = suspect_edges(everything, traces)
+    segments_suspected = suspect_segments((c.evidence for c in now.values()), run.actions)
+    mine = [v for v in verdicts if v.coder == run.author and v.demonstration in tracks]
+    return _arrange(differing, segments_suspected, mine, invented), now
 
 
-def _compared(reviewed: Reviewed, segments: Segments, actions: tuple[str, ...]) -> Compared:
+def _compare(
+    result: DemonstrationResult, segments: Segments, actions: tuple[str, ...]
+) -> ComparedDemonstration:
     """Compare one demonstration."""
-    found = compared(reviewed.id, segments, reviewed.predicted, reviewed.certainty)
+    found = find_differences(result.id, segments, result.predicted, result.probability_trace)
     listed = tuple(d for d in found if d.duration >= LEAST)
-    return Compared(reviewed, segments, listed, heard(reviewed, segments, actions, listed))
+    return ComparedDemonstration(
+        result, segments, listed, gather_evidence(result, segments, actions, listed)
+    )
 
 
-def _arranged(
+def _arrange(
     differing: Iterable[Difference],
     segments: Iterable[Difference],
     verdicts: Collection[StoredVerdict],
     invented: bool,
 ) -> Queue:
-    """Put differences into sections."""
-    said: dict[str, list[StoredVerdict]] = {}
+    """Sort differences into sections."""
+    verdicts_of: dict[str, list[StoredVerdict]] = defaultdict(list)
     for verdict in verdicts:
-        said.setdefault(verdict.demonstration, []).append(verdict)
+        verdicts_of[verdict.demonstration].append(verdict)
     suspected = [d for d in segments if d.suspicion >= SUSPECT]
-    over: dict[str, list[Difference]] = {}
+    suspects_of: dict[str, list[Difference]] = defaultdict(list)
     for suspect in suspected:
-        over.setdefault(suspect.demonstration, []).append(suspect)
-    sections: dict[Kind, list[Difference]] = {
-        "action": [],
-        "missed": [],
-        "boundary": [],
-        "invented": [],
-    }
-    still_there: set[int] = set()  # verdicts whose edit was undone
+        suspects_of[suspect.demonstration].append(suspect)
+    sections: dict[DifferenceKind, list[Difference]] = defaultdict(list)
+    reopened: set[int] = set()  # verdicts whose edit was undone
 
-    def settled(difference: Difference) -> bool:
-        speaking = [v for v in said.get(difference.demonstration, ()) if speaks_of(v, difference)]
-        still_there.update(v.id for v in speaking if changed_labels(v))
-        return any(not changed_labels(v) for v in speaking)
+    def is_settled(difference: Difference) -> bool:
+        applying = [v for v in verdicts_of[difference.demonstration] if applies_to(v, difference)]
+        reopened.update(v.id for v in applying if changed_labels(v))
+        return any(not changed_labels(v) for v in applying)
 
-    open_suspects = [d for d in suspected if not settled(d)]
+    open_suspects = [d for d in suspected if not is_settled(d)]
     for difference in differing:
-        if settled(difference):
+        if is_settled(difference):
             continue
-        if any(_belongs(s, difference) for s in over.get(difference.demonstration, ())):
+        if any(_belongs(s, difference) for s in suspects_of[difference.demonstration]):
             continue
         if difference.suspicion >= SUSPECT:
             open_suspects.append(difference)
@@ -195,7 +164,7 @@ def _arranged(
         _by_score(sections["missed"]),
         _by_score(sections["boundary"]),
         _by_score(sections["invented"]) if invented else (),
-        tuple(v for v in reversed(tuple(verdicts)) if v.id not in still_there),
+        tuple(v for v in reversed(tuple(verdicts)) if v.id not in reopened),
     )
 
 

@@ -1,4 +1,4 @@
-"""Two runs side by side: what differs in their settings, and what that did to the scores."""
+"""Two runs compared: settings that differ, and the scores over what both tested."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from forcelab.jobs import Progress, finish
-from forcelab.recognition.intervals import Intervals, differences
-from forcelab.recognition.metrics import Counts, pool, timed_counts
-from forcelab.review.run_result import Outcome, Reviewed
+from forcelab.recognition.intervals import Intervals, difference_intervals
+from forcelab.recognition.metrics import Counts, count_segments, pool
+from forcelab.review.run_result import DemonstrationResult, RunResult
 
 #: The stages of prediction that have scores.
 STAGES = ("raw", "filtered")
@@ -18,103 +18,81 @@ STAGES = ("raw", "filtered")
 
 @dataclass(frozen=True)
 class Comparison:
-    """Two runs over the demonstrations that both tested.
+    """Two runs over the demonstrations that both tested."""
 
-    Parameters
-    ----------
-    one, other : Outcome
-    shared : tuple of str
-        Ids of the demonstrations that both tested, in the order of `one`.
-    names : mapping of str to str
-        Their names by id.
-    pooled : mapping of str to (mapping, mapping)
-        By stage the scores of both, pooled over the shared demonstrations, as of
-        ``forcelab evaluate --json``.
-    each : mapping of str to mapping of str to (mapping, mapping)
-        The same for each shared demonstration, by stage and id.
-    intervals : mapping of str to Intervals
-        By stage, of `other` minus `one`: a paired bootstrap over the shared demonstrations.
-    settings : tuple of (str, str, str)
-        Name and both values of what was asked for differently.
-    relabelled : tuple of str
-        Ids of shared demonstrations whose human labels differ between the runs: there the
-        difference is not the recognisers' alone.
-    """
-
-    one: Outcome
-    other: Outcome
-    shared: tuple[str, ...]
-    names: Mapping[str, str]
+    first: RunResult
+    second: RunResult
+    shared: tuple[str, ...]  # ids of the demonstrations that both tested, in the order of `first`
+    names: Mapping[str, str]  # their names by id
+    #: By stage the scores of both, pooled over the shared demonstrations, as of ``forcelab evaluate
+    #: --json``
     pooled: Mapping[str, tuple[Mapping[str, Any], Mapping[str, Any]]]
+    #: The same for each shared demonstration, by stage and id
     each: Mapping[str, Mapping[str, tuple[Mapping[str, Any], Mapping[str, Any]]]]
+    #: By stage, of `second` minus `first`: a paired bootstrap over the shared demonstrations
     intervals: Mapping[str, Intervals]
+    #: Name and both values of what was asked for differently
     settings: tuple[tuple[str, str, str], ...]
+    #: Ids of shared demonstrations whose human labels differ between the runs: there the difference
+    #: is not the recognisers' alone
     relabelled: tuple[str, ...]
 
 
-def compare(one: Outcome, other: Outcome) -> Comparison:
+def compare_runs(first: RunResult, second: RunResult) -> Comparison:
     """Compare two runs over what both tested.
 
     Parameters
     ----------
-    one, other : Outcome
+    first, second : RunResult
         From ``load_run(project, number)`` or ``latest_run(project)``.
 
     Returns
     -------
     Comparison
-        Differences are what `other` has more.
+        Differences are what `second` has more.
     """
-    return finish(comparing(one, other))
+    return finish(comparison_job(first, second))
 
 
-def comparing(one: Outcome, other: Outcome) -> Generator[Progress, None, Comparison]:
+def comparison_job(first: RunResult, second: RunResult) -> Generator[Progress, None, Comparison]:
     """Compare two runs over what both tested.
 
-    Scores are those that the runs hold; where one of them tested more than the other, pooled
-    scores are made anew from the segments of the shared demonstrations.
-
-    Parameters
-    ----------
-    one, other : Outcome
-
-    Yields
-    ------
-    Progress
+    Scores are those that the runs store; where one of them tested more than the other, pooled
+    scores are computed anew from the segments of the shared demonstrations.
     """
-    theirs = {each.id: each for each in other.tested}
-    pairs = [(mine, theirs[mine.id]) for mine in one.tested if mine.id in theirs]
+    theirs = {each.id: each for each in second.tested}
+    pairs = [(mine, theirs[mine.id]) for mine in first.tested if mine.id in theirs]
     shared = tuple(mine.id for mine, _ in pairs)
     pooled, each, found = {}, {}, {}
     for step, stage in enumerate(STAGES):
         counts: tuple[list[Counts], list[Counts]] = ([], [])
         for number, pair in enumerate(pairs):
             if all(stage in side.stages for side in pair):
-                for outcome, side, into in zip((one, other), pair, counts, strict=True):
-                    into.append(timed_counts(side.human, side.stages[stage], outcome.actions))
+                for run, side, into in zip((first, second), pair, counts, strict=True):
+                    into.append(count_segments(side.human, side.stages[stage], run.actions))
             yield Progress(step * len(pairs) + number + 1, 2 * len(pairs), pair[0].name)
-        sides = list(zip((one, other), counts, strict=True))
-        first, second = (_pooled(outcome, stage, shared, parts) for outcome, parts in sides)
-        pooled[stage] = (first, second)
-        mine, yours = (_by_id(outcome, stage) for outcome in (one, other))
-        each[stage] = {id_: (mine.get(id_, {}), yours.get(id_, {})) for id_ in shared}
-        found[stage] = differences(*counts, seed=one.settings.seed)
+        sides = list(zip((first, second), counts, strict=True))
+        mine, yours = (_pooled(run, stage, shared, parts) for run, parts in sides)
+        pooled[stage] = (mine, yours)
+        mine_by_id, yours_by_id = (_by_id(run, stage) for run in (first, second))
+        each[stage] = {id_: (mine_by_id.get(id_, {}), yours_by_id.get(id_, {})) for id_ in shared}
+        found[stage] = difference_intervals(*counts, seed=first.settings.seed)
     return Comparison(
-        one,
-        other,
+        first,
+        second,
         shared,
         {mine.id: mine.name for mine, _ in pairs},
         pooled,
         each,
         found,
-        settings_that_differ(one, other),
+        settings_that_differ(first, second),
         tuple(mine.id for mine, yours in pairs if mine.human != yours.human),
     )
 
 
-def settings_that_differ(one: Outcome, other: Outcome) -> tuple[tuple[str, str, str], ...]:
-    """Name and both values, as text, of everything that the runs were asked for differently."""
-    mine, yours = _asked(one), _asked(other)
+def settings_that_differ(first: RunResult, second: RunResult) -> tuple[tuple[str, str, str], ...]:
+    """Name and both values, as text, of every setting and selection in which the runs differ."""
+    mine, yours = _requested(first), _requested(second)
     return tuple(
         (name, as_text(mine.get(name)), as_text(yours.get(name)))
         for name in dict.fromkeys((*mine, *yours))
@@ -122,14 +100,14 @@ def settings_that_differ(one: Outcome, other: Outcome) -> tuple[tuple[str, str, 
     )
 
 
-def _asked(outcome: Outcome) -> dict[str, Any]:
-    """What an outcome was made with, by name."""
-    return outcome.settings.to_json() | {
-        "tasks": list(outcome.tasks),
-        "test task": outcome.test_task,
-        "coder": outcome.author,
-        "apart": outcome.apart,
-        "groups left out": outcome.folds or None,
+def _requested(run: RunResult) -> dict[str, Any]:
+    """A run's settings and selection, by name."""
+    return run.settings.to_json() | {
+        "tasks": list(run.tasks),
+        "test task": run.test_task,
+        "coder": run.author,
+        "apart": run.apart,
+        "groups left out": run.folds or None,
     }
 
 
@@ -140,24 +118,24 @@ def as_text(value: object) -> str:
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, Mapping):
-        return ", ".join(f"{key} → {as_text(given)}" for key, given in value.items()) or "–"
+        return ", ".join(f"{key} → {as_text(item)}" for key, item in value.items()) or "–"
     if isinstance(value, (list, tuple)):
-        return " + ".join(as_text(one) for one in value) or "–"
+        return " + ".join(as_text(item) for item in value) or "–"
     return value if isinstance(value, str) else json.dumps(value, ensure_ascii=False)
 
 
 def _pooled(
-    outcome: Outcome, stage: str, shared: tuple[str, ...], counts: list[Counts]
+    run: RunResult, stage: str, shared: tuple[str, ...], counts: list[Counts]
 ) -> Mapping[str, Any]:
     """The pooled scores of the shared demonstrations: as stored if those are all ever tested."""
-    stored: Mapping[str, Any] | None = outcome.scores.get(stage, {}).get("pooled")
-    if stored is not None and len(shared) == len(outcome.tested) + outcome.removed:
+    stored: Mapping[str, Any] | None = run.scores.get(stage, {}).get("pooled")
+    if stored is not None and len(shared) == len(run.tested) + run.removed:
         return stored
     return pool("pooled", counts).to_json() if counts else {}
 
 
-def _by_id(outcome: Outcome, stage: str) -> dict[str, Mapping[str, Any]]:
+def _by_id(run: RunResult, stage: str) -> dict[str, Mapping[str, Any]]:
     """The scores of each tested demonstration; the run lists them in the same order."""
-    listed = outcome.scores.get(stage, {}).get("demonstrations", ())
-    tested: tuple[Reviewed, ...] = outcome.tested
-    return {one.id: scores for one, scores in zip(tested, listed, strict=False)}
+    listed = run.scores.get(stage, {}).get("demonstrations", ())
+    tested: tuple[DemonstrationResult, ...] = run.tested
+    return {item.id: scores for item, scores in zip(tested, listed, strict=False)}

@@ -1,4 +1,4 @@
-"""The result of a run, made ready to be looked at, and how its actions look."""
+"""The result of a stored run, loaded for review, and the styles of its actions."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import Any
 from forcelab.errors import InputError
 from forcelab.labels import Segment, Segments
 from forcelab.project import DemonstrationInfo, LabelsUsed, Project, StoredRun
-from forcelab.recognition.probability_trace import Certainty
+from forcelab.recognition.probabilities import ProbabilityTrace
 from forcelab.recognition.settings import Settings
 from forcelab.vocabulary import Vocabulary, joined
 
@@ -23,35 +23,22 @@ _NO_STAGE = ("demonstration", "start", "end", "human", "certainty", "typicality"
 
 
 @dataclass(frozen=True)
-class Reviewed:
-    """One demonstration in an outcome.
-
-    Parameters
-    ----------
-    id, name, task : str
-        Of the demonstration.
-    start, end : float
-        Its first sample and the end of its last one, in seconds.
-    human : tuple of Segment
-        What was trained and scored with, spelt as there; empty in a proposal.
-    stages : dict of str to tuple of Segment
-        Predictions after each step: ``"raw"``, ``"threshold"``, ``"median"`` as far as they are
-        switched on and were kept, and always ``"filtered"``.
-    certainty : Certainty, optional
-        None where the run kept no probabilities.
-    typicality : float, optional
-        Of a proposal: how typical it is of all of the run's, 0 to 1, as
-        :func:`forcelab.review.active_learning.typicality` tells; None in runs that did not keep it.
-    """
+class DemonstrationResult:
+    """The predictions of a run for one demonstration."""
 
     id: str
     name: str
     task: str
+    #: start, end: its first sample and the end of its last one, in seconds
     start: float
     end: float
-    human: Segments
+    human: Segments  # as trained and scored with; empty in a proposal
+    #: Predictions after each step: ``"raw"``, ``"threshold"``, ``"median"`` as far as they are
+    #: switched on and were kept, and always ``"filtered"``
     stages: Mapping[str, Segments]
-    certainty: Certainty | None = None
+    probability_trace: ProbabilityTrace | None = None  # None where the run kept no probabilities
+    #: Of a proposal: how typical it is of all of the run's, 0 to 1, as
+    #: :func:`forcelab.review.active_learning.typicality` tells; None in runs that did not keep it
     typicality: float | None = None
 
     @property
@@ -61,8 +48,8 @@ class Reviewed:
 
 
 @dataclass(frozen=True)
-class Outcome:
-    """What a run of a project found; printed, it tells what was run, and not all that was found.
+class RunResult:
+    """The result of a run of a project; its repr leaves the long fields out.
 
     Parameters
     ----------
@@ -84,9 +71,9 @@ class Outcome:
     actions : tuple of str
         In the order of their first occurrence.
     labels : tuple of LabelsUsed
-    tested : tuple of Reviewed
+    tested : tuple of DemonstrationResult
         Each predicted by a recogniser that has not seen it.
-    proposals : tuple of Reviewed
+    proposals : tuple of DemonstrationResult
         Unlabelled demonstrations of the tasks, predicted by the final recogniser.
     recogniser : str
         Id of the final recogniser in the project; ``""`` where none was trained.
@@ -115,8 +102,8 @@ class Outcome:
     settings: Settings
     actions: tuple[str, ...]
     labels: tuple[LabelsUsed, ...] = field(repr=False)
-    tested: tuple[Reviewed, ...] = field(repr=False)
-    proposals: tuple[Reviewed, ...] = field(default=(), repr=False)
+    tested: tuple[DemonstrationResult, ...] = field(repr=False)
+    proposals: tuple[DemonstrationResult, ...] = field(default=(), repr=False)
     recogniser: str = ""
     scores: Mapping[str, Any] = field(default_factory=dict, repr=False)
     seconds: Mapping[str, float] = field(default_factory=dict)
@@ -127,15 +114,15 @@ class Outcome:
 
     @property
     def proposer(self) -> str:
-        """Who the predictions are by, as an author: ``"model NAME 12"``, 12 being the run."""
+        """The author of the predictions: ``"model NAME 12"``, 12 being the run."""
         return f"model {self.settings.preset} {self.number}"
 
-    def find(self, id_: str) -> Reviewed | None:
+    def find(self, id_: str) -> DemonstrationResult | None:
         """The demonstration of this id, tested or proposed; None where it is neither."""
         return next((d for d in (*self.tested, *self.proposals) if d.id == id_), None)
 
 
-def load(project: Project, number: int) -> Outcome:
+def load_run(project: Project, number: int) -> RunResult:
     """A run of a project, made ready for looking.
 
     Raises
@@ -150,7 +137,7 @@ def load(project: Project, number: int) -> Outcome:
             f"reviewed; choose one of the kind '{KIND}'."
         )
     try:
-        return _outcome(project, run)
+        return _run_result(project, run)
     except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
         raise InputError(
             f"What run {number} of '{project.path}' found is damaged and cannot be reviewed; train "
@@ -158,7 +145,7 @@ def load(project: Project, number: int) -> Outcome:
         ) from error
 
 
-def latest(project: Project, tasks: Sequence[str] | None = None) -> Outcome | None:
+def latest_run(project: Project, tasks: Sequence[str] | None = None) -> RunResult | None:
     """The latest run that can be reviewed; None where there is none.
 
     Parameters
@@ -175,55 +162,51 @@ def latest(project: Project, tasks: Sequence[str] | None = None) -> Outcome | No
     """
     runs = project.runs.summaries(KIND)[::-1]
     if tasks is not None:
-        told = [(run, *tasks_of(run.settings)) for run in runs]
-        wanted = set(tasks)
-        trained = [(run, test) for run, of, test in told if set(of) == wanted]
+        candidates = [(run, *tasks_of(run.settings)) for run in runs]
+        requested = set(tasks)
+        trained = [(run, test) for run, of, test in candidates if set(of) == requested]
         runs = (
-            # Whoever asks for a task wants its own demonstrations, and not those of another one.
+            # A task's own demonstrations come first, before tests on those of another one.
             *(run for run, test in trained if test is None),
-            *(run for run, _, test in told if {test} == wanted),
+            *(run for run, _, test in candidates if {test} == requested),
             *(run for run, _ in trained),
         )
-    return load(project, runs[0].id) if runs else None
+    return load_run(project, runs[0].id) if runs else None
 
 
-def edits_since(project: Project, outcome: Outcome) -> int:
-    """How many edits lie between the labels that were used and those of now.
+def edits_since(project: Project, run: RunResult) -> int:
+    """Number of edits between the labels that were used and those of now.
 
     Edits that were taken back count for nothing. Demonstrations that have come into its tasks
     since count as one each.
     """
-    tested = () if outcome.test_task is None else (outcome.test_task,)
-    return project.tracks.edits_since(outcome.labels, (*outcome.tasks, *tested))
+    tested = () if run.test_task is None else (run.test_task,)
+    return project.tracks.edits_since(run.labels, (*run.tasks, *tested))
 
 
 def tasks_of(settings: Mapping[str, Any]) -> tuple[tuple[str, ...], str | None]:
-    """What a run was trained on, and what it was tested on instead of leaving one out.
-
-    Parameters
-    ----------
-    settings : mapping
-        Of the run: everything it was told.
-    """
-    choice = settings.get("choice", {})
-    return tuple(choice.get("tasks", ())), choice.get("test_task")
+    """The tasks that a run was trained on, and the one that it was tested on instead, if any."""
+    selection = settings.get("choice", {})
+    return tuple(selection.get("tasks", ())), selection.get("test_task")
 
 
-def _outcome(project: Project, run: StoredRun) -> Outcome:
-    """A run as an outcome; whatever is raised over what it holds, it is damaged."""
+def _run_result(project: Project, run: StoredRun) -> RunResult:
+    """The result of a run; whatever is raised while reading it, the run is damaged."""
     result = run.result
     infos = {info.id: info for info in project.demonstrations.infos()}
-    sure = result.get("certainty", {})
+    traces = result.get("certainty", {})
 
-    def reviewed(plain: Mapping[str, Any]) -> Reviewed:
+    def reviewed(plain: Mapping[str, Any]) -> DemonstrationResult:
         id_ = plain["demonstration"]
-        return _reviewed(project, infos[id_], plain, plain.get("certainty", sure.get(id_)))
+        return _demonstration_result(
+            project, infos[id_], plain, plain.get("certainty", traces.get(id_))
+        )
 
-    def there(key: str) -> list[Mapping[str, Any]]:
-        told = result.get(key, ())
-        return [one for one in told if one["demonstration"] in infos or not _is_id(one)]
+    def existing(key: str) -> list[Mapping[str, Any]]:
+        rows = result.get(key, ())
+        return [row for row in rows if row["demonstration"] in infos or not _is_id(row)]
 
-    tracks = there("tracks")
+    tracks = existing("tracks")
     remarks = list(result["remarks"])
     if gone := len(result["tracks"]) - len(tracks):
         if not tracks:
@@ -236,20 +219,20 @@ def _outcome(project: Project, run: StoredRun) -> Outcome:
             f"from the project since; the scores are those of all."
         )
     tasks, test_task = tasks_of(run.settings)
-    choice = run.settings.get("choice", {})
-    return Outcome(
+    selection = run.settings.get("choice", {})
+    return RunResult(
         number=run.id,
         time=run.time,
         title=str(result["title"]),
         tasks=tasks,
         test_task=test_task,
-        author=run.labels[0].author if run.labels else str(choice.get("author") or ""),
-        apart=bool(choice.get("apart", False)),
+        author=run.labels[0].author if run.labels else str(selection.get("author") or ""),
+        apart=bool(selection.get("apart", False)),
         settings=Settings.from_json(result["settings"]),
         actions=tuple(result["labels"]),
         labels=run.labels,
         tested=tuple(reviewed(plain) for plain in tracks),
-        proposals=tuple(reviewed(plain) for plain in there("proposals")),
+        proposals=tuple(reviewed(plain) for plain in existing("proposals")),
         recogniser=str(result.get("recogniser", "")),
         scores={
             which: _scores(result[which], result["tracks"], tracks)
@@ -259,37 +242,39 @@ def _outcome(project: Project, run: StoredRun) -> Outcome:
         seconds={name: float(spent) for name, spent in result["seconds"].items()},
         remarks=tuple(remarks),
         removed=gone,
-        folds=int(choice.get("folds") or 0),
+        folds=int(selection.get("folds") or 0),
         reliability=result.get("reliability", {}),
     )
 
 
 def _scores(
-    stage: Mapping[str, Any], told: Sequence[Mapping[str, Any]], kept: Sequence[Mapping[str, Any]]
+    stage: Mapping[str, Any],
+    tested: Sequence[Mapping[str, Any]],
+    existing: Sequence[Mapping[str, Any]],
 ) -> Mapping[str, Any]:
-    """Scores of a stage; those of each demonstration stand in the order of those that are kept."""
-    if len(kept) == len(told) or "demonstrations" not in stage:
+    """Scores of a stage without those of demonstrations that were removed since."""
+    if len(existing) == len(tested) or "demonstrations" not in stage:
         return stage
-    ids = {plain["demonstration"] for plain in kept}
-    each = zip(told, stage["demonstrations"], strict=False)
+    ids = {plain["demonstration"] for plain in existing}
+    each = zip(tested, stage["demonstrations"], strict=False)
     return {
         **stage,
-        "demonstrations": [one for plain, one in each if plain["demonstration"] in ids],
+        "demonstrations": [scores for plain, scores in each if plain["demonstration"] in ids],
     }
 
 
 def _is_id(plain: Mapping[str, Any]) -> bool:
-    """Whether what a run tells is of a demonstration, be it one that was removed since."""
+    """Whether a row is of a demonstration, be it one that was removed since."""
     return re.fullmatch("[0-9a-f]{32}", plain["demonstration"]) is not None
 
 
-def _reviewed(
+def _demonstration_result(
     project: Project,
     info: DemonstrationInfo,
     plain: Mapping[str, Any],
-    certainty: Mapping[str, Any] | None,
-) -> Reviewed:
-    """One demonstration of a run."""
+    trace: Mapping[str, Any] | None,
+) -> DemonstrationResult:
+    """The result of one demonstration of a run."""
     if "start" in plain:
         start, end = float(plain["start"]), float(plain["end"])
     else:  # of a run that was made on the command line
@@ -301,7 +286,7 @@ def _reviewed(
     share = plain.get("typicality")
     if share is not None and not 0 <= float(share) <= 1:
         raise ValueError("typicality is a share")
-    return Reviewed(
+    return DemonstrationResult(
         id=info.id,
         name=info.name,
         task=info.task,
@@ -309,7 +294,7 @@ def _reviewed(
         end=end,
         human=_segments(plain.get("human", ())),
         stages=stages,
-        certainty=None if certainty is None else Certainty.from_json(certainty),
+        probability_trace=None if trace is None else ProbabilityTrace.from_json(trace),
         typicality=None if share is None else float(share),
     )
 
@@ -319,19 +304,14 @@ def _segments(rows: Sequence[Sequence[Any]]) -> Segments:
     return tuple(Segment(float(start), float(end), action) for start, end, action in rows)
 
 
-def vocabulary_of(project: Project, outcome: Outcome) -> Vocabulary:
-    """All actions of an outcome, each with the look that it has where it is labelled.
+def action_styles(project: Project, run: RunResult) -> Vocabulary:
+    """All actions of a run, each with its colour and texture in the tasks' vocabularies.
 
     The task that is tested comes first, so that its tracks look as when they are labelled. Two
-    actions of the same look, from two tasks, keep the colour and differ in texture; so do those
+    actions of the same style, from two tasks, keep the colour and differ in texture; so do those
     that are kept apart by their task, like ``grab_hard`` and ``grab_soft``.
-
-    Raises
-    ------
-    ForcelabError
-        If the project cannot be read.
     """
-    tasks = dict.fromkeys(([outcome.test_task] if outcome.test_task else []) + [*outcome.tasks])
-    found = joined({task: project.actions.vocabulary(task) for task in tasks}, apart=outcome.apart)
+    tasks = dict.fromkeys(([run.test_task] if run.test_task else []) + [*run.tasks])
+    found = joined({task: project.actions.vocabulary(task) for task in tasks}, apart=run.apart)
     keyless = Vocabulary(tuple(replace(action, key="") for action in found))
-    return keyless.with_actions(*outcome.actions)
+    return keyless.with_actions(*run.actions)

@@ -1,9 +1,9 @@
-"""Training as the window does it: everything that a review shows, with its progress.
+"""Training for the Review workspace: evaluation, final fit and proposals as one stored run.
 
-It works on the labels as they are when it begins, reads them once and never writes a track: what
-is edited meanwhile stays, and is counted by :func:`forcelab.review.run_result.edits_since`. The run
-and the recogniser are stored together at the very end, as soon as no other program keeps the
-project busy, or not at all.
+It works on the labels as they are when it begins, reads them once and never writes a track: later
+edits stay, and :func:`forcelab.review.run_result.edits_since` counts them. The run and the
+recogniser are stored together at the very end, as soon as no other program keeps the project busy,
+or not at all.
 """
 
 from __future__ import annotations
@@ -20,62 +20,50 @@ from forcelab.jobs import Progress
 from forcelab.labels import from_codes
 from forcelab.process import interruptible
 from forcelab.project import DemonstrationInfo, LabelsUsed, Project
-from forcelab.recognition.dataset import Choice, Corpus
-from forcelab.recognition.experiments import evaluating, idle, told, unlearnt, unlike
-from forcelab.recognition.groups import groups
+from forcelab.recognition.dataset import DataSelection, Dataset
+from forcelab.recognition.experiments import (
+    dataset_unit_remarks,
+    evaluate_joined,
+    provenance,
+    unlearnt_remarks,
+    unused_merge_remarks,
+)
+from forcelab.recognition.groups import fold_groups
 from forcelab.recognition.recogniser import Prediction, Recogniser
-from forcelab.recognition.results import Evaluation, digest, kept, title_of
+from forcelab.recognition.results import Evaluation, run_record, run_summary, run_title
 from forcelab.recognition.settings import Settings
 from forcelab.recognition.storage import dump
-from forcelab.recognition.training import Epoch, training
+from forcelab.recognition.training import FitProgress, training_job
 from forcelab.resources import versions
-from forcelab.review.active_learning import sampled, typicality
+from forcelab.review.active_learning import sample_steps, typicality
 from forcelab.review.run_result import KIND
 
 Phase = Literal["features", "fold", "final fit", "proposals", "storing"]
-MadeT = TypeVar("MadeT")
+ResultT = TypeVar("ResultT")
 
 #: Parts of the progress that one fit is.
 PARTS = 100
 
 
 @dataclass(frozen=True, slots=True)
-class Step(Progress):
-    """How far a training is.
+class TrainingStep(Progress):
+    """Progress of a training."""
 
-    Parameters
-    ----------
-    phase : "features", "fold", "final fit", "proposals" or "storing"
-        What is being done; of the features, both for testing and for the final fit.
-    fold, folds : int
-        Which recogniser for testing is trained, from 1, of how many; 0 before the first.
-    epoch : int or None
-        Of the fit; None where it has none.
-    loss : float or None
-        After that epoch; None for classifiers that have none.
-    seconds_left : float or None
-        Estimated from what the fits before took; None until one is done.
-    """
-
+    #: What is being done; of the features, both for testing and for the final fit
     phase: Phase = "features"
+    #: fold, folds: which recogniser for testing is trained, from 1, of how many; 0 before the first
     fold: int = 0
     folds: int = 0
-    epoch: int | None = None
-    loss: float | None = None
+    epoch: int | None = None  # of the fit; None where it has none
+    loss: float | None = None  # after that epoch; None for classifiers that have none
+    #: Estimated from what the fits before took; None until one is done
     seconds_left: float | None = None
 
 
 class TrainingProgress:
     """Turns the progress of the parts of a training into that of the whole.
 
-    Parameters
-    ----------
-    folds : int
-        Recognisers that are trained for testing.
-    fit : bool
-        Whether one is trained at the end.
-    clock : callable
-        Gives seconds.
+    `folds` recognisers are trained for testing, and one more at the end if `fit`.
     """
 
     def __init__(self, folds: int, fit: bool, clock: Callable[[], float] = monotonic) -> None:
@@ -88,45 +76,49 @@ class TrainingProgress:
         self._began = clock()  # the fit that is under way
         self._text = ""  # of that; empty while there is none
 
-    def test(self, job: Generator[Progress, None, MadeT]) -> Generator[Step, None, MadeT]:
-        """An evaluation as steps."""
-        made = yield from self._of(job, "fold")
+    def test(
+        self, job: Generator[Progress, None, ResultT]
+    ) -> Generator[TrainingStep, None, ResultT]:
+        """The progress of an evaluation as steps."""
+        result = yield from self._of(job, "fold")
         self._fold = self.folds
-        return made
+        return result
 
-    def fit(self, job: Generator[Progress, None, MadeT]) -> Generator[Step, None, MadeT]:
-        """The final fit as steps."""
+    def fit(
+        self, job: Generator[Progress, None, ResultT]
+    ) -> Generator[TrainingStep, None, ResultT]:
+        """The progress of the final fit as steps."""
         # Testing may have been given up in the middle of it.
         self._done, self._text = self.folds, ""
         return (yield from self._of(job, "final fit"))
 
-    def proposing(self, done: int, total: int, name: str) -> Step:
+    def proposing(self, done: int, total: int, name: str) -> TrainingStep:
         """The step before a demonstration is recognised."""
         share = done / max(total, 1)
         return self._step("proposals", name, self._fits + share)
 
-    def storing(self) -> Step:
+    def storing(self) -> TrainingStep:
         """The last step."""
         return self._step("storing", "storing", self._fits + 1)
 
     def _of(
-        self, job: Generator[Progress, None, MadeT], phase: Phase
-    ) -> Generator[Step, None, MadeT]:
-        """The steps of a job."""
+        self, job: Generator[Progress, None, ResultT], phase: Phase
+    ) -> Generator[TrainingStep, None, ResultT]:
+        """The progress of a job as steps."""
         try:
             while True:
                 try:
                     progress = next(job)
                 except StopIteration as end:
                     self._end_fit()
-                    return cast(MadeT, end.value)
+                    return cast(ResultT, end.value)
                 yield self._step_of(progress, phase)
         finally:
             job.close()
 
-    def _step_of(self, progress: Progress, phase: Phase) -> Step:
-        """The step that a progress is."""
-        if not isinstance(progress, Epoch):
+    def _step_of(self, progress: Progress, phase: Phase) -> TrainingStep:
+        """A progress as a step."""
+        if not isinstance(progress, FitProgress):
             if progress.text != "features":
                 self._end_fit()
                 return self._step(phase, progress.text, self._done)
@@ -156,9 +148,9 @@ class TrainingProgress:
         fits: float,
         epoch: int | None = None,
         loss: float | None = None,
-    ) -> Step:
-        """A step, with what is left."""
-        return Step(
+    ) -> TrainingStep:
+        """A step, with the time left."""
+        return TrainingStep(
             done=round(PARTS * fits),
             total=PARTS * (self._fits + 1),
             text=text,
@@ -183,87 +175,56 @@ class TrainingProgress:
 
 @dataclass(frozen=True)
 class _Snapshot:
-    """What is trained and tested on, as it was when the training began.
-
-    Parameters
-    ----------
-    tasks : tuple of str
-    corpora : list of Corpus
-        Of the tasks; and of the task that is tested on, if there is one.
-    new : tuple of DemonstrationInfo
-        The demonstrations of all these tasks that the coder has not labelled.
-    """
+    """The data to train and test on, as it was when the training began."""
 
     tasks: tuple[str, ...]
-    corpora: list[Corpus]
+    datasets: list[Dataset]  # of the tasks; and of the task that is tested on, if there is one
+    #: The demonstrations of all these tasks that the coder has not labelled
     new: tuple[DemonstrationInfo, ...]
 
     @property
-    def found(self) -> Corpus:
-        """What is trained on."""
-        return self.corpora[0]
+    def train(self) -> Dataset:
+        """The dataset to train on."""
+        return self.datasets[0]
 
     @property
     def labels(self) -> list[LabelsUsed]:
-        """Which labels of which demonstrations are used, the empty ones among them."""
-        return [used for part in self.corpora for used in part.labels]
+        """The labels of all demonstrations, empty tracks included."""
+        return [used for part in self.datasets for used in part.labels]
 
 
-def reviewing(
-    path: Path, settings: Settings, choice: Choice, name: str, fit: bool = True
-) -> Generator[Step, None, int]:
-    """Evaluate, train, and propose labels; kept in the project as one run.
+def review_job(
+    path: Path, settings: Settings, selection: DataSelection, name: str, fit: bool = True
+) -> Generator[TrainingStep, None, int]:
+    """Evaluate, train, and propose labels; returns the number of the stored run.
 
-    Made for :func:`forcelab.process.elsewhere`, so it opens the project by itself.
-
-    Parameters
-    ----------
-    path : Path
-        The project's.
-    settings : Settings
-    choice : Choice
-        What is trained on together; with no task chosen, the only one that there is.
-    name : str
-        What the recogniser is called in the project.
-    fit : bool
-        Whether a recogniser is trained on all that is labelled, which then proposes labels for
-        what is not. Without, there is only the evaluation.
-
-    Yields
-    ------
-    Step
-
-    Returns
-    -------
-    int
-        The run's number.
-
-    Raises
-    ------
-    InputError
-        If there is nothing to learn from, or the project cannot keep the run. What only stands in
-        the way of testing is a remark of the run.
+    Made for :func:`forcelab.process.elsewhere`, so it opens the project by itself. Without `fit`
+    there is only the evaluation. With no task selected the only one is trained on. An InputError
+    says that there is nothing to learn from, or the project cannot store the run; what only stands
+    in the way of testing is a remark of the run.
     """
-    choice.check()
+    selection.check()
     with Project.open(path) as project:
         project.refuse_read_only()  # before the work and not after it
-        yield Step(0, 1, "labels", phase="features")
-        snapshot = _snapshot(project, settings, choice)
-        choice = choice.settled(snapshot.found)
-        steps = TrainingProgress(_folds(snapshot, choice), fit)
-        title = title_of(snapshot.tasks, choice.test_task)
-        evaluation, remarks = yield from _tested(snapshot, settings, choice, steps, fit)
+        yield TrainingStep(0, 1, "labels", phase="features")
+        snapshot = _snapshot(project, settings, selection)
+        selection = selection.with_default_folds(snapshot.train)
+        steps = TrainingProgress(_folds(snapshot, selection), fit)
+        title = run_title(snapshot.tasks, selection.test_task)
+        evaluation, remarks = yield from _evaluate(snapshot, settings, selection, steps, fit)
         if evaluation is not None:
-            result = kept(evaluation, certainty=True)
+            result = run_record(evaluation, probability_trace=True)
             trained_on: Sequence[str] = evaluation.trained_on
         else:
-            result = _untested(title, settings)
-        remarks += unlike(snapshot.corpora, settings)
-        remarks += idle(settings, frozenset().union(*(part.spelt for part in snapshot.corpora)))
+            result = _empty_record(title, settings)
+        remarks += dataset_unit_remarks(snapshot.datasets, settings)
+        remarks += unused_merge_remarks(
+            settings, frozenset().union(*(part.spellings for part in snapshot.datasets))
+        )
         recogniser = None
         if fit:
-            recogniser = yield from steps.fit(training(snapshot.found.labelled, settings))
-            remarks += unlearnt(snapshot.found, recogniser)
+            recogniser = yield from steps.fit(training_job(snapshot.train.labelled, settings))
+            remarks += unlearnt_remarks(snapshot.train, recogniser)
             trained_on = recogniser.trained_on
             result.setdefault("labels", list(recogniser.actions))
             proposals, refused = yield from _proposals(project, snapshot, recogniser, steps)
@@ -271,70 +232,69 @@ def reviewing(
             remarks += refused
         result["remarks"] = [*result["remarks"], *remarks]
         result["trained_on"] = list(trained_on)
-        asked = told(settings, choice, snapshot.tasks)
+        requested = provenance(settings, selection, snapshot.tasks)
         while True:
             yield steps.storing()
             try:
                 with interruptible():
-                    return _stored(project, snapshot, asked, result, name, recogniser)
+                    return _store(project, snapshot, requested, result, name, recogniser)
             except StoreBusyError:  # what took minutes is not lost for that; one can cancel
                 continue
 
 
-def _snapshot(project: Project, settings: Settings, choice: Choice) -> _Snapshot:
-    """Read what is labelled and what is not."""
-    tasks = tuple(dict.fromkeys(choice.tasks)) or project.demonstrations.tasks()
-    if len(tasks) > 1 and not choice.tasks:
-        raise InputError(
-            f"'{project.path}' has the tasks {', '.join(tasks)}; choose the task to train on, or "
-            f"several to join."
-        )
-    corpora = [choice.corpus(project, tasks, settings)]
-    if choice.test_task is not None:
-        corpora.append(choice.corpus(project, [choice.test_task], settings))
-    _check(corpora[0], settings, tasks)
+def _snapshot(project: Project, settings: Settings, selection: DataSelection) -> _Snapshot:
+    """Read the labelled demonstrations, and list those without labels."""
+    tasks = selection.joined_tasks(project)
+    datasets = selection.load_parts(project, tasks, settings)
+    _check(datasets[0], settings, tasks)
     bare = {
-        item.demonstration.id for part in corpora for item in part.labelled if not item.segments
+        item.demonstration.id for part in datasets for item in part.labelled if not item.segments
     }
     infos = {info.id: info for info in project.demonstrations.infos() if info.id in bare}
-    return _Snapshot(tasks, corpora, tuple(infos.values()))
+    return _Snapshot(tasks, datasets, tuple(infos.values()))
 
 
-def _check(found: Corpus, settings: Settings, tasks: Sequence[str]) -> None:
+def _check(found: Dataset, settings: Settings, tasks: Sequence[str]) -> None:
     """Refuse fewer than two actions before anything is computed."""
     merged = [item.merged(settings.merge) for item in found.labelled]
     actions = list(dict.fromkeys(s.action for item in merged for s in item.segments))
     if len(actions) < 2:
-        there = f"only '{actions[0]}' is" if actions else "none is"
+        labelled = f"only '{actions[0]}' is" if actions else "none is"
         raise InputError(
-            f"Training needs two actions and {there} labelled in {' + '.join(tasks)}; label a "
+            f"Training needs two actions and {labelled} labelled in {' + '.join(tasks)}; label a "
             f"stretch of a second one. Until then you can go on labelling and compare coders."
         )
 
 
-def _folds(snapshot: _Snapshot, choice: Choice) -> int:
-    """How many recognisers are trained for testing."""
-    if choice.test_task is not None:
+def _folds(snapshot: _Snapshot, selection: DataSelection) -> int:
+    """The number of recognisers that are trained for testing."""
+    if selection.test_task is not None:
         return 1
-    labelled = [item.demonstration for item in snapshot.found.labelled if item.segments]
-    return len(groups(labelled, choice.folds)) if len(labelled) > 1 else 0
+    labelled = [item.demonstration for item in snapshot.train.labelled if item.segments]
+    return len(fold_groups(labelled, selection.folds)) if len(labelled) > 1 else 0
 
 
-def _tested(
-    snapshot: _Snapshot, settings: Settings, choice: Choice, steps: TrainingProgress, fit: bool
-) -> Generator[Step, None, tuple[Evaluation | None, tuple[str, ...]]]:
-    """Evaluate; where that cannot be, None and a remark that says why.
+def _evaluate(
+    snapshot: _Snapshot,
+    settings: Settings,
+    selection: DataSelection,
+    steps: TrainingProgress,
+    fit: bool,
+) -> Generator[TrainingStep, None, tuple[Evaluation | None, tuple[str, ...]]]:
+    """Evaluate; where that is not possible, None and a remark that says why.
 
-    What stands in the way of training, too, is then told by that.
+    What stands in the way of training, too, is left to the training to report.
     """
     if not steps.folds and fit:
-        whose = f" by {choice.author}" if choice.author else ""
+        whose = f" by {selection.author}" if selection.author else ""
         return None, (
             f"Only one demonstration is labelled{whose}, so nothing could be tested; label a "
             f"second one. The recogniser was trained all the same, and proposes labels for the "
             f"others.",
         )
-    job = evaluating(snapshot.corpora, settings, snapshot.tasks, choice, certainty=True)
+    job = evaluate_joined(
+        snapshot.datasets, settings, snapshot.tasks, selection, probability_trace=True
+    )
     try:
         return (yield from steps.test(job)), ()
     except InputError as error:
@@ -343,10 +303,10 @@ def _tested(
         return None, (f"Nothing could be tested: {error}",)
 
 
-def _untested(title: str, settings: Settings) -> dict[str, Any]:
-    """What a run keeps where nothing was tested."""
+def _empty_record(title: str, settings: Settings) -> dict[str, Any]:
+    """The record of a run that tested nothing."""
     return {
-        "digest": digest(title, {}),
+        "digest": run_summary(title, {}),
         "title": title,
         "preset": settings.preset,
         "settings": settings.to_json(),
@@ -362,34 +322,35 @@ def _untested(title: str, settings: Settings) -> dict[str, Any]:
 
 def _proposals(
     project: Project, snapshot: _Snapshot, recogniser: Recogniser, steps: TrainingProgress
-) -> Generator[Step, None, tuple[list[dict[str, Any]], tuple[str, ...]]]:
-    """What the recogniser makes of the demonstrations that the coder has not labelled.
+) -> Generator[TrainingStep, None, tuple[list[dict[str, Any]], tuple[str, ...]]]:
+    """Predictions for the demonstrations that the coder has not labelled, each with its typicality.
 
-    Also of those that are blind for the coder: it is the window that hides them. Each is stored
-    with how typical it is of all of them.
+    Also for those that are blind for the coder: the window hides them.
     """
-    made, remarks, looks = [], [], []
+    proposals, remarks, samples = [], [], []
     for i, info in enumerate(snapshot.new):
         yield steps.proposing(i, len(snapshot.new), info.name)
         try:
             demonstration = project.demonstrations.load(info.id)
-            examples = recogniser.prepared(demonstration)
-            prediction = recogniser.predict(demonstration, certainty=True, examples=examples)
+            examples = recogniser.prepare(demonstration)
+            prediction = recogniser.predict(
+                demonstration, probability_trace=True, examples=examples
+            )
         except InputError as error:
             remarks.append(f"No proposal for '{info.name}': {error}")
             continue
         remarks += [
-            f"'{info.name}': {one}" for one in recogniser.remarks_on(demonstration.channels)
+            f"'{info.name}': {remark}" for remark in recogniser.unit_remarks(demonstration.channels)
         ]
-        made.append(_proposal(demonstration, prediction))
-        looks.append(sampled(examples))
-    for proposal, share in zip(made, typicality(looks).tolist(), strict=True):
+        proposals.append(_proposal(demonstration, prediction))
+        samples.append(sample_steps(examples))
+    for proposal, share in zip(proposals, typicality(samples).tolist(), strict=True):
         proposal["typicality"] = share
-    return made, tuple(remarks)
+    return proposals, tuple(remarks)
 
 
 def _proposal(demonstration: Demonstration, prediction: Prediction) -> dict[str, Any]:
-    """A prediction as plain values, as tracks are kept, with its certainty."""
+    """A prediction as plain values, as a run stores tracks, with its probability trace."""
     where = {
         "demonstration": demonstration.id,
         "start": demonstration.start,
@@ -403,25 +364,25 @@ def _proposal(demonstration: Demonstration, prediction: Prediction) -> dict[str,
         ]
         for which, codes in stages.items()
     }
-    sure = prediction.certainty
-    certainty = {} if sure is None else {"certainty": sure.to_json()}
-    return {**where, **tracks, **certainty}
+    trace = prediction.probability_trace
+    kept_trace = {} if trace is None else {"certainty": trace.to_json()}
+    return {**where, **tracks, **kept_trace}
 
 
-def _stored(
+def _store(
     project: Project,
     snapshot: _Snapshot,
-    asked: dict[str, Any],
+    requested: dict[str, Any],
     result: dict[str, Any],
     name: str,
     recogniser: Recogniser | None,
 ) -> int:
-    """Keep everything, at once."""
+    """Store the run and its recogniser in one transaction."""
     seed, labels = result["seed"], project.runs.existing_labels(snapshot.labels)
     if recogniser is None:
         return project.runs.add(
             KIND,
-            settings=asked,
+            settings=requested,
             seed=seed,
             labels=labels,
             versions=versions(),
@@ -431,11 +392,11 @@ def _stored(
         KIND,
         name,
         dump(recogniser),
-        settings=asked,
+        settings=requested,
         seed=seed,
         labels=labels,
         trained_on=project.runs.existing_labels(
-            used for used in snapshot.found.labels if used.demonstration in recogniser.trained_on
+            used for used in snapshot.train.labels if used.demonstration in recogniser.trained_on
         ),
         versions=versions(),
         result=result,

@@ -1,4 +1,4 @@
-"""Verdicts on differences: what people say about them, and what becomes of it."""
+"""Verdicts on differences: who is right, as people judge, and the edits that follow."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ from dataclasses import dataclass
 
 from forcelab.project import Edit, Project, StoredVerdict, Verdict
 from forcelab.project.records import VerdictKind
-from forcelab.review.differences import Difference, spelt_back
-from forcelab.review.run_result import Outcome
+from forcelab.review.differences import Difference, action_as_coded
+from forcelab.review.run_result import RunResult
 
 #: A place covers a difference if it shares this part of it.
 COVERED = 0.5
 
 
 @dataclass(frozen=True, slots=True)
-class Judged:
-    """How often who was right where a human and a model see a certain pair of actions."""
+class VerdictCount:
+    """Counts of verdicts where human and model see a certain pair of actions."""
 
     human: str | None
     predicted: str | None
@@ -31,7 +31,7 @@ class Judged:
         return self.human_right + self.model_right + self.ambiguous
 
 
-def speaks_of(verdict: Verdict, difference: Difference) -> bool:
+def applies_to(verdict: Verdict, difference: Difference) -> bool:
     """Whether a verdict is about a difference, which another recogniser may find a bit beside."""
     return (
         verdict.human == difference.human
@@ -41,78 +41,62 @@ def speaks_of(verdict: Verdict, difference: Difference) -> bool:
 
 
 def covers(place: Verdict | Difference, difference: Difference) -> bool:
-    """Whether a place of the same demonstration covers most of a difference."""
+    """Whether a stretch of the same demonstration covers most of a difference."""
     shared = min(place.end, difference.end) - max(place.start, difference.start)
     return shared >= COVERED * difference.duration
 
 
-def judge(
+def record_verdict(
     project: Project,
-    outcome: Outcome,
+    run: RunResult,
     difference: Difference,
     verdict: VerdictKind,
     author: str,
     edit: Edit | None = None,
 ) -> StoredVerdict:
-    """Keep what somebody says about a difference; no label changes (see :func:`action_for`).
+    """Store an author's verdict on a difference; no label changes (see :func:`model_action`).
 
-    Parameters
-    ----------
-    project : Project
-    outcome : Outcome
-        Where the difference was found.
-    difference : Difference
-    verdict : "human", "model" or "ambiguous"
-    author : str
-        Who judges.
-    edit : Edit, optional
-        What gave the coder's track what the model sees; the verdict is undone with it.
+    `edit` is the one that gave the coder's track the model's action; the verdict is undone with it.
     """
     return project.coding.add_verdict(
         Verdict(
             demonstration=difference.demonstration,
             author=author,
-            coder=outcome.author,
+            coder=run.author,
             start=difference.start,
             end=difference.end,
             human=difference.human,
             predicted=difference.predicted,
             verdict=verdict,
-            run=outcome.number or None,
+            run=run.number or None,
             time=edit.time if edit is not None else None,
         )
     )
 
 
-def withdraw(project: Project, verdict: StoredVerdict, author: str) -> StoredVerdict:
-    """Let a verdict count no more; what it was on is open again."""
+def withdraw_verdict(project: Project, verdict: StoredVerdict, author: str) -> StoredVerdict:
+    """Withdraw a verdict; its difference is open again."""
     fields = {name: getattr(verdict, name) for name in Verdict.__dataclass_fields__}
     fields |= {"author": author, "verdict": "withdrawn", "time": None}
     return project.coding.add_verdict(Verdict(**fields))
 
 
-def action_for(outcome: Outcome, difference: Difference) -> str | None:
-    """What the model sees over a difference, spelt as the coder spells it; None is nothing."""
-    action, reviewed = difference.predicted, outcome.find(difference.demonstration)
-    if action is None or reviewed is None:
+def model_action(run: RunResult, difference: Difference) -> str | None:
+    """The model's action over a difference, as the coder spells it; None for unlabelled."""
+    action, result = difference.predicted, run.find(difference.demonstration)
+    if action is None or result is None:
         return action
-    return spelt_back(action, outcome, reviewed)
+    return action_as_coded(action, run, result)
 
 
-def report(verdicts: Iterable[Verdict]) -> tuple[Judged, ...]:
-    """Who was right how often, by pair of actions; the pair with the most verdicts first.
-
-    Parameters
-    ----------
-    verdicts : iterable of Verdict
-        Those that count, as of ``project.coding.verdicts``.
-    """
+def count_verdicts(verdicts: Iterable[Verdict]) -> tuple[VerdictCount, ...]:
+    """Counts of verdicts by pair of actions, the most frequent first."""
     counts: dict[tuple[str | None, str | None], Counter[str]] = {}
     for verdict in verdicts:
         pair = (verdict.human, verdict.predicted)
         counts.setdefault(pair, Counter())[verdict.verdict] += 1
     found = [
-        Judged(human, predicted, said["human"], said["model"], said["ambiguous"])
-        for (human, predicted), said in counts.items()
+        VerdictCount(human, predicted, counted["human"], counted["model"], counted["ambiguous"])
+        for (human, predicted), counted in counts.items()
     ]
     return tuple(sorted(found, key=lambda j: (-j.total, j.human or "", j.predicted or "")))

@@ -25,14 +25,14 @@ from forcelab.errors import InputError
 from forcelab.jobs import Progress, finish
 from forcelab.measure.recognition import measure_peak, measure_seconds, median_and_spread
 from forcelab.measure.rows import Row, with_front
-from forcelab.recognition.cross_validation import tested_by
-from forcelab.recognition.examples import Examples, Labelled, actions_of
+from forcelab.recognition.cross_validation import held_out_prediction
+from forcelab.recognition.examples import Examples, LabelledDemonstration, actions_of
 from forcelab.recognition.metrics import pool
 from forcelab.recognition.presets import PRESETS
 from forcelab.recognition.recogniser import Recogniser
 from forcelab.recognition.settings import Settings
-from forcelab.recognition.training import fit_examples, preparing
-from forcelab.review.active_learning import sampled, typicality, uncertainty
+from forcelab.recognition.training import fit_examples, prepare_all
+from forcelab.review.active_learning import sample_steps, typicality, uncertainty
 from forcelab.text import there_are
 
 #: What the columns of the table hold.
@@ -52,13 +52,16 @@ Urgency = Callable[[Recogniser, Sequence[Examples]], Sequence[float]]
 
 def _least_certain(recogniser: Recogniser, waiting: Sequence[Examples]) -> list[float]:
     """The mean of one minus the probability of the most probable action."""
-    found = (recogniser.predict_examples(one, certainty=True).certainty for one in waiting)
+    found = (
+        recogniser.predict_examples(one, probability_trace=True).probability_trace
+        for one in waiting
+    )
     return [0.0 if certainty is None else uncertainty(certainty) for certainty in found]
 
 
 def _typical(recogniser: Recogniser, waiting: Sequence[Examples]) -> list[float]:
     """The same times how many of the others are like a demonstration, as a review orders them."""
-    alike = typicality([sampled(one) for one in waiting]).tolist()
+    alike = typicality([sample_steps(one) for one in waiting]).tolist()
     return [u * t for u, t in zip(_least_certain(recogniser, waiting), alike, strict=True)]
 
 
@@ -80,7 +83,7 @@ class _Course:
 
 
 def measuring_next(
-    labelled: Sequence[Labelled],
+    labelled: Sequence[LabelledDemonstration],
     size: str,
     settings: Settings = PRESETS["fast"],
     turns: int = TURNS,
@@ -89,7 +92,7 @@ def measuring_next(
 
     Parameters
     ----------
-    labelled : sequence of Labelled
+    labelled : sequence of LabelledDemonstration
         Those without a segment take no part.
     size : str
         What the rows call them.
@@ -120,7 +123,7 @@ def measuring_next(
             f"What to label next is measured with {LEAST} labelled demonstrations; "
             f"{there_are(len(used))}. Label more."
         )
-    examples = yield from preparing(used, settings)
+    examples = yield from prepare_all(used, settings)
     courses = {name: _Course() for name in CHOOSING}
     total = turns * len(CHOOSING)
     for turn in range(turns):
@@ -142,7 +145,7 @@ def measuring_next(
 
 
 def _labelling(
-    used: Sequence[Labelled],
+    used: Sequence[LabelledDemonstration],
     examples: Sequence[Examples],
     parts: tuple[list[int], list[int]],
     settings: Settings,
@@ -184,16 +187,16 @@ def _chosen(
 
 def _accuracy(
     recogniser: Recogniser,
-    used: Sequence[Labelled],
+    used: Sequence[LabelledDemonstration],
     examples: Sequence[Examples],
     tested: Sequence[int],
 ) -> float:
     """Pooled accuracy of what was decoded or filtered."""
     actions = actions_of(examples)
     counts = [
-        tested_by(used[i], examples[i], recogniser.predict_examples(examples[i]), actions).counts(
-            "filtered"
-        )
+        held_out_prediction(
+            used[i], examples[i], recogniser.predict_examples(examples[i]), actions
+        ).counts("filtered")
         for i in tested
     ]
     return pool("", counts).accuracy or 0.0

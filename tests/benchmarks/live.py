@@ -15,7 +15,7 @@ from forcelab.jobs import Progress
 from forcelab.measure.cwt import made_up_demonstration
 from forcelab.measure.recognition import measure_peak
 from forcelab.measure.rows import Row, Table, with_front
-from forcelab.recognition.examples import Labelled
+from forcelab.recognition.examples import LabelledDemonstration
 from forcelab.recognition.live import OnlineRecogniser
 from forcelab.recognition.presets import preset
 from forcelab.recognition.recogniser import Recogniser
@@ -34,7 +34,7 @@ def tabulate(*, quick: bool = False) -> Generator[Progress, None, Table]:
     Then one stream of a million samples, 30,000 with `quick`: whether it stays as it is.
     """
     yield Progress(0, 1, "training")
-    trained = [Labelled(*made_up_demonstration(20.0, RATE, seed)) for seed in (1, 2)]
+    trained = [LabelledDemonstration(*made_up_demonstration(20.0, RATE, seed)) for seed in (1, 2)]
     recogniser = train(trained, preset("paper").replace(stride=10))
     demonstration, _ = made_up_demonstration(10.0 if quick else 60.0, RATE, 3)
     repetitions = 3 if quick else 5

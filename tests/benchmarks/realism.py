@@ -27,8 +27,8 @@ from forcelab.label_map import MergeMap
 from forcelab.labels import Segments
 from forcelab.project import Project
 from forcelab.recognition.cross_validation import leave_one_out
-from forcelab.recognition.dataset import corpus
-from forcelab.recognition.examples import Labelled
+from forcelab.recognition.dataset import load_dataset
+from forcelab.recognition.examples import LabelledDemonstration
 from forcelab.recognition.presets import preset
 from forcelab.recognition.settings import Settings
 from forcelab.signals.channels import channel_map
@@ -120,12 +120,12 @@ class Felt:
         return [part for part in parts if len(part) >= SHORTEST * self.rate]
 
 
-def felt(item: Labelled) -> Felt:
+def felt(item: LabelledDemonstration) -> Felt:
     """Find the sensors, bring them onto a grid and take off what they read at rest.
 
     Parameters
     ----------
-    item : Labelled
+    item : LabelledDemonstration
         With at least one segment.
 
     Raises
@@ -178,7 +178,7 @@ GRIPPED = 0.5
 IMPACTS = 30.0
 
 
-def figures(labelled: Sequence[Labelled], actions: Sequence[str]) -> Figures:
+def figures(labelled: Sequence[LabelledDemonstration], actions: Sequence[str]) -> Figures:
     """Compute all figures of a set of recordings.
 
     The sensors are numbered by the tangential force that they feel, the largest first, because
@@ -186,7 +186,7 @@ def figures(labelled: Sequence[Labelled], actions: Sequence[str]) -> Figures:
 
     Parameters
     ----------
-    labelled : sequence of Labelled
+    labelled : sequence of LabelledDemonstration
         Of one task and one kind of device, each with at least one segment.
     actions : sequence of str
         Those to give figures of, in this order.
@@ -217,7 +217,7 @@ def _typical(values: Iterable[float]) -> float:
     return float(np.median(there)) if there else np.nan
 
 
-def _labels(labelled: Sequence[Labelled], actions: Sequence[str]) -> Figures:
+def _labels(labelled: Sequence[LabelledDemonstration], actions: Sequence[str]) -> Figures:
     """How long demonstrations and segments are, and how many there are of each action."""
     whole = [item.demonstration.duration for item in labelled]
     covered = [sum(s.duration for s in item.segments) for item in labelled]
@@ -392,12 +392,14 @@ class Comparison:
         return 1 / FACTOR <= self.ratio <= FACTOR
 
 
-def realism(simulated: Sequence[Labelled], real: Sequence[Labelled]) -> tuple[Comparison, ...]:
+def realism(
+    simulated: Sequence[LabelledDemonstration], real: Sequence[LabelledDemonstration]
+) -> tuple[Comparison, ...]:
     """Compare simulated with real recordings of one task.
 
     Parameters
     ----------
-    simulated, real : sequence of Labelled
+    simulated, real : sequence of LabelledDemonstration
         Which spell the actions alike.
 
     Returns
@@ -422,8 +424,8 @@ def realism(simulated: Sequence[Labelled], real: Sequence[Labelled]) -> tuple[Co
 
 
 def recognition(
-    simulated: Sequence[Labelled],
-    real: Sequence[Labelled],
+    simulated: Sequence[LabelledDemonstration],
+    real: Sequence[LabelledDemonstration],
     settings: Settings | None = None,
     jobs: int = 1,
 ) -> Generator[Progress, None, tuple[Comparison, ...]]:
@@ -433,7 +435,7 @@ def recognition(
 
     Parameters
     ----------
-    simulated, real : sequence of Labelled
+    simulated, real : sequence of LabelledDemonstration
     settings : Settings, optional
         By default the preset ``paper``, trained on every tenth sample, which scores the same.
     jobs : int
@@ -566,9 +568,9 @@ def comparing(
     return tuple(result)
 
 
-def _recorded(path: Path, author: str | None) -> dict[Task, list[Labelled]]:
+def _recorded(path: Path, author: str | None) -> dict[Task, list[LabelledDemonstration]]:
     """The labelled demonstrations of a project, by task, spelled as ours; each can be compared."""
-    result: dict[Task, list[Labelled]] = {}
+    result: dict[Task, list[LabelledDemonstration]] = {}
     with Project.open(path) as project:
         tasks = [
             task for task in TASKS if any(i.authors for i in project.demonstrations.infos(task))
@@ -579,7 +581,7 @@ def _recorded(path: Path, author: str | None) -> dict[Task, list[Labelled]]:
                 f"({', '.join(TASKS)}); import some as a task of one of these names."
             )
         for task in tasks:
-            found = corpus(project, (task,), author, merge=PUBLISHED)
+            found = load_dataset(project, (task,), author, merge=PUBLISHED)
             real = [one for one in found.labelled if one.segments]
             if len(real) < FEWEST:
                 raise InputError(
@@ -593,7 +595,7 @@ def _recorded(path: Path, author: str | None) -> dict[Task, list[Labelled]]:
 
 def simulated_beside(
     wanted: Sequence[Origin], jobs: int = 1
-) -> Generator[Progress, None, list[Labelled]]:
+) -> Generator[Progress, None, list[LabelledDemonstration]]:
     """Simulate demonstrations as the paper's were recorded: without video and taps.
 
     Parameters
@@ -604,7 +606,7 @@ def simulated_beside(
 
     Returns
     -------
-    list of Labelled
+    list of LabelledDemonstration
         By the first of the simulated coders.
     """
     coder = CODERS[0].name
@@ -612,7 +614,9 @@ def simulated_beside(
     with tempfile.TemporaryDirectory() as scratch:
         made = yield from produce_demonstrations(orders, Path(scratch), jobs)
     return [
-        Labelled(_task_only(one.demonstration, one.tracks[0].segments), one.tracks[0].segments)
+        LabelledDemonstration(
+            _task_only(one.demonstration, one.tracks[0].segments), one.tracks[0].segments
+        )
         for one in made
     ]
 

@@ -48,13 +48,19 @@ from forcelab.measure.recognition import (
     row_of,
 )
 from forcelab.measure.rows import Row
-from forcelab.recognition.examples import Examples, Labelled, actions_of, common_rate, prepare
+from forcelab.recognition.examples import (
+    Examples,
+    LabelledDemonstration,
+    actions_of,
+    common_rate,
+    prepare_examples,
+)
 from forcelab.recognition.features import window_features
 from forcelab.recognition.forest import softmax
-from forcelab.recognition.groups import groups
+from forcelab.recognition.groups import fold_groups
 from forcelab.recognition.presets import PRESETS, preset
 from forcelab.recognition.recogniser import Recogniser
-from forcelab.recognition.task_grammar import Choreography
+from forcelab.recognition.task_grammar import TaskGrammar
 from forcelab.signals.channels import channel_map
 from forcelab.signals.grid import on_grid
 
@@ -356,7 +362,7 @@ WAYS = {
 
 
 def measuring_peers(
-    labelled: Sequence[Labelled],
+    labelled: Sequence[LabelledDemonstration],
     size: str,
     folds: int | None,
     peers: Sequence[Peer] | None = None,
@@ -367,7 +373,7 @@ def measuring_peers(
     """
     asked = PEERS if peers is None else tuple(peers)
     used = require_labelled(labelled)
-    parts = groups([item.demonstration for item in used], folds)
+    parts = fold_groups([item.demonstration for item in used], folds)
     against = reference_text(len(used), len(parts))
     rows: list[Row] = []
     for number, peer in enumerate(asked):
@@ -387,7 +393,7 @@ def measuring_peers(
     return tuple(rows)
 
 
-def _seen(peer: Peer, labelled: Sequence[Labelled]) -> Prepared:
+def _seen(peer: Peer, labelled: Sequence[LabelledDemonstration]) -> Prepared:
     """What a peer knows of all demonstrations, each on the clock."""
     rate = common_rate([item.demonstration for item in labelled], DECODED)
     looked = [_steps(item, rate) for item in labelled]
@@ -401,9 +407,9 @@ def _seen(peer: Peer, labelled: Sequence[Labelled]) -> Prepared:
     return Prepared(labelled, [made for made, _ in found], [taken for _, taken in found], peak)
 
 
-def _steps(item: Labelled, rate: float) -> tuple[Examples, Real, NDArray[np.int64]]:
+def _steps(item: LabelledDemonstration, rate: float) -> tuple[Examples, Real, NDArray[np.int64]]:
     """The time steps that ours decides at, and the channels it sees around them."""
-    example = prepare(item, DECODED, rate)
+    example = prepare_examples(item, DECODED, rate)
     channels = channel_map(item.demonstration.channels)
     grid = on_grid(item.demonstration, rate, channels.recorded)
     places = np.searchsorted(grid.times, example.times)
@@ -431,7 +437,7 @@ def _fold(peer: Peer, prepared: Prepared, part: Sequence[int], spent: dict[str, 
             actions=actions,
             shortest={},
             classifier=_Classifier(fitted, np.arange(len(actions))),
-            choreography=Choreography.learn([e.segments for e in train], actions)
+            choreography=TaskGrammar.learn([e.segments for e in train], actions)
             if settings.decodes
             else None,
         )

@@ -28,15 +28,15 @@ from forcelab.measure.recognition import (
     require_labelled,
 )
 from forcelab.measure.rows import Row
-from forcelab.recognition.cross_validation import tested_by
-from forcelab.recognition.examples import Examples, Labelled, actions_of
+from forcelab.recognition.cross_validation import held_out_prediction
+from forcelab.recognition.examples import Examples, LabelledDemonstration, actions_of
 from forcelab.recognition.metrics import Counts, pool
 from forcelab.recognition.recogniser import Prediction
 from forcelab.recognition.settings import Settings
-from forcelab.recognition.training import fit_examples, preparing
-from forcelab.review.differences import compared
-from forcelab.review.label_errors import ModelEvidence, heard, suspects
-from forcelab.review.run_result import Reviewed
+from forcelab.recognition.training import fit_examples, prepare_all
+from forcelab.review.differences import find_differences
+from forcelab.review.label_errors import ModelEvidence, gather_evidence, suspect_segments
+from forcelab.review.run_result import DemonstrationResult
 
 #: What the columns of the table hold.
 ERROR_SWAPPED, SECONDS_SWAPPED = "1 - accuracy, trained on wrong labels", "training (CPU s)"
@@ -62,8 +62,8 @@ class _Found:
 
 
 def swapped(
-    labelled: Sequence[Labelled], random: np.random.Generator, share: float = SHARE
-) -> tuple[list[Labelled], set[Place]]:
+    labelled: Sequence[LabelledDemonstration], random: np.random.Generator, share: float = SHARE
+) -> tuple[list[LabelledDemonstration], set[Place]]:
     """Give some segments another action of the same task.
 
     Parameters
@@ -100,7 +100,7 @@ def swapped(
 
 
 def measuring_swapped(
-    labelled: Sequence[Labelled],
+    labelled: Sequence[LabelledDemonstration],
     size: str,
     settings: Settings,
     draws: int = DRAWS,
@@ -136,7 +136,7 @@ def measuring_swapped(
         If fewer than two demonstrations are labelled, or there are no two actions.
     """
     used = require_labelled(labelled)
-    examples = yield from preparing(used, settings)
+    examples = yield from prepare_all(used, settings)
     found, right = _Found(), _Found()
     for draw in range(draws):
         own = settings.replace(seed=(settings.seed + draw) % 2**32)
@@ -174,8 +174,8 @@ def _deviation(values: NDArray[np.float64]) -> float:
 
 
 def _drawn(
-    right: Sequence[Labelled],
-    wrong: Sequence[Labelled],
+    right: Sequence[LabelledDemonstration],
+    wrong: Sequence[LabelledDemonstration],
     places: set[Place],
     examples: Sequence[Examples],
     settings: Settings,
@@ -196,8 +196,10 @@ def _drawn(
         taken += fitted
         if not found.peak_bytes:
             _, found.peak_bytes = measure_peak(lambda: recogniser.predict_examples(examples[0]))  # noqa: B023
-        prediction = recogniser.predict_examples(examples[i], certainty=True)
-        counts.append(tested_by(right[i], examples[i], prediction, actions).counts("filtered"))
+        prediction = recogniser.predict_examples(examples[i], probability_trace=True)
+        counts.append(
+            held_out_prediction(right[i], examples[i], prediction, actions).counts("filtered")
+        )
         everything.append(_heard(item, learnt[i].segments, prediction, actions))
     found.accuracies.append(pool("", counts).accuracy or 0.0)
     found.seconds.append(taken)
@@ -205,7 +207,7 @@ def _drawn(
     segments = {one.demonstration: one.segments for one in everything}
     seen = {
         (suspect.demonstration, segment.start)
-        for suspect in suspects(everything, actions)[:looked]
+        for suspect in suspect_segments(everything, actions)[:looked]
         for segment in segments[suspect.demonstration]
         if segment.start <= suspect.start < segment.end
     }
@@ -214,11 +216,14 @@ def _drawn(
 
 
 def _heard(
-    item: Labelled, segments: Segments, prediction: Prediction, actions: tuple[str, ...]
+    item: LabelledDemonstration,
+    segments: Segments,
+    prediction: Prediction,
+    actions: tuple[str, ...],
 ) -> ModelEvidence:
     """What the model says about the labels of one demonstration."""
     demonstration = item.demonstration
-    seen = Reviewed(
+    seen = DemonstrationResult(
         demonstration.id,
         demonstration.name,
         demonstration.task,
@@ -226,7 +231,7 @@ def _heard(
         float(demonstration.times[-1]),
         segments,
         {"filtered": prediction.segments},
-        prediction.certainty,
+        prediction.probability_trace,
     )
-    found = compared(seen.id, segments, prediction.segments, prediction.certainty)
-    return heard(seen, segments, actions, found)
+    found = find_differences(seen.id, segments, prediction.segments, prediction.probability_trace)
+    return gather_evidence(seen, segments, actions, found)

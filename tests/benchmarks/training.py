@@ -28,10 +28,10 @@ from forcelab.gui.window import Window
 from forcelab.jobs import Progress
 from forcelab.labels import Segment, Track
 from forcelab.project import Project
-from forcelab.recognition.dataset import Choice
+from forcelab.recognition.dataset import DataSelection
 from forcelab.recognition.presets import preset
 from forcelab.recognition.settings import Settings
-from forcelab.review.run_result import Outcome
+from forcelab.review.run_result import RunResult
 from tests.benchmarks import view
 from tests.benchmarks.latency import Bound, Latencies, Latency, Level, load
 from tests.benchmarks.view import AUTHOR, Lateness, rest, settle, shown, stage, until
@@ -209,7 +209,7 @@ class _Bench:
         trail: list[Any] = []
         job = self._window.jobs.run(
             Backend().train(
-                self._path, lambda: (_settings(classifier), Choice((TASK,))), TASK, trail
+                self._path, lambda: (_settings(classifier), DataSelection((TASK,))), TASK, trail
             ),
             lambda _: None,
             lambda _: None,
@@ -224,7 +224,7 @@ class _Bench:
         self._until(lambda: not job.running)
         if job.error is not None:
             raise job.error
-        self._window.document.review.set_run(cast(Outcome, job.result))
+        self._window.document.review.set_run(cast(RunResult, job.result))
 
     def _cancel(self, job: Job) -> float:
         """Cancel a training; gives the seconds until it is gone."""

@@ -47,9 +47,9 @@ from forcelab.jobs import Progress
 from forcelab.labels import Segment, Segments, Track
 from forcelab.measure.cwt import made_up_demonstration
 from forcelab.project import Incoming, Project
-from forcelab.recognition.examples import Labelled
+from forcelab.recognition.examples import LabelledDemonstration
 from forcelab.recognition.presets import preset
-from forcelab.recognition.storage import save
+from forcelab.recognition.storage import save_recogniser
 from forcelab.recognition.training import train
 from forcelab.runtime import collect_garbage, collect_garbage_rarely, switch_threads_often
 from forcelab.video.codecs import opencv
@@ -1155,7 +1155,9 @@ def measuring_capture(
     yield Progress(0, 1, "training a recogniser")
     performances = [made_up_demonstration(SECONDS, CAPTURED_RATE, seed) for seed in (1, 2)]
     recogniser = folder / "measured.skops"
-    save(train([Labelled(*one) for one in performances], preset("fast")), recogniser)
+    save_recogniser(
+        train([LabelledDemonstration(*one) for one in performances], preset("fast")), recogniser
+    )
     project = folder / "captured.forcelab"
     Project.create(project).close()
     counts = np.round(COUNTS * np.asarray(performances[0][0].signals)).astype(np.int64)

@@ -8,9 +8,9 @@ from io import StringIO
 
 import numpy as np
 import pytest
+from factories import BAYES_SETTINGS
 from fake_devices import FakeDevice, FakeEncoder
 from synthetic import synthetic_set
-from trained_project import FAST
 
 from forcelab.capture.emulator import VirtualOptoForce, rows
 from forcelab.capture.reader import Ring
@@ -21,9 +21,9 @@ from forcelab.formats.calibration import read_calibrations
 from forcelab.labels import to_codes
 from forcelab.live.recognition import LiveRecognition
 from forcelab.project import Project
-from forcelab.recognition.examples import Labelled
-from forcelab.recognition.live import with_latency
-from forcelab.recognition.storage import save
+from forcelab.recognition.examples import LabelledDemonstration
+from forcelab.recognition.live import recognise_with_latency
+from forcelab.recognition.storage import save_recogniser
 from forcelab.recognition.training import train
 from forcelab.resources import asset
 
@@ -38,13 +38,16 @@ def three():
 
 @pytest.fixture(scope="module")
 def recogniser(three):
-    return train([Labelled(*one) for one in three[:2]], FAST.replace(stride=10, max_scale=512.0))
+    return train(
+        [LabelledDemonstration(*one) for one in three[:2]],
+        BAYES_SETTINGS.replace(stride=10, max_scale=512.0),
+    )
 
 
 @pytest.fixture(scope="module")
 def file(recogniser, tmp_path_factory):
     path = tmp_path_factory.mktemp("trained") / "tiny.skops"
-    save(recogniser, path)
+    save_recogniser(recogniser, path)
     return path
 
 
@@ -81,7 +84,7 @@ def test_the_track_is_what_is_stated_for_the_latency_and_segments_are_told(
         d = opened.demonstrations.load("foam 01")
         (track,) = opened.tracks.of(d.id)
         (edit,) = opened.tracks.history(d.id, track.author)
-        stated = with_latency(recogniser, d, LATENCY)
+        stated = recognise_with_latency(recogniser, d, LATENCY)
     assert (track.author, edit.kind) == ("model tiny", "predict")
     assert told["segments"] == len(track.segments) >= 2
     assert told["labelled"] == pytest.approx(sum(s.duration for s in track.segments) / d.duration)

@@ -138,7 +138,7 @@ def test_a_task_that_cannot_be_evaluated_does_not_keep_the_others(forcelab, proj
 
 def test_figures_have_the_colours_of_the_window(forcelab, project, tmp_path, monkeypatch):
     from forcelab.gui.figures.pairs import TimelinePairs
-    from forcelab.review.run_result import latest, vocabulary_of
+    from forcelab.review.run_result import action_styles, latest_run
 
     drawn = []
     monkeypatch.setattr(TimelinePairs, "save", lambda figure, _path: drawn.append(figure))
@@ -149,7 +149,7 @@ def test_figures_have_the_colours_of_the_window(forcelab, project, tmp_path, mon
         )
         words = ["--task", "foam", "--test-task", "sponge", *FAST, "--figure", tmp_path / "f.svg"]
         assert forcelab("evaluate", project, *words).status == 0
-        seen = vocabulary_of(opened, latest(opened))
+        seen = action_styles(opened, latest_run(opened))
     assert seen["hold"].colour != "#112233"
     assert {a.name: a.look for a in drawn[0].vocabulary} == {a.name: a.look for a in seen}
 

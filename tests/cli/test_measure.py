@@ -4,7 +4,7 @@ import json
 import re
 
 import pytest
-from trained_project import FAST, make
+from factories import BAYES_SETTINGS, make_labelled_project
 
 from forcelab.errors import InputError
 from forcelab.jobs import Progress
@@ -120,14 +120,14 @@ def test_something_else_to_measure_is_refused_with_what_there_is(forcelab):
 
 @pytest.fixture
 def project(tmp_path, monkeypatch):
-    monkeypatch.setattr(recognition, "QUICK", (Variant("preset", "cheap", FAST),))
-    return make(tmp_path / "study.forcelab", labelled=2, bare=0)
+    monkeypatch.setattr(recognition, "QUICK", (Variant("preset", "cheap", BAYES_SETTINGS),))
+    return make_labelled_project(tmp_path / "study.forcelab", labelled=2, bare=0)
 
 
 def test_recognition_is_measured_on_a_project_that_stays_as_it_is(
     forcelab, project, tmp_path, monkeypatch
 ):
-    few = (*recognition.QUICK, Variant("filters", "none", FAST.replace(median=None)))
+    few = (*recognition.QUICK, Variant("filters", "none", BAYES_SETTINGS.replace(median=None)))
     monkeypatch.setattr(recognition, "QUICK", few)
     file, figure = tmp_path / "rows.json", tmp_path / "front.svg"
     said = forcelab(
@@ -183,7 +183,7 @@ def test_a_sample_project_that_is_not_there_is_made_for_as_long_as_needed(
     def making(path):
         places.append(path)
         yield Progress(0, 1, "making")
-        make(path, labelled=2, bare=0)
+        make_labelled_project(path, labelled=2, bare=0)
 
     monkeypatch.setattr(sample, "making", making)
     monkeypatch.setattr(project_actions, "sample_place", lambda: tmp_path / "sample.forcelab")

@@ -20,7 +20,7 @@ from forcelab.jobs import Progress, finish
 from forcelab.measure import timing
 from forcelab.measure.timing import Cost, measure_works
 from forcelab.project import Incoming, Project
-from forcelab.recognition.examples import Labelled, prepare
+from forcelab.recognition.examples import LabelledDemonstration, prepare_examples
 from forcelab.recognition.presets import preset
 from forcelab.recognition.settings import Settings
 from forcelab.signals.channels import channel_map
@@ -61,7 +61,7 @@ def test_the_plan_counts_what_the_features_hold(channels, phase, low, high, spac
     )
     parts = {part.name: part for part in recognition_parts(FOAM, chosen)}
     counted = int(parts[FEATURES].why.split()[0])
-    assert prepare(Labelled(FOAM), chosen).features.shape[1] == counted
+    assert prepare_examples(LabelledDemonstration(FOAM), chosen).features.shape[1] == counted
     assert f"{len(chosen.scales)} scales" in parts
     assert parts["phases"].computed == phase
 
@@ -83,7 +83,7 @@ def test_columns_that_are_left_out_change_nothing(channels, columns):
     spoilt = FOAM.signals.copy()
     spoilt[:, [channel.name in columns for channel in FOAM.channels]] = np.nan
     clean, spoilt = (
-        prepare(Labelled(replace(FOAM, signals=signals)), chosen)
+        prepare_examples(LabelledDemonstration(replace(FOAM, signals=signals)), chosen)
         for signals in (FOAM.signals, spoilt)
     )
     assert np.array_equal(clean.features, spoilt.features)

@@ -2,28 +2,30 @@
 
 import numpy as np
 import pytest
-from trained_project import CHOICE, FAST, make
+from factories import BAYES_SETTINGS, FOAM_SELECTION, make_labelled_project
 
 from forcelab.jobs import finish
 from forcelab.project import Project
 from forcelab.recognition.experiments import evaluate_tasks
-from forcelab.review.confusion import crossing
-from forcelab.review.queue import queue
-from forcelab.review.run_result import load
-from forcelab.review.verdicts import judge
+from forcelab.review.confusion import count_confusion
+from forcelab.review.queue import review_queue
+from forcelab.review.run_result import load_run
+from forcelab.review.verdicts import record_verdict
 
 
 @pytest.fixture(scope="module")
 def path(tmp_path_factory):
-    path = make(tmp_path_factory.mktemp("review") / "foam.forcelab", labelled=3, bare=0)
+    path = make_labelled_project(
+        tmp_path_factory.mktemp("review") / "foam.forcelab", labelled=3, bare=0
+    )
     with Project.open(path) as project:
-        finish(evaluate_tasks(project, FAST, CHOICE))
+        finish(evaluate_tasks(project, BAYES_SETTINGS, FOAM_SELECTION))
     return path
 
 
 def test_the_queue_is_printed_and_says_the_same_as_json(path, forcelab):
     with Project.open(path) as project:
-        found = queue(project, load(project, 1), invented=True)
+        found = review_queue(project, load_run(project, 1), invented=True)
         infos = project.demonstrations.infos()
     plain = forcelab("review", path, "--kind", "boundaries", "--kind", "missed", "--json").json
     listed = [(d["start"], d["end"]) for d in plain["queue"]["boundaries"]]
@@ -39,8 +41,8 @@ def test_the_queue_is_printed_and_says_the_same_as_json(path, forcelab):
 
 def test_the_places_of_a_cell_of_the_confusion_matrix_are_listed(path, forcelab):
     with Project.open(path) as project:
-        outcome = load(project, 1)
-    cells = finish(crossing(outcome))
+        outcome = load_run(project, 1)
+    cells = finish(count_confusion(outcome))
     numbers = cells.numbers()
     row, column = map(int, np.unravel_index(numbers.argmax(), numbers.shape))
     human, model = outcome.actions[row], (*outcome.actions, "unlabelled")[column]
@@ -64,9 +66,9 @@ def test_the_places_of_a_cell_of_the_confusion_matrix_are_listed(path, forcelab)
 
 def test_verdicts_are_reported_by_pair(path, forcelab):
     with Project.open(path) as project:
-        outcome = load(project, 1)
-        first = queue(project, outcome).boundaries[0]
-        judge(project, outcome, first, "human", outcome.author)
+        outcome = load_run(project, 1)
+        first = review_queue(project, outcome).boundaries[0]
+        record_verdict(project, outcome, first, "human", outcome.author)
     assert "human right" in forcelab("review", path).out
     (pair,) = forcelab("review", path, "--json").json["verdicts"]
     assert (pair["human"], pair["human_right"]) == (first.human, 1)

@@ -1,7 +1,7 @@
 """``forcelab runs``."""
 
 import pytest
-from trained_project import CHOICE, FAST, make
+from factories import BAYES_SETTINGS, FOAM_SELECTION, make_labelled_project
 
 from forcelab.jobs import finish
 from forcelab.project import Project
@@ -10,10 +10,12 @@ from forcelab.recognition.experiments import evaluate_tasks
 
 @pytest.fixture(scope="module")
 def path(tmp_path_factory):
-    path = make(tmp_path_factory.mktemp("runs") / "foam.forcelab", labelled=3, bare=0)
+    path = make_labelled_project(
+        tmp_path_factory.mktemp("runs") / "foam.forcelab", labelled=3, bare=0
+    )
     with Project.open(path) as project:
-        for settings in (FAST, FAST.replace(threshold=None, stride=4)):
-            finish(evaluate_tasks(project, settings, CHOICE))
+        for settings in (BAYES_SETTINGS, BAYES_SETTINGS.replace(threshold=None, stride=4)):
+            finish(evaluate_tasks(project, settings, FOAM_SELECTION))
     return path
 
 

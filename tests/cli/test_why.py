@@ -3,20 +3,20 @@
 import json
 
 import pytest
-from explained import FAST, made
+from factories import QUICK_SETTINGS, make_evaluated_project
 
 from forcelab.cli import main
 from forcelab.jobs import finish
 from forcelab.project import Project
-from forcelab.review.differences import place_at
-from forcelab.review.explanation import explaining, withholding
-from forcelab.review.run_result import load
+from forcelab.review.differences import interval_at
+from forcelab.review.explanation import explain, train_held_out
+from forcelab.review.run_result import load_run
 
 
 @pytest.fixture(scope="module")
 def project(tmp_path_factory):
     path = tmp_path_factory.mktemp("why") / "study.forcelab"
-    made(path, FAST.replace(classifier="naive-bayes"), count=3)
+    make_evaluated_project(path, QUICK_SETTINGS.replace(classifier="naive-bayes"), count=3)
     settings = ["--stride", "4", "--classifier", "naive-bayes", "--max-scale", "64"]
     assert main(["evaluate", str(path), "--task", "foam", "--jobs", "1", *settings]) == 0
     return path
@@ -25,10 +25,10 @@ def project(tmp_path_factory):
 def test_it_prints_what_the_window_computes(project, forcelab):
     printed = forcelab("why", project, "foam 02", "--at", "2.0", "--json").json
     with Project.open(project) as opened:
-        outcome = load(opened, printed.pop("run"))
+        outcome = load_run(opened, printed.pop("run"))
         id_ = opened.demonstrations.load("foam 02").id
-    withheld = finish(withholding(project, outcome, id_))
-    why = finish(explaining(withheld, outcome, place_at(outcome.find(id_), 2.0)))
+    withheld = finish(train_held_out(project, outcome, id_))
+    why = finish(explain(withheld, outcome, interval_at(outcome.find(id_), 2.0)))
     expected = json.loads(json.dumps(why.to_json()))
     for one in (printed, expected):
         assert one["recogniser"].pop("seconds")
@@ -48,7 +48,7 @@ def test_a_time_without_anything_is_refused(project, forcelab):
 
 def test_a_run_is_needed(tmp_path, forcelab):
     path = tmp_path / "study.forcelab"
-    made(path, FAST.replace(classifier="naive-bayes"), count=2)
+    make_evaluated_project(path, QUICK_SETTINGS.replace(classifier="naive-bayes"), count=2)
     words = ["why", path, "foam 02", "--at", 2]
     assert "evaluate" in forcelab(*words).sentence
     assert "no run 7" in forcelab(*words, "--run", 7).sentence

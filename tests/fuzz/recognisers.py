@@ -26,7 +26,7 @@ from synthetic import synthetic_set
 
 from forcelab.labels import Track
 from forcelab.project import Project
-from forcelab.recognition.examples import Labelled
+from forcelab.recognition.examples import LabelledDemonstration
 from forcelab.recognition.presets import preset
 from forcelab.recognition.settings import CLASSIFIERS, Settings
 from forcelab.recognition.storage import TRUSTED, dump
@@ -43,7 +43,7 @@ Spot = tuple[Any, Any]
 
 def recognisers() -> list[bytes]:
     """One file of each kind of classifier, and of the presets with decoder and windows."""
-    labelled = [Labelled(*pair) for pair in synthetic_set(2, rate=100.0)]
+    labelled = [LabelledDemonstration(*pair) for pair in synthetic_set(2, rate=100.0)]
     small = Settings(max_scale=32.0, stride=6)
     settings = [small.replace(classifier=name) for name in CLASSIFIERS]
     settings += [preset("fast").replace(stride=6), preset("best").replace(stride=12)]

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from factories import demonstration_result, run_result
 from made_once import made_once
-from outcomes import outcome_of, reviewed
 from PySide6.QtCore import QObject
 
 from forcelab.demonstration import Channel, Demonstration
@@ -288,9 +288,11 @@ def test_a_project_that_cannot_be_opened_leaves_the_open_one(document, tmp_path)
 
 def test_what_only_a_model_predicts_looks_as_in_the_review(document):
     document.open_demonstration(document.infos[0].id)
-    tested = reviewed(document.id, (), [(1, 2, "polish"), (3, 4, "grab")], task="stylus")
+    tested = demonstration_result(
+        document.id, (), [(1, 2, "polish"), (3, 4, "grab")], task="stylus"
+    )
     # Of the other actions of the run none is predicted here, yet they come first.
-    made = outcome_of([tested], ("grab", "twist", "tear", "polish"))
+    made = run_result([tested], ("grab", "twist", "tear", "polish"))
     document.review.set_run(replace(made, tasks=("stylus",)))
     seen = reviewed_vocabulary(document)
     assert "twist" not in document.vocabulary

@@ -30,7 +30,7 @@ from forcelab.labels import Segment, Track
 from forcelab.project import Project
 from forcelab.recognition.settings import Settings
 from forcelab.review.differences import Interval
-from forcelab.review.run_result import Outcome, Reviewed
+from forcelab.review.run_result import DemonstrationResult, RunResult
 from forcelab.vocabulary import Vocabulary
 
 ACTIONS = ("grab", "hold", "release")
@@ -91,7 +91,7 @@ def there_is(window: Window) -> Counter[str]:
     found = Counter(part.metaObject().className() for part in window.findChildren(QObject))
     found["top-level widgets"] = len(QApplication.topLevelWidgets())
     for part in gc.get_objects():
-        if isinstance(part, Demonstration | Reviewed | VideoReference | Segment):
+        if isinstance(part, Demonstration | DemonstrationResult | VideoReference | Segment):
             found[type(part).__name__] += 1
     found["threads"] = len([*Path("/proc/self/task").iterdir()])
     for handle in Path("/proc/self/fd").iterdir():
@@ -120,12 +120,12 @@ def test_three_hundred_demonstrations_leave_nothing_behind(app, study, until):
     until(lambda: window.settled)
     document, counts = window.document, []
     tested = tuple(
-        Reviewed(i.id, i.name, "foam", 0.0, 10.0, HUMAN, {"raw": SEEN, "filtered": SEEN})
+        DemonstrationResult(i.id, i.name, "foam", 0.0, 10.0, HUMAN, {"raw": SEEN, "filtered": SEEN})
         for i in document.infos
     )
     now = datetime.now(timezone.utc)
     document.review.set_run(
-        Outcome(0, now, "foam", ("foam",), None, "Ann", False, Settings(), ACTIONS, (), tested)
+        RunResult(0, now, "foam", ("foam",), None, "Ann", False, Settings(), ACTIONS, (), tested)
     )
     window.show_workspace("review")
     until(lambda: not window.review.workspace.queue.reader.stale)

@@ -9,7 +9,7 @@ from forcelab.capture.reader import Ring
 from forcelab.demonstration import Channel
 from forcelab.errors import InputError
 from forcelab.live.scalogram import TOLERANCE, LiveScalogram, channels_to_show
-from forcelab.live.scalogram import Ring as Columns
+from forcelab.live.scalogram import ColumnRing as Columns
 from forcelab.signals.cwt import cwt
 
 AXES = tuple(Channel(axis, "N") for axis in ("fx", "fy", "fz"))
@@ -40,7 +40,7 @@ def fed(live, streams, blocks):
         streams.rings[device].extend(times, values)
         for _ in live.take(*live.read()):
             pass
-    return live.strip
+    return live.image
 
 
 def signal(n, seed=0):
@@ -78,13 +78,13 @@ def test_what_is_complete_is_the_offline_scalogram_and_the_rest_is_marked(block)
     assert strip.end >= times[-1]
     assert strip.end - times[-1] <= WIDTH
     first = round(strip.start / WIDTH)
-    whole, largest = in_columns(live, values[:, 2], times, first)
+    full, largest = in_columns(live, values[:, 2], times, first)
     ends = strip.start + WIDTH * np.arange(1, COLUMNS + 1)
     complete = ends[None, :] <= strip.complete[:, None]
-    error = np.abs(10.0**strip.values - whole) / largest[:, None]
+    error = np.abs(10.0**strip.values - full) / largest[:, None]
     assert np.nanmax(error[complete]) <= TOLERANCE
     # Of what is not complete most is estimated already, worse but far from nothing.
-    early = ~complete & np.isfinite(whole)
+    early = ~complete & np.isfinite(full)
     assert np.isfinite(strip.values[early]).mean() > 0.6
     assert TOLERANCE < np.nanmedian(error[early]) < 0.4
     # The wider a wavelet, the later it is complete.
@@ -94,11 +94,13 @@ def test_what_is_complete_is_the_offline_scalogram_and_the_rest_is_marked(block)
 
 def test_a_gap_stays_empty_and_the_stream_goes_on():
     times, values = signal(2000)
-    kept = np.r_[0:1500, 1600:2000]  # half a second is missing
+    present = np.r_[0:1500, 1600:2000]  # half a second is missing
     streams = Streams(1)
     live = LiveScalogram(streams, devices(RATE), "normal 1", SECONDS, COLUMNS, ROWS)
     live.begin()
-    blocks = ((0, times[kept[i : i + 20]], values[kept[i : i + 20]]) for i in range(0, 1900, 20))
+    blocks = (
+        (0, times[present[i : i + 20]], values[present[i : i + 20]]) for i in range(0, 1900, 20)
+    )
     strip = fed(live, streams, blocks)
     middles = strip.start + WIDTH * (np.arange(COLUMNS) + 0.5)
     within = (middles > times[1500] + WIDTH) & (middles < times[1600] - WIDTH)
@@ -116,12 +118,12 @@ def test_one_channel_reads_only_the_device_it_is_of():
     blocks = ((1, times[i : i + 50], values[i : i + 50]) for i in range(0, 1500, 50))
     strip = fed(live, streams, blocks)  # the first device gives nothing at all
     x = np.hypot(values[:, 0], values[:, 1])
-    whole, largest = in_columns(live, x, times, round(strip.start / WIDTH))
-    error = np.abs(10.0 ** strip.values[0] - whole[0]) / largest[0]
+    full, largest = in_columns(live, x, times, round(strip.start / WIDTH))
+    error = np.abs(10.0 ** strip.values[0] - full[0]) / largest[0]
     assert np.nanmax(error[: COLUMNS - 10]) <= TOLERANCE
 
 
-def test_what_has_no_scalogram_is_said_in_a_sentence():
+def test_a_channel_without_a_scalogram_is_refused_in_a_sentence():
     assert channels_to_show(AXES) == ("tangential", "normal", "fx", "fy", "fz")
     with pytest.raises(InputError, match="There is no channel 'fq'"):
         LiveScalogram(Streams(1), devices(RATE), "fq", SECONDS, COLUMNS, ROWS)
@@ -141,21 +143,21 @@ def test_a_column_is_joined_by_its_writer_and_replaced_by_another_one():
     def write(time, size, source):
         ring.write(rows, np.array([[time]]), np.array([[size]], dtype=np.float32), source)
 
-    def seen():
-        return 10.0 ** ring.strip(np.ones(1), np.zeros(1)).values[0]
+    def image():
+        return 10.0 ** ring.image(np.ones(1), np.zeros(1)).values[0]
 
     write(2.1, 5.0, 0)
     write(2.5, 3.0, 0)  # joins: the larger one stays
-    assert seen()[7] == pytest.approx(5.0)
+    assert image()[7] == pytest.approx(5.0)
     write(2.1, 2.0, 1)  # knows better
     write(2.9, 1.0, 1)
-    assert seen()[7] == pytest.approx(2.0)
+    assert image()[7] == pytest.approx(2.0)
     write(-20.0, 9.0, 0)  # long gone
     write(np.nan, 9.0, 0)
     ring.reach(11.5)  # the column is used again, for another time
-    assert np.isfinite(seen()).sum() == 1
+    assert np.isfinite(image()).sum() == 1
     ring.reach(30.0)
-    assert np.isnan(seen()).all()
+    assert np.isnan(image()).all()
 
 
 def test_the_colours_come_back_from_a_glitch_at_once_and_from_a_contact_calmly():
@@ -166,6 +168,6 @@ def test_the_colours_come_back_from_a_glitch_at_once_and_from_a_contact_calmly()
         for number in range(COLUMNS + 2):
             ring.reach(number + 0.5)
             ring.write(rows, (number + 0.5) * column, (size if number == 1 else 1.0) * column, 0)
-            highs.append(ring.strip(np.ones(ROWS), np.zeros(ROWS)).high)
+            highs.append(ring.image(np.ones(ROWS), np.zeros(ROWS)).high)
         assert highs[COLUMNS] == pytest.approx(np.log10(size))
         assert highs[-1] == pytest.approx(falls)

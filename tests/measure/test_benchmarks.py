@@ -15,10 +15,10 @@ from forcelab.formats import pdl, read
 from forcelab.formats.recording import ReadOptions
 from forcelab.jobs import finish
 from forcelab.recognition import ensemble
-from forcelab.recognition.examples import Labelled
+from forcelab.recognition.examples import LabelledDemonstration
 from forcelab.recognition.presets import preset
-from forcelab.recognition.training import fit_examples, preparing
-from forcelab.review.active_learning import sampled, typicality
+from forcelab.recognition.training import fit_examples, prepare_all
+from forcelab.review.active_learning import sample_steps, typicality
 from forcelab.simulation.origin import origins
 from tests.benchmarks import label_next
 from tests.benchmarks import swapped as benchmark
@@ -44,7 +44,7 @@ APART = {
 @pytest.mark.parametrize(("task", "file"), [("stylus", "JPen_sig.pdl"), ("foam", "soft_sig.pdl")])
 def test_every_figure_is_within_a_factor_of_two_or_has_its_reason(task, file):
     real = [
-        Labelled(one.demonstration, one.tracks[0].segments).merged(PUBLISHED)
+        LabelledDemonstration(one.demonstration, one.tracks[0].segments).merged(PUBLISHED)
         for one in read(TONGS / file, ReadOptions(task=task))
     ]
     rows = realism(finish(simulated_beside(origins(task, 10, seed=1))), real)
@@ -66,7 +66,7 @@ def pressed(item, gain):
 @pytest.fixture(scope="module")
 def mixed():
     """Most by one person, some by another who presses four times as hard."""
-    items = [Labelled(*item) for item in synthetic_set(9, 50.0)]
+    items = [LabelledDemonstration(*item) for item in synthetic_set(9, 50.0)]
     return [pressed(item, 4.0) if i % 4 == 0 else item for i, item in enumerate(items)]
 
 
@@ -99,14 +99,14 @@ def test_all_orders_are_measured_on_the_same_partings(rows):
 
 
 def test_who_presses_harder_is_passed_over_until_the_others_are_labelled(mixed):
-    examples = finish(preparing(mixed, PLAIN))
+    examples = finish(prepare_all(mixed, PLAIN))
     recogniser = finish(fit_examples([examples[1], examples[2]], PLAIN))
     waiting = [*examples[3:8], examples[0]]  # the second and the last one press harder
     typical = np.array(CHOOSING["least certain of the typical"](recogniser, waiting))
     plain = np.array(CHOOSING["least certain"](recogniser, waiting))
     weights = typical / plain
     assert sorted(np.argsort(weights)[:2].tolist()) == [1, 5]
-    assert weights == pytest.approx(typicality([sampled(one) for one in waiting]))
+    assert weights == pytest.approx(typicality([sample_steps(one) for one in waiting]))
 
 
 def test_who_chooses_sees_no_label(mixed, monkeypatch):
@@ -131,7 +131,7 @@ def test_too_few_demonstrations_are_refused_by_name(mixed):
 
 @pytest.fixture(scope="module")
 def items():
-    return [Labelled(*item) for item in synthetic_set(6, 50.0)]
+    return [LabelledDemonstration(*item) for item in synthetic_set(6, 50.0)]
 
 
 @pytest.mark.parametrize(("share", "count"), [(0.0, 1), (0.25, None), (1.0, None)])
@@ -178,7 +178,7 @@ def test_draws_are_compared_under_their_own_seeds(items, monkeypatch):
 def test_of_too_little_it_is_told_what_is_missing(items):
     with pytest.raises(InputError, match="there is 1"):
         finish(measuring_swapped(items[:1], "one", preset("fast")))
-    one_action = [Labelled(items[0].demonstration, items[0].segments[:1])]
+    one_action = [LabelledDemonstration(items[0].demonstration, items[0].segments[:1])]
     with pytest.raises(InputError, match="two actions"):
         swapped(one_action, np.random.default_rng(0))
 
@@ -189,7 +189,7 @@ def test_of_too_little_it_is_told_what_is_missing(items):
 def test_of_the_papers_recordings_a_twentieth_swapped_costs_little_and_is_found(file, monkeypatch):
     monkeypatch.setattr(ensemble, "TREES", 10)
     recordings = pdl.read(TONGS / file, ReadOptions())
-    items = [Labelled(r.demonstration, r.tracks[0].segments) for r in recordings]
+    items = [LabelledDemonstration(r.demonstration, r.tracks[0].segments) for r in recordings]
     row = finish(measuring_swapped(items, file, preset("fast"), draws=2))
     assert row.further["points lost"] < 3
     assert row.further["in the first tenth"] >= 0.5

@@ -3,8 +3,8 @@
 import dataclasses
 
 import pytest
+from factories import make_labelled_project
 from synthetic import synthetic_set
-from trained_project import make
 
 from forcelab.errors import InputError
 from forcelab.jobs import finish
@@ -28,7 +28,7 @@ from forcelab.measure.recognition import (
 )
 from forcelab.project import Project
 from forcelab.recognition.cross_validation import leave_one_out
-from forcelab.recognition.examples import Labelled
+from forcelab.recognition.examples import LabelledDemonstration
 from forcelab.recognition.presets import PRESETS, preset
 
 PLAIN = preset("paper").replace(classifier="naive-bayes", max_scale=32.0)
@@ -45,7 +45,7 @@ FEW = (
 
 @pytest.fixture(scope="module")
 def labelled():
-    return [Labelled(*item) for item in synthetic_set(4, 100.0)]
+    return [LabelledDemonstration(*item) for item in synthetic_set(4, 100.0)]
 
 
 @pytest.fixture(scope="module")
@@ -112,7 +112,7 @@ def test_only_what_comes_after_the_classifier_is_shared():
 
 def test_settings_that_cannot_be_trained_are_refused_and_the_others_measured(labelled):
     short = [
-        Labelled(
+        LabelledDemonstration(
             item.demonstration,
             tuple(Segment(s.start, s.start + 0.02, s.action) for s in item.segments[:2]),
         )
@@ -132,7 +132,7 @@ def test_settings_that_cannot_be_trained_are_refused_and_the_others_measured(lab
 
 
 def test_one_labelled_demonstration_is_too_few(labelled):
-    bare = [Labelled(item.demonstration) for item in labelled[1:]]
+    bare = [LabelledDemonstration(item.demonstration) for item in labelled[1:]]
     with pytest.raises(InputError, match="two labelled demonstrations; there is 1"):
         finish(measure_variants([labelled[0], *bare], FEW, "foam"))
 
@@ -156,7 +156,7 @@ def test_what_belongs_to_the_data_is_kept():
 
 
 def test_a_measurement_is_kept_in_the_project_and_read_again(tmp_path):
-    path = make(tmp_path / "study.forcelab")
+    path = make_labelled_project(tmp_path / "study.forcelab")
     own = PLAIN.replace(spacing=0.5)
     number = finish(measure_and_store(path, "foam", None, own, FEW[:2]))
     with Project.open(path) as project:
@@ -184,7 +184,7 @@ def test_a_measurement_is_kept_in_the_project_and_read_again(tmp_path):
 
 
 def test_own_settings_among_the_usual_ones_are_not_measured_twice(tmp_path):
-    path = make(tmp_path / "study.forcelab")
+    path = make_labelled_project(tmp_path / "study.forcelab")
     number = finish(measure_and_store(path, "foam", "Ada", PLAIN.replace(preset="mine"), FEW[:1]))
     with Project.open(path) as project:
         assert len(load_measured(project, number).rows) == 1
@@ -192,7 +192,7 @@ def test_own_settings_among_the_usual_ones_are_not_measured_twice(tmp_path):
 
 def test_tasks_of_a_project(tmp_path, monkeypatch):
     monkeypatch.setattr(recognition, "QUICK", FEW[:1])
-    path = make(tmp_path / "study.forcelab")
+    path = make_labelled_project(tmp_path / "study.forcelab")
     with Project.open(path) as project:
         assert main_coder(project, "foam") == "Ada"
         table = finish(measure_tasks(project, (), quick=True))

@@ -13,7 +13,7 @@ from sklearn.neural_network import MLPClassifier
 from threadpoolctl import threadpool_limits
 
 from forcelab.errors import InputError
-from forcelab.recognition.classifiers import fitting
+from forcelab.recognition.classifiers import fit_classifier
 from forcelab.recognition.settings import CLASSIFIERS
 
 
@@ -28,7 +28,7 @@ def blobs(counts, features=3, distance=4.0, seed=0):
 
 
 def fitted(name, X, y, seed=0, probabilities=True):
-    *_, last = fitting(name, X, y, seed, probabilities)
+    *_, last = fit_classifier(name, X, y, seed, probabilities)
     return last.classifier
 
 
@@ -43,7 +43,7 @@ def fitted_by_sklearn(X, y, seed, **parameters):
 
 def test_the_first_epoch_is_that_of_scikit_learn_to_the_bit():
     X, y = blobs([150, 170, 130])
-    epoch = next(fitting("mlp", X, y, 7, True))
+    epoch = next(fit_classifier("mlp", X, y, 7, True))
     reference = fitted_by_sklearn(X, y, 7, max_iter=1)
     assert epoch.loss == reference.loss_
     for ours, theirs in zip(epoch.classifier.coefs_, reference.coefs_, strict=True):
@@ -55,7 +55,7 @@ def test_the_first_epoch_is_that_of_scikit_learn_to_the_bit():
 def test_a_whole_fit_ends_where_that_of_scikit_learn_ends(seed):
     # Batches differ from the second epoch on: the same algorithm, other shuffles.
     X, y = blobs([300, 300], features=6)
-    *_, last = fitting("mlp", X, y, seed, True)
+    *_, last = fit_classifier("mlp", X, y, seed, True)
     reference = fitted_by_sklearn(X, y, seed)
     assert 20 < last.number < last.total == reference.max_iter
     assert last.number == pytest.approx(reference.n_iter_, rel=0.1)
@@ -65,7 +65,7 @@ def test_a_whole_fit_ends_where_that_of_scikit_learn_ends(seed):
 
 def test_the_fit_stops_when_the_loss_has_not_fallen_for_more_than_ten_epochs():
     X, y = blobs([200, 200], features=2, distance=0.2)
-    losses = [epoch.loss for epoch in fitting("mlp", X, y, 0, True)]
+    losses = [epoch.loss for epoch in fit_classifier("mlp", X, y, 0, True)]
     best, stale, stops = np.inf, 0, []
     for loss in losses:
         stale = 0 if loss <= best - 1e-4 else stale + 1
@@ -77,7 +77,7 @@ def test_the_fit_stops_when_the_loss_has_not_fallen_for_more_than_ten_epochs():
 
 def test_a_fit_that_does_not_converge_ends_after_as_many_epochs_as_announced():
     X, y = blobs([40, 40], distance=1.0)
-    epochs = list(fitting("mlp", X, y, 0, True))
+    epochs = list(fit_classifier("mlp", X, y, 0, True))
     assert [epoch.number for epoch in epochs] == list(range(1, 201))
     assert {epoch.total for epoch in epochs} == {200}
 
@@ -94,7 +94,7 @@ def test_one_seed_gives_one_classifier(name):
 
 def test_another_seed_gives_another_mlp():
     X, y = blobs([60, 60])
-    first, second = (next(fitting("mlp", X, y, seed, True)) for seed in (1, 2))
+    first, second = (next(fit_classifier("mlp", X, y, seed, True)) for seed in (1, 2))
     assert not np.array_equal(first.classifier.coefs_[0], second.classifier.coefs_[0])
 
 
@@ -103,7 +103,7 @@ def test_a_fit_neither_uses_nor_moves_the_random_numbers_of_others():
     np.random.seed(0)  # noqa: NPY002 - the very state that must not matter
     before = np.random.get_state()[1].copy()  # noqa: NPY002
     for name in CLASSIFIERS:
-        next(fitting(name, X, y, 0, True))
+        next(fit_classifier(name, X, y, 0, True))
     np.testing.assert_array_equal(np.random.get_state()[1], before)  # noqa: NPY002
 
 
@@ -128,7 +128,7 @@ def test_every_classifier_learns_what_can_be_told_apart(name, codes):
 
 @pytest.mark.parametrize("name", [name for name in CLASSIFIERS if name != "mlp"])
 def test_a_classifier_without_epochs_is_there_in_one_step_and_has_no_loss(name):
-    steps = list(fitting(name, *blobs([20, 20]), 0, True))
+    steps = list(fit_classifier(name, *blobs([20, 20]), 0, True))
     assert [(step.number, step.total, step.loss) for step in steps] == [(1, 1, None)]
 
 
@@ -144,7 +144,7 @@ def test_a_feature_that_never_changes_does_no_harm(name):
 @pytest.mark.parametrize("name", CLASSIFIERS)
 def test_features_that_all_never_change_are_refused_in_a_sentence(name):
     with pytest.raises(InputError, match="never change"):
-        list(fitting(name, np.full((40, 3), 2.5), np.arange(40) % 2, 0, True))
+        list(fit_classifier(name, np.full((40, 3), 2.5), np.arange(40) % 2, 0, True))
 
 
 @pytest.mark.parametrize("name", CLASSIFIERS)
@@ -152,13 +152,13 @@ def test_features_that_all_never_change_are_refused_in_a_sentence(name):
 def test_fewer_than_two_actions_are_refused_in_a_sentence(name, samples):
     X = np.random.default_rng(0).normal(size=(samples, 3))
     with pytest.raises(InputError, match="at least two actions"):
-        list(fitting(name, X, np.full(samples, 4), 0, True))
+        list(fit_classifier(name, X, np.full(samples, 4), 0, True))
 
 
 def test_fewer_samples_than_neighbours_are_refused_in_a_sentence():
     X, y = blobs([2, 2])
     with pytest.raises(InputError, match=r"4 labelled samples.* 5 neighbours"):
-        list(fitting("nearest-neighbours", X, y, 0, False))
+        list(fit_classifier("nearest-neighbours", X, y, 0, False))
     assert fitted("nearest-neighbours", *blobs([2, 3])).predict(X).shape == (4,)
 
 
@@ -181,7 +181,7 @@ def test_an_action_of_few_samples_still_gets_a_probability(rare):
 def test_an_action_of_a_single_sample_is_too_few_for_probabilities():
     X, y = blobs([40, 50, 1])
     with pytest.raises(InputError, match=r"single training sample.*threshold off"):
-        list(fitting("svm", X, y, 0, True))
+        list(fit_classifier("svm", X, y, 0, True))
 
 
 #: A classifier that another module registers: trained, kept in a file, read again, and offered.
@@ -195,24 +195,25 @@ def make(y, seed, probabilities):
     return LinearDiscriminantAnalysis()
 
 kind = classifiers.ClassifierKind(
-    "Discriminant", classifiers.fitting_at_once(make), "LinearDiscriminantAnalysis", random=False
+    "Discriminant", classifiers.fit_in_one_step(make), "LinearDiscriminantAnalysis", random=False
 )
 classifiers.REGISTRY = {**classifiers.REGISTRY, "discriminant": kind}
 
 import numpy as np
 from synthetic import synthetic_set
-from forcelab.recognition.examples import Labelled
+from forcelab.recognition.examples import LabelledDemonstration
 from forcelab.cli import main
-from forcelab.recognition.setting_fields import FIELDS
+from forcelab.recognition.settings import FIELDS
 from forcelab.recognition.presets import preset
-from forcelab.recognition.storage import load, save
+from forcelab.recognition.storage import load_recogniser, save_recogniser
 from forcelab.recognition.training import train
 
-three = [Labelled(*pair) for pair in synthetic_set(3, rate=100.0)]
+three = [LabelledDemonstration(*pair) for pair in synthetic_set(3, rate=100.0)]
 made = train(three[:2], preset("paper").replace(classifier="discriminant", max_scale=64.0))
-save(made, sys.argv[1])
+save_recogniser(made, sys.argv[1])
 unseen = three[2].demonstration
-np.testing.assert_array_equal(load(sys.argv[1]).predict(unseen).raw, made.predict(unseen).raw)
+loaded = load_recogniser(sys.argv[1])
+np.testing.assert_array_equal(loaded.predict(unseen).raw, made.predict(unseen).raw)
 (options,) = [dict(field.options) for field in FIELDS if field.name == "classifier"]
 assert options["discriminant"] == "Discriminant"
 main(["train", "--help"])

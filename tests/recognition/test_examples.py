@@ -1,28 +1,42 @@
+"""Examples: features and codes of demonstrations; units are never mixed silently."""
+
 from __future__ import annotations
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from synthetic import synthetic_demonstration
+from skops import io as skops_io
+from synthetic import synthetic_demonstration, synthetic_set
 
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError
+from forcelab.jobs import finish
 from forcelab.label_map import MergeMap
-from forcelab.labels import UNLABELLED, Segment, to_codes
+from forcelab.labels import UNLABELLED, Segment, Track, to_codes
+from forcelab.project import Project
+from forcelab.recognition.dataset import DataSelection
 from forcelab.recognition.examples import (
-    Labelled,
+    LabelledDemonstration,
     actions_of,
+    common_channels,
     common_rate,
-    prepare,
-    same_channels,
+    mixed_unit_remarks,
+    prepare_examples,
+    unit_remarks,
+    units_of,
 )
+from forcelab.recognition.experiments import evaluate_tasks, train_tasks
 from forcelab.recognition.presets import preset
 from forcelab.recognition.settings import Settings
+from forcelab.recognition.storage import TRUSTED, dump, load_recogniser
+from forcelab.recognition.training import train
 
 SMALL = Settings(max_scale=16.0)
 
 
 def labelled(seed=1, rate=100.0):
-    return Labelled(*synthetic_demonstration(seed, rate))
+    return LabelledDemonstration(*synthetic_demonstration(seed, rate))
 
 
 def with_gap(item, start, seconds):
@@ -30,17 +44,17 @@ def with_gap(item, start, seconds):
     old = item.demonstration
     times = old.times.copy()
     times[start:] += seconds
-    return Labelled(
+    return LabelledDemonstration(
         Demonstration(old.name, old.task, times, old.signals, old.channels), item.segments
     )
 
 
 def test_every_time_step_has_the_features_of_all_channels_and_scales():
     item = labelled()
-    examples = prepare(item, SMALL)
+    examples = prepare_examples(item, SMALL)
     assert examples.channels == ("tangential 1", "tangential 2", "normal 1", "normal 2")
     assert examples.features.shape == (len(item.demonstration.times), 2 * 4 * 4)
-    assert prepare(item, SMALL.replace(phase=False)).features.shape[1] == 4 * 4
+    assert prepare_examples(item, SMALL.replace(phase=False)).features.shape[1] == 4 * 4
     np.testing.assert_array_equal(examples.times, item.demonstration.times)
     assert examples.valid.all()
 
@@ -55,7 +69,9 @@ def test_a_glitch_takes_nothing_with_it_that_lies_elsewhere(settings, rate):
     signals[1000] = 1e16
     old = item.demonstration
     broken = Demonstration(old.name, old.task, old.times, signals, old.channels)
-    clean, found = (prepare(one, settings, rate) for one in (item, Labelled(broken)))
+    clean, found = (
+        prepare_examples(one, settings, rate) for one in (item, LabelledDemonstration(broken))
+    )
     far = np.abs(clean.times - 1.0) > 1.5
     assert far.sum() > 10
     np.testing.assert_allclose(found.features[far], clean.features[far], rtol=0, atol=0.1)
@@ -63,8 +79,8 @@ def test_a_glitch_takes_nothing_with_it_that_lies_elsewhere(settings, rate):
 
 def test_channels_come_in_the_order_they_were_asked_for():
     item = labelled()
-    everything = prepare(item, SMALL).features
-    chosen = prepare(item, SMALL.replace(channels=("normal 2", "tangential 1")))
+    everything = prepare_examples(item, SMALL).features
+    chosen = prepare_examples(item, SMALL.replace(channels=("normal 2", "tangential 1")))
     assert chosen.channels == ("normal 2", "tangential 1")
     np.testing.assert_array_equal(chosen.features[:, :4], everything[:, 12:16])
     np.testing.assert_array_equal(chosen.features[:, 4:8], everything[:, :4])
@@ -72,12 +88,12 @@ def test_channels_come_in_the_order_they_were_asked_for():
 
 def test_a_channel_that_is_not_there_is_refused_with_those_that_are():
     with pytest.raises(InputError, match=r"no recognition channel 'torque'.*normal 1"):
-        prepare(labelled(), SMALL.replace(channels=("torque",)))
+        prepare_examples(labelled(), SMALL.replace(channels=("torque",)))
 
 
 def test_the_codes_are_those_of_the_segments():
     item = labelled()
-    examples = prepare(item, SMALL)
+    examples = prepare_examples(item, SMALL)
     actions = actions_of([examples])
     assert actions == ("still", "grab", "hold", "release")
     expected = to_codes(item.segments, item.demonstration.times, actions)
@@ -85,8 +101,8 @@ def test_the_codes_are_those_of_the_segments():
     assert UNLABELLED in expected
 
 
-def test_actions_that_nobody_asked_for_are_unlabelled():
-    examples = prepare(labelled(), SMALL)
+def test_actions_that_are_not_requested_are_unlabelled():
+    examples = prepare_examples(labelled(), SMALL)
     everything = examples.codes(("still", "grab", "hold", "release"))
     two = examples.codes(("hold", "still"))
     np.testing.assert_array_equal(two == 0, everything == 2)
@@ -96,8 +112,8 @@ def test_actions_that_nobody_asked_for_are_unlabelled():
 
 def test_a_gap_is_unlabelled_although_a_segment_covers_it():
     item = with_gap(labelled(), 40, 1.0)
-    over_all = Labelled(item.demonstration, (Segment(0.0, 100.0, "still"),))
-    examples = prepare(over_all, SMALL)
+    over_all = LabelledDemonstration(item.demonstration, (Segment(0.0, 100.0, "still"),))
+    examples = prepare_examples(over_all, SMALL)
     inside = (examples.times >= 0.41) & (examples.times < 1.39)
     assert inside.sum() >= 95
     np.testing.assert_array_equal(examples.valid, ~_in_gap(examples.times))
@@ -114,9 +130,9 @@ def _in_gap(times):
 def test_merged_spellings_are_one_action_and_the_stored_segments_stay():
     item = labelled()
     before = item.segments
-    merged = prepare(item, SMALL.replace(merge=MergeMap({"grab": "grip", "hold": "grip"})))
+    merged = prepare_examples(item, SMALL.replace(merge=MergeMap({"grab": "grip", "hold": "grip"})))
     assert actions_of([merged]) == ("still", "grip", "release")
-    plain = prepare(item, SMALL).codes(("still", "grab", "hold", "release"))
+    plain = prepare_examples(item, SMALL).codes(("still", "grab", "hold", "release"))
     np.testing.assert_array_equal(
         merged.codes(("still", "grip", "release")), np.array([0, 1, 1, 2, -1])[plain]
     )
@@ -132,7 +148,7 @@ def test_the_rate_on_which_recordings_meet_is_the_asked_one_or_the_median():
 
 @pytest.mark.parametrize("rate", [50.0, 200.0])
 def test_examples_at_another_rate_keep_the_human_at_the_same_seconds(rate):
-    examples = prepare(labelled(rate=100.0), SMALL.replace(rate=80.0), rate)
+    examples = prepare_examples(labelled(rate=100.0), SMALL.replace(rate=80.0), rate)
     assert examples.rate == pytest.approx(rate)
     np.testing.assert_allclose(np.diff(examples.times), 1 / rate)
     codes = examples.codes(("still", "grab", "hold", "release"))
@@ -141,12 +157,98 @@ def test_examples_at_another_rate_keep_the_human_at_the_same_seconds(rate):
         assert ("still", "grab", "hold", "release")[codes[middle]] == segment.action
 
 
-def test_recordings_of_different_channels_are_told_apart_by_name():
+def test_recordings_of_different_channels_are_refused_by_name():
     item = labelled()
     old = item.demonstration
     names = [Channel(f"emg{i}") for i in range(len(old.channels))]
-    other = Labelled(Demonstration("EMG", "foam", old.times, old.signals, tuple(names)))
-    alike = [prepare(item, SMALL), prepare(labelled(2), SMALL)]
-    assert same_channels(alike) == alike[0].channels
+    other = LabelledDemonstration(
+        Demonstration("EMG", "foam", old.times, old.signals, tuple(names))
+    )
+    alike = [prepare_examples(item, SMALL), prepare_examples(labelled(2), SMALL)]
+    assert common_channels(alike) == alike[0].channels
     with pytest.raises(InputError, match=r"'foam 01' has the channels .* but 'EMG' has .*emg0"):
-        same_channels([*alike, prepare(other, SMALL)])
+        common_channels([*alike, prepare_examples(other, SMALL)])
+
+
+BAYES = Settings(max_scale=32.0, stride=6, classifier="naive-bayes")
+
+
+def in_counts(demonstration):
+    channels = tuple(Channel(channel.name, "") for channel in demonstration.channels)
+    return replace(demonstration, channels=channels, signals=400 * demonstration.signals)
+
+
+@pytest.fixture(scope="module")
+def four():
+    return synthetic_set(4, rate=100.0)
+
+
+@pytest.fixture(scope="module")
+def recogniser(four):
+    return train([LabelledDemonstration(*pair) for pair in four[:2]], BAYES)
+
+
+@pytest.fixture
+def project(tmp_path, four):
+    with Project.create(tmp_path / "mixed.forcelab") as created:
+        for i, (demonstration, segments) in enumerate(four[:3]):
+            given = in_counts(demonstration) if i == 1 else demonstration
+            created.demonstrations.add(given, [Track("Ann", segments)])
+        yield created
+
+
+def test_demonstrations_in_counts_among_newtons_are_named_with_the_cure(four):
+    demonstrations = [demonstration for demonstration, _ in four]
+    assert mixed_unit_remarks(demonstrations, BAYES) == ()
+    demonstrations[2] = in_counts(demonstrations[2])
+    [remark] = mixed_unit_remarks(demonstrations, BAYES)
+    odd, others = demonstrations[2].name, [demonstrations[i].name for i in (0, 1, 3)]
+    assert f"without a unit in '{odd}'" in remark
+    assert f"in N in {', '.join(f'{chr(39)}{name}{chr(39)}' for name in others)}" in remark
+    assert "by a calibration" in remark
+    assert mixed_unit_remarks([], BAYES) == ()
+
+
+def test_only_channels_that_are_looked_at_count(four):
+    demonstration = four[0][0]
+    channels = (*demonstration.channels[:-1], Channel("fz2", ""))
+    pair = [demonstration, replace(demonstration, name="other", channels=channels)]
+    assert mixed_unit_remarks(pair, BAYES.replace(channels=("normal 1",))) == ()
+    assert "normal 2" in mixed_unit_remarks(pair, BAYES)[0]
+
+
+def test_a_recogniser_tells_what_it_learnt_in_other_units(recogniser, four):
+    demonstration = four[3][0]
+    assert recogniser.units == ("N",) * 4
+    assert recogniser.unit_remarks(demonstration.channels) == ()
+    [remark] = recogniser.unit_remarks(in_counts(demonstration).channels)
+    assert "without a unit" in remark
+    assert "learnt it in N" in remark
+
+
+def test_units_are_kept_in_its_file_and_older_files_still_load(recogniser, four, tmp_path):
+    file = tmp_path / "new.skops"
+    file.write_bytes(dump(recogniser))
+    assert load_recogniser(file).units == recogniser.units
+    content = skops_io.loads(dump(recogniser), trusted=list(TRUSTED))
+    del content["units"]
+    file.write_bytes(skops_io.dumps(content))
+    old = load_recogniser(file)
+    assert old.units == ()
+    assert old.unit_remarks(in_counts(four[3][0]).channels) == ()
+    assert np.array_equal(old.predict(four[3][0]).filtered, recogniser.predict(four[3][0]).filtered)
+
+
+def test_evaluating_and_training_on_mixed_units_is_remarked_on(project):
+    name = project.demonstrations.infos()[1].name
+    evaluated = finish(evaluate_tasks(project, BAYES, DataSelection()))
+    trained = finish(train_tasks(project, BAYES, DataSelection(), "mixed"))
+    for remarks in (evaluated.remarks, trained.remarks):
+        assert any(f"without a unit in '{name}'" in remark for remark in remarks)
+    assert trained.recogniser.units == ()
+
+
+def test_each_recognition_channel_has_its_unit():
+    channels = [Channel("fx", "N"), Channel("fy", "N"), Channel("fz", "mN"), Channel("opening", "")]
+    assert units_of(channels) == ("N", "mN", "")
+    assert unit_remarks(("N",), ("tangential",), channels) == ()

@@ -13,13 +13,13 @@ from forcelab.jobs import finish
 from forcelab.labels import Segment
 from forcelab.recognition import ensemble
 from forcelab.recognition.cross_validation import leave_one_out
-from forcelab.recognition.examples import Labelled
+from forcelab.recognition.examples import LabelledDemonstration
 from forcelab.recognition.presets import preset
 from forcelab.recognition.training import train
 
 RATE = 100.0
 NAMES = ("paper", "fast", "best")
-THREE = [Labelled(*pair) for pair in synthetic_set(3, rate=RATE)]
+THREE = [LabelledDemonstration(*pair) for pair in synthetic_set(3, rate=RATE)]
 
 
 def pinned(item):
@@ -55,21 +55,21 @@ def trained():
     return {name: train(PINNED[:2], settings_of(name)) for name in NAMES}
 
 
-def predicted(recogniser, demonstration, certainty=True):
+def predicted(recogniser, demonstration, probability_trace=True):
     """A prediction whose numbers are all numbers."""
-    found = recogniser.predict(demonstration, certainty=certainty)
+    found = recogniser.predict(demonstration, probability_trace=probability_trace)
     assert len(found.filtered) == len(demonstration.times)
     assert set(found.filtered.tolist()) <= set(range(-1, len(recogniser.actions)))
     assert np.isfinite(found.probabilities).all()
     np.testing.assert_allclose(found.probabilities.sum(axis=1), 1.0, atol=1e-6)
-    if certainty:
-        assert found.certainty.values.shape[1] == len(recogniser.actions)
+    if probability_trace:
+        assert found.probability_trace.values.shape[1] == len(recogniser.actions)
     return found
 
 
 def agreement(recogniser, labelled):
     """The share of the labelled samples whose action is found, before any threshold."""
-    found = predicted(recogniser, labelled.demonstration, certainty=False)
+    found = predicted(recogniser, labelled.demonstration, probability_trace=False)
     times = labelled.demonstration.times
     codes = found.filtered if recogniser.settings.decodes else found.raw
     right = [
@@ -84,14 +84,14 @@ def refused(items, settings):
     """The sentence that refuses a training; exactly one."""
     with pytest.raises(InputError) as error:
         train(items, settings)
-    said = str(error.value)
-    assert said.endswith(".")
-    assert ". " not in said
-    return said
+    message = str(error.value)
+    assert message.endswith(".")
+    assert ". " not in message
+    return message
 
 
-def only(labelled, kept):
-    return replace(labelled, segments=tuple(s for s in labelled.segments if kept(s.action)))
+def only(labelled, is_kept):
+    return replace(labelled, segments=tuple(s for s in labelled.segments if is_kept(s.action)))
 
 
 def test_two_identical_demonstrations(settings):
@@ -104,9 +104,9 @@ def test_two_identical_demonstrations(settings):
 
 
 def test_one_action_only(settings):
-    said = refused([only(item, lambda action: action == "hold") for item in THREE], settings)
-    assert "two actions" in said
-    assert "only hold" in said
+    message = refused([only(item, lambda action: action == "hold") for item in THREE], settings)
+    assert "two actions" in message
+    assert "only hold" in message
 
 
 def test_all_samples_unlabelled(settings):
@@ -140,7 +140,9 @@ def steps(seed, actions, each=8):
         for i, code in enumerate(order)
     )
     channels = (Channel("a", "N"), Channel("b", "N"))
-    return Labelled(Demonstration(f"steps {seed}", "steps", times, signals, channels), segments)
+    return LabelledDemonstration(
+        Demonstration(f"steps {seed}", "steps", times, signals, channels), segments
+    )
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -161,7 +163,7 @@ def test_a_thousand_channels(name):
     segments = (Segment(0.0, 0.4, "weak"), Segment(0.4, 0.8, "strong"))
     size = np.repeat([0.1, 10.0], 40)[:, None]
     items = [
-        Labelled(
+        LabelledDemonstration(
             Demonstration(
                 f"wide {i}",
                 "wide",

@@ -155,6 +155,6 @@ def test_a_million_samples_are_filtered_in_seconds():
     probabilities = rng.random((10**6, 8))
     times = np.arange(10**6) / 1000
     start = time.process_time()
-    sure = threshold(codes, probabilities)
-    drop_short(median(sure), times, dict.fromkeys(range(8), 0.05))
+    confident = threshold(codes, probabilities)
+    drop_short(median(confident), times, dict.fromkeys(range(8), 0.05))
     assert time.process_time() - start < 4.0

@@ -12,11 +12,11 @@ from scipy.stats import bootstrap
 from forcelab.recognition.intervals import (
     METRICS,
     Intervals,
-    differences,
-    draws,
-    intervals,
+    difference_intervals,
+    draw_resamples,
     look_up,
-    replicates,
+    score_intervals,
+    score_resamples,
 )
 from forcelab.recognition.metrics import Counts, count, pool
 
@@ -28,8 +28,8 @@ def demonstration(seed: int, n: int = 300, right: float = 0.7) -> Counts:
     random = np.random.default_rng(seed)
     human = np.repeat(random.integers(-1, 3, n // 20), 20)
     noise = np.repeat(random.integers(-1, 3, n // 10), 10)
-    kept = np.repeat(random.random(n // 10) < right, 10)
-    return count(human, np.where(kept, human, noise), np.arange(n) / 100, ACTIONS)
+    right_steps = np.repeat(random.random(n // 10) < right, 10)
+    return count(human, np.where(right_steps, human, noise), np.arange(n) / 100, ACTIONS)
 
 
 def eight() -> list[Counts]:
@@ -46,7 +46,7 @@ def test_a_resample_is_scored_as_the_pool_of_its_demonstrations_is(weights):
         count(nothing, nothing, np.arange(50) / 100, ACTIONS),
         demonstration(2, 100),
     ]
-    found = replicates(parts, np.array(weights))
+    found = score_resamples(parts, np.array(weights))
     assert tuple(sorted(found)) == tuple(sorted(METRICS))
     for row, repeats in enumerate(weights):
         drawn = [part for part, n in zip(parts, repeats, strict=True) for _ in range(n)]
@@ -62,11 +62,11 @@ def test_a_resample_is_scored_as_the_pool_of_its_demonstrations_is(weights):
 
 
 def test_a_draw_takes_as_many_demonstrations_as_there_are_each_equally_often():
-    weights = draws(7, 5000, 3)
+    weights = draw_resamples(7, 5000, 3)
     assert (weights.sum(axis=1) == 7).all()
     assert weights.mean(axis=0) == pytest.approx(np.ones(7), abs=0.06)  # 4 standard errors
-    assert (weights == draws(7, 5000, 3)).all()
-    assert (weights != draws(7, 5000, 4)).any()
+    assert (weights == draw_resamples(7, 5000, 3)).all()
+    assert (weights != draw_resamples(7, 5000, 4)).any()
 
 
 @pytest.mark.parametrize(
@@ -87,7 +87,7 @@ def test_intervals_are_those_of_scipy(metric):
         method="percentile",
         random_state=np.random.default_rng(5),
     ).confidence_interval
-    low, high = intervals(parts)[metric]
+    low, high = score_intervals(parts)[metric]
     wide = reference.high - reference.low
     assert low == pytest.approx(reference.low, abs=0.08 * wide)  # another 2,000 resamples
     assert high == pytest.approx(reference.high, abs=0.08 * wide)
@@ -97,31 +97,31 @@ def test_the_interval_holds_the_score_and_narrows_with_more_demonstrations():
     few, many = eight(), [*eight(), *eight(), *eight(), *eight()]
     pooled = pool("pooled", few).to_json()
     for name in METRICS:
-        low, high = intervals(few)[name]
+        low, high = score_intervals(few)[name]
         assert low <= look_up(pooled, name) <= high, name
-    one, other = intervals(few)["accuracy"], intervals(many)["accuracy"]
+    one, other = score_intervals(few)["accuracy"], score_intervals(many)["accuracy"]
     assert other[1] - other[0] == pytest.approx((one[1] - one[0]) / 2, rel=0.15)  # root of four
 
 
 @pytest.mark.parametrize("number", [1, 2])
-def test_fewer_than_three_demonstrations_have_none_and_it_is_told_why(number):
-    found = intervals(eight()[:number])
+def test_fewer_than_three_demonstrations_have_none_and_a_reason(number):
+    found = score_intervals(eight()[:number])
     assert found["accuracy"] is None
     assert f"needs 3 demonstrations; {number} demonstration" in found.reason
     assert found.to_json()["accuracy"] is None
-    assert intervals(eight()[:3]).reason == ""
+    assert score_intervals(eight()[:3]).reason == ""
 
 
 def test_a_metric_that_no_demonstration_has_has_no_interval():
     human = np.zeros(100, dtype=np.int64)
     missed = count(human, np.full(100, -1), np.arange(100) / 100, ACTIONS)
-    found = intervals([missed] * 3)
+    found = score_intervals([missed] * 3)
     assert found["boundary_ms.median"] is None
     assert found["accuracy"] == (0.0, 0.0)
 
 
 def test_json_has_the_names_of_the_scores_and_reads_back():
-    found = intervals(eight(), seed=4)
+    found = score_intervals(eight(), seed=4)
     record = found.to_json()
     scores = pool("pooled", eight()).to_json()
     assert record["level"] == 0.95
@@ -130,7 +130,7 @@ def test_json_has_the_names_of_the_scores_and_reads_back():
         assert isinstance(look_up(scores, name), float | int), name
         assert look_up(record, name) == list(found[name])
     assert Intervals.from_json(record) == found
-    assert Intervals.from_json(intervals([]).to_json()).reason == intervals([]).reason
+    assert Intervals.from_json(score_intervals([]).to_json()).reason == score_intervals([]).reason
 
 
 def test_what_is_hard_for_both_does_not_widen_their_difference():
@@ -138,23 +138,23 @@ def test_what_is_hard_for_both_does_not_widen_their_difference():
     human = np.zeros(100, dtype=np.int64)
     better = count(human, human, np.arange(100) / 100, ACTIONS)
     other = [part + better for part in one]  # a little better everywhere
-    paired = differences(one, other)["accuracy"]
-    alone = intervals(one)["accuracy"]
+    paired = difference_intervals(one, other)["accuracy"]
+    alone = score_intervals(one)["accuracy"]
     assert 0 < paired[0] < paired[1]
     assert paired[1] - paired[0] < 0.5 * (alone[1] - alone[0])
-    assert differences(one, one)["accuracy"] == (0.0, 0.0)
-    back = differences(other, one)["accuracy"]
+    assert difference_intervals(one, one)["accuracy"] == (0.0, 0.0)
+    back = difference_intervals(other, one)["accuracy"]
     assert back == pytest.approx((-paired[1], -paired[0]))
 
 
 def test_runs_of_different_demonstrations_are_not_paired():
     with pytest.raises(ValueError, match="8 demonstrations cannot be paired with 7"):
-        differences(eight(), eight()[:7])
+        difference_intervals(eight(), eight()[:7])
 
 
 def test_boundaries_are_resampled_in_parts_alike(monkeypatch):
     parts = eight()
-    whole = intervals(parts)["boundary_ms.p90"]
+    full = score_intervals(parts)["boundary_ms.p90"]
     assert len(reduce(add, parts).boundaries) > 20
     monkeypatch.setattr("forcelab.recognition.intervals.AT_ONCE", 100)
-    assert intervals(parts)["boundary_ms.p90"] == whole
+    assert score_intervals(parts)["boundary_ms.p90"] == full

@@ -1,7 +1,10 @@
+"""Scores of samples, segments and events, against references that count plainly."""
+
 from __future__ import annotations
 
 import json
 import time
+from functools import lru_cache
 
 import numpy as np
 import pytest
@@ -14,7 +17,29 @@ from sklearn.metrics import (
     recall_score,
 )
 
-from forcelab.recognition.metrics import Counts, Scores, count, pool, score
+from forcelab.errors import InputError
+from forcelab.labels import Segment, from_codes
+from forcelab.recognition.metrics import (
+    OVERLAPS,
+    TICKS,
+    Counts,
+    Events,
+    Scores,
+    Tally,
+    boundary_errors,
+    count,
+    count_segments,
+    edit_distance,
+    edit_score,
+    event_errors,
+    match_segments,
+    overlay,
+    overlay_segments,
+    pool,
+    score,
+    score_tracks,
+)
+from forcelab.runs import sample_ends, stretches
 
 ACTIONS = ["still", "grab", "hold", "insert", "release"]
 KEYS = ["name", "accuracy", "balanced_accuracy", "coverage", "kappa", "edit", "f1"]
@@ -228,8 +253,8 @@ def test_the_numbering_of_the_actions_changes_nothing(tracks, order):
     plain = score("d", human, predicted, times, actions)
     moved = score("d", renumber[human], renumber[predicted], times, actions)
     assert dict(flat(numbers(moved))) == pytest.approx(dict(flat(numbers(plain))), nan_ok=False)
-    there = np.array(plain.confusion)
-    assert np.array_equal(np.array(moved.confusion)[order][:, [*order, 4]], there)
+    plain_confusion = np.array(plain.confusion)
+    assert np.array_equal(np.array(moved.confusion)[order][:, [*order, 4]], plain_confusion)
 
 
 @settings(max_examples=40, deadline=None)
@@ -290,3 +315,480 @@ def test_a_million_samples_flickering_through_200_actions_take_seconds_not_minut
     seconds, counts = timed(human, predicted, actions)
     assert counts.confusion.sum() == (human >= 0).sum()
     assert seconds < 6.0
+
+
+LETTERS = ["a", "b", "c"]
+
+
+@st.composite
+def overlaid_tracks(draw):
+    """A human and a predicted track of runs, and their stamps, perhaps with gaps."""
+    n = draw(st.integers(0, 50))
+
+    def track() -> np.ndarray:
+        codes: list[int] = []
+        while len(codes) < n:
+            codes += [draw(st.integers(-1, 2))] * draw(st.integers(1, 9))
+        return np.array(codes[:n], dtype=np.int64)
+
+    steps = np.ones(n)
+    for place in draw(st.lists(st.integers(1, max(n, 1)), max_size=2)):
+        steps[place - 1 : place] = 30.0
+    return track(), track(), np.cumsum(steps) / 50
+
+
+def segments_of(codes: list[int], times: np.ndarray) -> list[tuple[int, set[int]]]:
+    """Segments as (action, set of sample numbers), one sample at a time."""
+    found: list[tuple[int, set[int]]] = []
+    period = float(np.median(np.diff(times))) if len(times) > 1 else 1.0
+    for i, code in enumerate(codes):
+        gap = i > 0 and times[i] - times[i - 1] > 5 * period
+        if code >= 0:
+            if i == 0 or code != codes[i - 1] or gap:
+                found.append((code, set()))
+            found[-1][1].add(i)
+    return found
+
+
+def matched_by_sets(human, predicted, overlap: int) -> set[tuple[int, int]]:
+    """The published loop of F1@k on sets of sample numbers."""
+    taken: dict[int, int] = {}
+    for j, (action, samples) in enumerate(predicted):
+        ious = [
+            len(samples & other) / len(samples | other) if action == name else 0.0
+            for name, other in human
+        ]
+        best = int(np.argmax(ious)) if ious else -1
+        if ious and ious[best] * 100 >= overlap and best not in taken:
+            taken[best] = j
+    return set(taken.items())
+
+
+@settings(max_examples=150, deadline=None)
+@given(
+    st.lists(st.integers(0, 3), max_size=14),
+    st.lists(st.integers(0, 3), max_size=14),
+)
+def test_edit_distance_is_the_recursive_definition(a, b):
+    @lru_cache(None)
+    def far(i: int, j: int) -> int:
+        if i == 0 or j == 0:
+            return i + j
+        change = 0 if a[i - 1] == b[j - 1] else 1
+        return min(far(i - 1, j) + 1, far(i, j - 1) + 1, far(i - 1, j - 1) + change)
+
+    distance = edit_distance(np.array(a, dtype=np.int64), np.array(b, dtype=np.int64))
+    assert distance == far(len(a), len(b))
+
+
+def test_edit_distance_is_right_beyond_the_width_of_a_machine_word():
+    rng = np.random.default_rng(1)
+    a, b = rng.integers(0, 6, 500), rng.integers(0, 6, 730)
+    row = np.arange(len(b) + 1)
+    for i, symbol in enumerate(a):
+        diagonal = np.concatenate([[i + 1], np.minimum(row[1:] + 1, row[:-1] + (b != symbol))])
+        row = np.minimum.accumulate(diagonal - np.arange(len(b) + 1)) + np.arange(len(b) + 1)
+    assert edit_distance(a, b) == row[-1]
+
+
+@settings(max_examples=100, deadline=None)
+@given(overlaid_tracks())
+def test_runs_are_the_segments_of_from_codes(track):
+    codes, _, times = track
+    found = stretches(codes, times, sample_ends(times))
+    expected = from_codes(codes, times, LETTERS)
+    assert [LETTERS[code] for code in found.codes] == [s.action for s in expected]
+    assert found.starts.tolist() == [s.start for s in expected]
+    assert found.ends.tolist() == [s.end for s in expected]
+
+
+@settings(max_examples=200, deadline=None)
+@given(overlaid_tracks(), st.sampled_from(OVERLAPS))
+def test_matching_is_the_published_loop_on_sets_of_samples(track, overlap):
+    human, predicted, times = track
+    found = match_segments(overlay(human, predicted, times, LETTERS), overlap)
+    masked = [-1 if h < 0 else p for h, p in zip(human, predicted, strict=True)]
+    expected = matched_by_sets(segments_of(human, times), segments_of(masked, times), overlap)
+    assert set(zip(found.human.tolist(), found.predicted.tolist(), strict=True)) == expected
+
+
+@settings(max_examples=100, deadline=None)
+@given(overlaid_tracks())
+def test_boundary_errors_are_the_distances_of_matched_edges(track):
+    human, predicted, times = track
+    over = overlay(human, predicted, times, LETTERS)
+    masked = np.where(human < 0, -1, predicted)
+    h, p = from_codes(human, times, LETTERS), from_codes(masked, times, LETTERS)
+    expected = []
+    for i, j in matched_by_sets(segments_of(human, times), segments_of(masked, times), 10):
+        expected += [abs(h[i].start - p[j].start) * 1e3, abs(h[i].end - p[j].end) * 1e3]
+    errors = boundary_errors(over, match_segments(over, 10))
+    assert sorted(errors) == pytest.approx(sorted(expected))
+
+
+def letters_overlay(human: str, predicted: str):
+    """An overlay of two tracks written one letter a sample, dots being unlabelled."""
+    codes = [np.array(["abc".find(c) for c in text], dtype=np.int64) for text in (human, predicted)]
+    return overlay(*codes, np.arange(len(human)) / 10, LETTERS)
+
+
+def test_an_overlap_of_exactly_one_half_counts_as_one_half():
+    assert len(match_segments(letters_overlay("aaaabb", "aabbbb"), 50)) == 2
+
+
+def test_of_two_predicted_segments_over_one_human_one_the_earlier_is_matched():
+    found = match_segments(letters_overlay("aaaaaaaaaa", "aaabaaaaaa"), 10)
+    assert (found.human.tolist(), found.predicted.tolist()) == ([0], [0])
+
+
+def test_of_two_human_segments_overlapped_alike_the_earlier_is_matched():
+    found = match_segments(letters_overlay("aaabaaa", "aaaaaaa"), 10)
+    assert (found.human.tolist(), found.predicted.tolist()) == ([0], [0])
+
+
+def test_a_predicted_segment_does_not_turn_to_its_second_choice():
+    # Both predicted a's overlap the first human a best, and the second one also the second.
+    found = match_segments(letters_overlay("aaaaaaaabaa", "aabaaaaaaaa"), 10)
+    assert (found.human.tolist(), found.predicted.tolist()) == ([0], [0])
+
+
+def test_unlabelled_human_time_splits_both_tracks_at_the_same_place():
+    over = letters_overlay("aaa..aaa", "aaaaaaaa")
+    assert len(over.human) == len(over.predicted) == 2
+    assert edit_score(over) == 1.0
+    assert boundary_errors(over, match_segments(over, 50)).tolist() == [0.0] * 4
+
+
+def test_nothing_predicted_scores_no_edit_and_leaves_no_boundary():
+    over = letters_overlay("aabb", "....")
+    assert edit_score(over) == 0.0
+    assert boundary_errors(over, match_segments(over, 10)).size == 0
+
+
+ERRORS = ("insertion", "deletion", "fragmentation", "merge", "overfill", "underfill")
+
+
+def letters_events(human: str, predicted: str, times: np.ndarray | None = None) -> Events:
+    """Errors of two tracks written one letter a sample (1 s), dots being unlabelled."""
+    codes = [np.array(["abc".find(c) for c in text], dtype=np.int64) for text in (human, predicted)]
+    stamps = np.arange(len(human), dtype=float) if times is None else times
+    return event_errors(overlay(*codes, stamps, LETTERS))
+
+
+def errors(events: Events) -> dict[str, tuple[int, float]]:
+    """The kinds of error that occur, as (count, seconds)."""
+    found = {kind: getattr(events, kind) for kind in ERRORS}
+    return {kind: (t.count, t.seconds) for kind, t in found.items() if t != Tally()}
+
+
+# In these b is what surrounds the events of a, and is itself judged just as a is.
+
+
+def test_an_event_that_is_not_there_is_an_insertion():
+    # For b the inserted stretch is one missed in the middle.
+    assert errors(letters_events("bbbbbbbb", "bbbaabbb")) == {
+        "insertion": (1, 2.0),
+        "fragmentation": (1, 2.0),
+    }
+
+
+def test_an_event_that_is_missed_is_a_deletion():
+    assert errors(letters_events("bbbaabbb", "bbbbbbbb")) == {
+        "deletion": (1, 2.0),
+        "merge": (1, 2.0),
+    }
+
+
+def test_an_event_predicted_as_unlabelled_is_a_deletion_and_nothing_else():
+    assert errors(letters_events("bbbaabbb", "bbb..bbb")) == {"deletion": (1, 2.0)}
+
+
+def test_an_event_in_pieces_is_fragmented_once_however_many_pieces():
+    assert errors(letters_events("aaaaaaaa", "a.aa.a.a")) == {"fragmentation": (1, 3.0)}
+
+
+def test_events_run_together_are_merged_once_however_many_events():
+    assert errors(letters_events("abacabaa", "aaaaaaaa"))["merge"] == (1, 3.0)
+
+
+def test_an_event_that_is_too_long_overfills_and_its_neighbour_underfills():
+    assert errors(letters_events("bbbbaaaa", "bbaaaaaa")) == {
+        "overfill": (1, 2.0),
+        "underfill": (1, 2.0),
+    }
+
+
+def test_an_event_that_is_short_at_both_ends_underfills_twice():
+    assert errors(letters_events("aaaaaaaa", ".aaaaa..")) == {"underfill": (2, 3.0)}
+
+
+def test_a_wrong_name_is_a_deletion_of_the_one_and_an_insertion_of_the_other():
+    assert errors(letters_events("bbaabb", "bbccbb")) == {
+        "deletion": (1, 2.0),
+        "insertion": (1, 2.0),
+    }
+
+
+def test_false_time_under_two_human_actions_is_one_stretch():
+    # a is false over c and b alike: one overfill of 3 s, not an overfill and an insertion.
+    assert errors(letters_events("aaccb", "aaaaa"))["overfill"] == (1, 3.0)
+
+
+def test_no_event_reaches_across_unlabelled_human_time():
+    found = letters_events("aaa..bba", "aaaaaaaa")
+    assert errors(found)["overfill"] == (1, 2.0)
+    assert "merge" not in errors(found)
+    assert found.human == Tally(3, 6.0)
+
+
+def test_no_event_reaches_across_a_gap_in_the_stamps():
+    times = np.concatenate([np.arange(4.0), np.arange(4.0) + 60])
+    found = letters_events("aabbbbaa", "aaaaaaaa", times)
+    assert errors(found)["overfill"] == (2, 4.0)
+    assert "merge" not in errors(found)
+    assert found.human.seconds == 8.0
+
+
+def test_a_fragmented_and_a_merged_event_at_once():
+    # The paper's hard case: the first human event is in pieces, and its last piece runs into the
+    # second human event.
+    found = letters_events("aaaaaabbaa", "aa.aaaaaaa")
+    assert errors(found)["fragmentation"] == (1, 1.0)
+    assert errors(found)["merge"] == (1, 2.0)
+
+
+def test_errors_of_two_demonstrations_add_up():
+    assert Events(human=Tally(2, 1.5), merge=Tally(1, 0.5)) + Events(
+        human=Tally(1, 1.0), overfill=Tally(3, 0.25)
+    ) == Events(human=Tally(3, 2.5), merge=Tally(1, 0.5), overfill=Tally(3, 0.25))
+
+
+@st.composite
+def letter_tracks(draw):
+    n = draw(st.integers(0, 40))
+
+    def text() -> str:
+        line = ""
+        while len(line) < n:
+            line += draw(st.sampled_from("abc.")) * draw(st.integers(1, 7))
+        return line[:n]
+
+    steps = np.ones(n)
+    for place in draw(st.lists(st.integers(1, max(n, 1)), max_size=2)):
+        steps[place - 1 : place] = 20.0
+    return text(), text(), np.cumsum(steps)
+
+
+def by_hand(human: str, predicted: str, times: np.ndarray) -> dict[str, tuple[int, float]]:
+    """The definitions one sample and one event at a time; every sample lasts one second."""
+    n = len(human)
+    broken = [True] + [bool(times[i] - times[i - 1] > 5) for i in range(1, n)]
+    total = {kind: [0, 0.0] for kind in ERRORS}
+    for action in "abc":
+        # Answers per sample: None where nothing is labelled.
+        yes = [
+            None if h == "." else (h == action, p == action)
+            for h, p in zip(human, predicted, strict=True)
+        ]
+
+        def events(who: int, yes=yes) -> list[range]:
+            found = []
+            for i in range(n):
+                if yes[i] is None or not yes[i][who]:
+                    continue
+                start = i
+                while not broken[start] and yes[start - 1] and yes[start - 1][who]:
+                    start -= 1
+                if not found or found[-1].start != start:
+                    found.append(range(start, i + 1))
+                found[-1] = range(start, i + 1)
+            return found
+
+        truth, said = events(0), events(1)
+        for mine, theirs, none, several, edge in (
+            (truth, said, "deletion", "fragmentation", "underfill"),
+            (said, truth, "insertion", "merge", "overfill"),
+        ):
+            for event in mine:
+                met = [set(event) & set(other) for other in theirs if set(event) & set(other)]
+                if not met:
+                    total[none][0] += 1
+                    total[none][1] += len(event)
+                    continue
+                inner = set().union(*met)
+                before = [i for i in event if i < min(inner)]
+                after = [i for i in event if i > max(inner)]
+                total[edge][0] += bool(before) + bool(after)
+                total[edge][1] += len(before) + len(after)
+                total[several][0] += len(met) > 1
+                total[several][1] += max(inner) - min(inner) + 1 - len(inner)
+    return {kind: (c, s) for kind, (c, s) in total.items() if c}
+
+
+@settings(max_examples=250, deadline=None)
+@given(letter_tracks())
+def test_every_error_is_what_the_definitions_say_event_by_event(track):
+    human, predicted, times = track
+    assume(len(human) < 2 or np.median(np.diff(times)) == 1.0)
+    assert errors(letters_events(human, predicted, times)) == by_hand(human, predicted, times)
+
+
+@settings(max_examples=100, deadline=None)
+@given(letter_tracks())
+def test_errors_and_right_time_account_for_all_labelled_time(track):
+    human, predicted, times = track
+    found = letters_events(human, predicted, times)
+    period = float(np.median(np.diff(times))) if len(times) > 1 else 1.0
+    lasts = np.minimum(np.diff(times, append=times[-1:] + period), 5 * period)
+    lasts = np.where(lasts == 5 * period, period, lasts)
+
+    def length(chosen: list[bool]) -> float:
+        return float(lasts[np.array(chosen, dtype=bool)].sum())
+
+    both = list(zip(human, predicted, strict=True))
+    right = length([h == p != "." for h, p in both])
+    labelled = length([h != "." for h, _ in both])
+    agreed = length([h != "." and p != "." for h, p in both])
+    assert found.human.seconds == pytest.approx(labelled)
+    assert found.predicted.seconds == pytest.approx(agreed)
+    missed = [found.deletion, found.fragmentation, found.underfill]
+    false = [found.insertion, found.merge, found.overfill]
+    assert right + sum(t.seconds for t in missed) == pytest.approx(labelled)
+    assert right + sum(t.seconds for t in false) == pytest.approx(agreed)
+
+
+THREE = ("grab", "hold", "pull")
+runs = st.lists(st.tuples(st.integers(-1, 2), st.integers(1, 25)), min_size=1, max_size=8)
+
+
+def track(parts, n):
+    return np.resize(np.repeat([c for c, _ in parts], [k for _, k in parts]), n)
+
+
+@given(runs, runs, st.integers(2, 120))
+@settings(max_examples=40, deadline=None)
+def test_unlabelled_time_is_as_if_it_had_never_been_recorded(human, predicted, n):
+    h, p = track(human, n), track(predicted, n)
+    found = score("", h, p, at(n), THREE)
+    h, p = h[h >= 0], p[h >= 0]
+    plain = score("", h, p, at(len(h)), THREE)
+    assert found.f1_labelled == plain.f1 == plain.f1_labelled
+    for name, value in plain.boundary_labelled_ms.items():
+        assert found.boundary_labelled_ms[name] == pytest.approx(value)
+    hits = [
+        any(abs(i - j) <= 10 for j in range(1, len(p)) if p[j] != p[j - 1])
+        for i in range(1, len(h))
+        if h[i] != h[i - 1]
+    ]
+    assert found.boundaries_found == (sum(hits) / len(hits) if hits else None)
+
+
+def test_a_hole_cuts_segments_in_one_way_of_counting_only():
+    human = np.repeat([0, -1, 0, -1, 1], [40, 5, 40, 5, 50])
+    predicted = np.repeat([0, 1], [92, 48])
+    found = score("", human, predicted, at(140), THREE)
+    # Three matched segments and a sliver behind the second hole; one boundary, 20 ms late.
+    assert found.f1["50"] == 6 / 7
+    assert found.f1_labelled["50"] == 1.0
+    assert found.boundaries_found == 1.0
+    late = score("", human, np.repeat([0, 1], [101, 39]), at(140), THREE)
+    assert late.boundaries_found == 0.0
+
+
+def test_a_coder_who_leaves_a_little_between_actions_does_not_hide_how_far_edges_are_off():
+    human = np.repeat([-1, 0, -1, 1, -1, 2, -1], [5, 40, 4, 40, 4, 40, 5])
+    predicted = np.repeat([0, 1, 2], [56, 41, 41])  # 0 ends 70 ms of labelled time late, 1 40
+    found = score("", human, predicted, at(138), THREE)
+    assert found.boundary_ms["median"] == 0
+    # Two boundaries, each the end of one segment and the start of the next.
+    assert found.boundary_labelled_ms["median"] == pytest.approx(55.0)
+    assert found.boundary_labelled_ms["p90"] == pytest.approx(70.0)
+    # Within what the coder left unlabelled, a boundary is right wherever it is.
+    right = score(
+        "",
+        human,
+        np.repeat([0, 1, 2], [46, 46, 46]),
+        at(138),
+        THREE,
+    )
+    assert right.boundary_labelled_ms == {"median": 0, "p90": 0}
+
+
+def test_one_action_has_no_boundaries_to_be_off():
+    alone = score(
+        "",
+        np.repeat([-1, 0], [10, 90]),
+        np.repeat([1, 0], [40, 60]),
+        at(100),
+        THREE,
+    )
+    assert alone.boundary_ms["p90"] > 200  # where the coder's labels begin, it was still wrong
+    assert alone.boundary_labelled_ms == {"median": None, "p90": None}
+
+
+FOUR = ("still", "grab", "hold", "pull")
+
+
+@st.composite
+def four_action_tracks(draw):
+    """Human and predicted codes made of runs, and even stamps with a gap now and then."""
+    n = draw(st.integers(2, 60))
+
+    def track() -> np.ndarray:
+        codes: list[int] = []
+        while len(codes) < n:
+            codes += [draw(st.integers(-1, 3))] * draw(st.integers(1, 12))
+        return np.array(codes[:n], dtype=np.int64)
+
+    steps = np.full(n, 8)
+    for place in draw(st.lists(st.integers(1, n), max_size=2)):
+        steps[place - 1] = 400
+    return track(), track(), np.cumsum(steps) / 1024
+
+
+@settings(max_examples=40, deadline=None)
+@given(four_action_tracks())
+def test_scores_of_segments_are_those_of_their_samples(drawn):
+    human, predicted, times = drawn
+    segments = [from_codes(codes, times, FOUR) for codes in (human, predicted)]
+    if np.median(np.diff(times)) * 1024 > 8:
+        return  # more gaps than samples: a sample has no length
+    counts = count_segments(*segments, FOUR)
+    expected = score("d", human, predicted, times, FOUR).to_json()
+    found = pool("d", [counts]).to_json()
+    samples = np.array(expected.pop("confusion"))
+    ticks = np.array(found.pop("confusion"))
+    assert ticks / TICKS * 128 == pytest.approx(samples, abs=1e-5)
+    for name, value in expected.items():
+        if isinstance(value, dict):
+            for key, inner in value.items():
+                assert found[name][key] == pytest.approx(inner, abs=1e-9), (name, key)
+        else:
+            assert found[name] == (pytest.approx(value, abs=1e-9) if value is not None else None)
+
+
+def test_touching_segments_of_one_action_are_one():
+    human = (Segment(0, 1, "grab"), Segment(1, 2, "grab"), Segment(2, 3, "hold"))
+    over = overlay_segments(human, (Segment(0.5, 2.5, "grab"),), FOUR)
+    assert over.human.starts.tolist() == [0, 2]
+    assert over.predicted.seconds.tolist() == [2.0]
+    assert over.pieces.seconds.tolist() == [0.5, 1.5, 0.5, 0.5]
+
+
+def test_nothing_at_all_is_no_piece():
+    assert len(overlay_segments((), (), FOUR).pieces) == 0
+    assert len(overlay_segments((), (Segment(0, 1, "grab"),), FOUR).pieces) == 0
+
+
+def test_two_tracks_are_scored_without_a_recording():
+    human = (Segment(0.5, 1.0, "grab"), Segment(1.5, 2.5, "hold"))
+    predicted = (Segment(0.0, 0.75, "grab"), Segment(0.75, 2.0, "hold"))
+    found = score_tracks(human, predicted, name="one")
+    assert (found.name, found.accuracy, found.coverage) == ("one", 0.5, pytest.approx(1 / 1.5))
+    assert found.edit == pytest.approx(2 / 3)  # the unlabelled half second cuts 'hold' in two
+    assert found.boundary_labelled_ms["median"] == pytest.approx(250.0)
+    nothing = score_tracks(human, ())
+    assert (nothing.accuracy, nothing.coverage, nothing.edit) == (0.0, 0.0, 0.0)
+    assert score_tracks((), predicted).accuracy is None
+    with pytest.raises(InputError, match="'hold' is not among the actions grab"):
+        score_tracks(human, predicted, ["grab"])

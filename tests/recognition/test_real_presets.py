@@ -10,7 +10,7 @@ from forcelab.formats import pdl
 from forcelab.formats.recording import ReadOptions
 from forcelab.jobs import finish
 from forcelab.recognition.cross_validation import leave_one_out
-from forcelab.recognition.examples import Labelled
+from forcelab.recognition.examples import LabelledDemonstration
 from forcelab.recognition.presets import preset
 
 TONGS = Path(__file__).resolve().parents[2] / "../shared/data/tongs"
@@ -26,7 +26,7 @@ def test_the_fast_preset_is_far_ahead_of_the_paper_on_the_papers_own_recordings(
     file, accuracy, f1, edit
 ):
     recordings = pdl.read(TONGS / file, ReadOptions())
-    items = [Labelled(r.demonstration, r.tracks[0].segments) for r in recordings]
+    items = [LabelledDemonstration(r.demonstration, r.tracks[0].segments) for r in recordings]
     pooled, _ = finish(leave_one_out(items, preset("fast"))).scores("filtered")
     assert pooled.accuracy > accuracy
     assert pooled.f1_labelled["50"] > f1

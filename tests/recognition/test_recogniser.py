@@ -1,19 +1,23 @@
+"""The recogniser: predictions, what each filter leads to, and what it remarks."""
+
 from __future__ import annotations
 
 import dataclasses
 
 import numpy as np
 import pytest
+from factories import BAYES_SETTINGS
 from synthetic import synthetic_demonstration, synthetic_set
 from threadpoolctl import threadpool_info, threadpool_limits
 
 from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
 from forcelab.labels import UNLABELLED, to_codes
-from forcelab.recognition import filters
+from forcelab.recognition import filters, results
 from forcelab.recognition import recogniser as recogniser_module
-from forcelab.recognition.examples import Labelled, prepare
+from forcelab.recognition.examples import LabelledDemonstration, prepare_examples
 from forcelab.recognition.recogniser import Recogniser
+from forcelab.recognition.results import empty_prediction_remarks
 from forcelab.recognition.settings import CLASSIFIERS, Settings
 from forcelab.recognition.training import train
 from forcelab.runtime import one_blas_thread
@@ -26,10 +30,10 @@ ON = {"threshold": 0.999, "median": 12, "drop": 0.7}
 class Oracle:
     """A classifier that says what it was told to, sample after sample."""
 
-    def __init__(self, codes, sure=None, actions=3):
+    def __init__(self, codes, confidence=None, actions=3):
         self.classes_ = np.arange(actions)
         self.codes = np.asarray(codes)
-        self.sure = np.ones(len(codes)) if sure is None else np.asarray(sure)
+        self.sure = np.ones(len(codes)) if confidence is None else np.asarray(confidence)
         self.calls = []
         self.told = 0
 
@@ -50,27 +54,27 @@ class Oracle:
         return probabilities
 
 
-def oracle(codes, sure=None, shortest=None, **settings):
+def oracle(codes, confidence=None, shortest=None, **settings):
     """A recogniser that says what it was told to, and a demonstration of as many samples."""
     n = len(codes)
     demonstration = synthetic_demonstration(1, rate=100.0)[0]
     demonstration = Demonstration(
         "told", "", demonstration.times[:n], demonstration.signals[:n], demonstration.channels
     )
-    made = Recogniser(
+    recogniser = Recogniser(
         settings=OFF.replace(**settings),
         rate=100.0,
         channels=("tangential 1", "tangential 2", "normal 1", "normal 2"),
         actions=("grab", "hold", "still"),
         shortest=shortest or {},
-        classifier=Oracle(codes, sure),
+        classifier=Oracle(codes, confidence),
     )
-    return made, demonstration
+    return recogniser, demonstration
 
 
 @pytest.fixture(scope="module")
 def three():
-    return [Labelled(*pair) for pair in synthetic_set(3, rate=100.0)]
+    return [LabelledDemonstration(*pair) for pair in synthetic_set(3, rate=100.0)]
 
 
 @pytest.fixture(scope="module")
@@ -92,25 +96,25 @@ def test_a_recogniser_finds_the_actions_of_a_demonstration_it_has_not_seen(bayes
 
 
 def test_without_a_threshold_probabilities_are_never_computed():
-    made, demonstration = oracle([0, 1, 2, 1] * 25, median=3, drop=0.1)
-    prediction = made.predict(demonstration)
-    assert {call for call, _ in made.classifier.calls} == {"predict"}
+    recogniser, demonstration = oracle([0, 1, 2, 1] * 25, median=3, drop=0.1)
+    prediction = recogniser.predict(demonstration)
+    assert {call for call, _ in recogniser.classifier.calls} == {"predict"}
     assert prediction.probabilities is None
     assert prediction.raw.tolist() == [0, 1, 2, 1] * 25
 
 
 def test_with_a_threshold_every_sample_is_classified_once():
-    made, demonstration = oracle([0, 1, 2, 1] * 25, threshold=0.5)
-    prediction = made.predict(demonstration)
-    assert made.classifier.calls == [("predict_proba", 100)]
+    recogniser, demonstration = oracle([0, 1, 2, 1] * 25, threshold=0.5)
+    prediction = recogniser.predict(demonstration)
+    assert recogniser.classifier.calls == [("predict_proba", 100)]
     assert prediction.raw.tolist() == [0, 1, 2, 1] * 25
     np.testing.assert_array_equal(prediction.probabilities, np.eye(3)[prediction.raw])
 
 
 def test_an_action_without_a_training_sample_has_the_probability_zero():
-    made, demonstration = oracle([0, 1] * 30, sure=[0.75] * 60, threshold=0.5)
-    made.classifier.classes_ = np.array([0, 2])
-    prediction = made.predict(demonstration)
+    recogniser, demonstration = oracle([0, 1] * 30, confidence=[0.75] * 60, threshold=0.5)
+    recogniser.classifier.classes_ = np.array([0, 2])
+    prediction = recogniser.predict(demonstration)
     assert prediction.raw.tolist() == [0, 2] * 30
     assert prediction.probabilities[:, 1].tolist() == [0.0] * 60
     np.testing.assert_array_equal(prediction.probabilities.sum(axis=1), 1.0)
@@ -121,14 +125,14 @@ def test_an_action_without_a_training_sample_has_the_probability_zero():
 def test_recognition_in_blocks_gives_what_recognition_at_once_gives(
     bayes, three, monkeypatch, threshold, block
 ):
-    made = dataclasses.replace(bayes, settings=OFF.replace(threshold=threshold))
-    whole = made.predict(three[2].demonstration)
+    recogniser = dataclasses.replace(bayes, settings=OFF.replace(threshold=threshold))
+    full = recogniser.predict(three[2].demonstration)
     monkeypatch.setattr(recogniser_module, "BLOCK", block)
-    parts = made.predict(three[2].demonstration)
-    np.testing.assert_array_equal(parts.raw, whole.raw)
-    np.testing.assert_array_equal(parts.filtered, whole.filtered)
+    parts = recogniser.predict(three[2].demonstration)
+    np.testing.assert_array_equal(parts.raw, full.raw)
+    np.testing.assert_array_equal(parts.filtered, full.filtered)
     if threshold is not None:
-        np.testing.assert_allclose(parts.probabilities, whole.probabilities, atol=1e-12)
+        np.testing.assert_allclose(parts.probabilities, full.probabilities, atol=1e-12)
 
 
 def test_blas_has_its_threads_back_where_a_transform_outlasts_a_recognition():
@@ -143,11 +147,11 @@ def test_blas_has_its_threads_back_where_a_transform_outlasts_a_recognition():
             return super().predict(X)
 
     transform = one_blas_thread()
-    made, demonstration = oracle([0, 1, 2])
-    made = dataclasses.replace(made, classifier=Meanwhile([0, 1, 2]))
+    recogniser, demonstration = oracle([0, 1, 2])
+    recogniser = dataclasses.replace(recogniser, classifier=Meanwhile([0, 1, 2]))
     with threadpool_limits(2, user_api="blas"):
         before = threads()
-        made.predict(demonstration)
+        recogniser.predict(demonstration)
         assert set(threads()) == {1}
         transform.__exit__(None, None, None)
         assert threads() == before
@@ -156,10 +160,10 @@ def test_blas_has_its_threads_back_where_a_transform_outlasts_a_recognition():
 @pytest.mark.parametrize("name", [name for name in CLASSIFIERS if name != "svm"])
 def test_the_raw_codes_do_not_depend_on_whether_probabilities_are_computed(three, name):
     settings = OFF.replace(classifier=name, stride=5, threshold=0.9)
-    made = train(three[:2], settings)
-    without = dataclasses.replace(made, settings=settings.replace(threshold=None))
+    recogniser = train(three[:2], settings)
+    without = dataclasses.replace(recogniser, settings=settings.replace(threshold=None))
     unseen = three[2].demonstration
-    np.testing.assert_array_equal(made.predict(unseen).raw, without.predict(unseen).raw)
+    np.testing.assert_array_equal(recogniser.predict(unseen).raw, without.predict(unseen).raw)
 
 
 # --- filters ------------------------------------------------------------------------------------
@@ -191,22 +195,22 @@ def test_filters_do_what_they_say_in_the_papers_order_alone_or_together(bayes, t
 
 
 def test_the_threshold_leaves_unlabelled_what_is_less_probable():
-    sure = np.where(np.arange(60) % 3 == 0, 0.79, 0.8)
-    made, demonstration = oracle([1] * 60, sure=sure, threshold=0.8)
+    confidence = np.where(np.arange(60) % 3 == 0, 0.79, 0.8)
+    recogniser, demonstration = oracle([1] * 60, confidence=confidence, threshold=0.8)
     expected = [UNLABELLED, 1, 1] * 20
-    assert made.predict(demonstration).filtered.tolist() == expected
+    assert recogniser.predict(demonstration).filtered.tolist() == expected
 
 
 def test_dropping_measures_against_the_shortest_training_segment_of_the_same_action():
     codes = np.repeat([0, 1, 2, 1], [10, 10, 20, 9])
-    made, demonstration = oracle(codes, shortest={"grab": 0.1, "hold": 0.2}, drop=0.475)
+    recogniser, demonstration = oracle(codes, shortest={"grab": 0.1, "hold": 0.2}, drop=0.475)
     expected = np.repeat([0, 1, 2, UNLABELLED], [10, 10, 20, 9])
-    assert made.predict(demonstration).filtered.tolist() == expected.tolist()
+    assert recogniser.predict(demonstration).filtered.tolist() == expected.tolist()
 
 
 def test_the_segments_are_those_of_the_filtered_codes():
-    made, demonstration = oracle(np.repeat([0, 1, 0], [30, 3, 30]), median=8)
-    segments = made.predict(demonstration).segments
+    recogniser, demonstration = oracle(np.repeat([0, 1, 0], [30, 3, 30]), median=8)
+    segments = recogniser.predict(demonstration).segments
     assert [(s.start, round(s.end, 9), s.action) for s in segments] == [(0.0, 0.63, "grab")]
 
 
@@ -218,8 +222,8 @@ def test_nothing_is_recognised_in_a_gap(bayes, three, switched_on):
     old = three[2].demonstration
     times = old.times + np.where(np.arange(len(old.times)) >= 150, 1.0, 0.0)
     gapped = Demonstration("gapped", "", times, old.signals, old.channels)
-    made = dataclasses.replace(bayes, settings=OFF.replace(**switched_on))
-    prediction = made.predict(gapped)
+    recogniser = dataclasses.replace(bayes, settings=OFF.replace(**switched_on))
+    prediction = recogniser.predict(gapped)
     inside = (prediction.times > 1.495) & (prediction.times < 2.495)
     assert inside.sum() == 100
     assert (prediction.raw[inside] == UNLABELLED).all()
@@ -251,6 +255,106 @@ def test_a_missing_channel_is_named(bayes, three):
 
 
 def test_examples_of_other_channels_are_refused_by_name(bayes, three):
-    other = prepare(three[2], OFF.replace(channels=("normal 1",)))
+    other = prepare_examples(three[2], OFF.replace(channels=("normal 1",)))
     with pytest.raises(InputError, match="'foam 03' has the channels normal 1; the recogniser"):
         bayes.predict_examples(other)
+
+
+@pytest.fixture(scope="module")
+def labelled():
+    return [LabelledDemonstration(demo, segments) for demo, segments in synthetic_set(3, 100.0)]
+
+
+@pytest.mark.parametrize("threshold", [None, 0.9])
+@pytest.mark.parametrize("median", [None, 5])
+@pytest.mark.parametrize("drop", [None, 0.5])
+def test_each_stage_is_the_filter_applied_to_the_one_before(labelled, threshold, median, drop):
+    recogniser = train(
+        labelled[:2], BAYES_SETTINGS.replace(threshold=threshold, median=median, drop=drop)
+    )
+    prediction = recogniser.predict(labelled[2].demonstration, probability_trace=True)
+    codes, expected = prediction.raw, {}
+    if threshold is not None:
+        best = prediction.probabilities.max(axis=1)
+        expected["threshold"] = codes = np.where(best >= threshold, codes, UNLABELLED)
+    if median is not None:
+        expected["median"] = codes = filters.median(codes, median)
+    assert list(prediction.stages) == list(expected)
+    for name, stage in expected.items():
+        assert np.array_equal(prediction.stages[name], stage)
+    if drop is None:
+        assert np.array_equal(prediction.filtered, codes)
+    else:
+        changed = prediction.filtered != codes
+        assert (prediction.filtered[changed] == UNLABELLED).all()
+
+
+def test_gaps_have_no_certainty(labelled):
+    from dataclasses import replace
+
+    demonstration = labelled[2].demonstration
+    keep = np.abs(demonstration.times - 2.0) > 0.3
+    gappy = replace(
+        demonstration, times=demonstration.times[keep], signals=demonstration.signals[keep]
+    )
+    prediction = train(labelled[:2], BAYES_SETTINGS).predict(gappy, probability_trace=True)
+    inside = np.abs(prediction.probability_trace.times - 2.0) < 0.25
+    assert inside.any()
+    assert (prediction.probability_trace.values[inside] == 0).all()
+    outside = np.abs(prediction.probability_trace.times - 2.0) > 0.32
+    # Probabilities add up to one, in 255ths that are rounded each.
+    assert (
+        np.abs(prediction.probability_trace.values[outside].sum(axis=1, dtype=int) - 255).max() <= 2
+    )
+
+
+N = 100
+NOTHING = Settings(threshold=None, median=None, drop=None)
+
+
+def reviewed(left, **stages):
+    """A demonstration of which so many steps are left after the filters, and after each stage."""
+
+    def codes(number):
+        found = np.full(N, UNLABELLED)
+        found[:number] = 0
+        return found
+
+    times, stages = np.arange(N) / 100, {name: codes(n) for name, n in stages.items()}
+    return results.HeldOutPrediction(
+        "a", "a", times, ("grab",), codes(N), codes(N), codes(left), stages
+    )
+
+
+@pytest.mark.parametrize(
+    ("stages", "taken"),
+    [
+        ({"threshold": 2, "median": 2}, "less probable than 0.8 (threshold)"),
+        ({"threshold": 90, "median": 80}, "lasts less than 0.125 of the shortest segment"),
+    ],
+)
+def test_the_filter_that_left_nothing_is_named_with_the_scales_in_seconds(stages, taken):
+    (remark,) = empty_prediction_remarks([reviewed(1, **stages)], Settings(), 20_000.0)
+    assert remark.startswith("The filters left 1.0 % of the predicted time")
+    assert taken in remark
+    assert "at 20000 Hz the scales are 0.1 to 51.2 ms" in remark
+    assert "or another rate, such as 1000 Hz; or train" in remark
+
+
+def test_the_usual_rate_is_not_advised_where_it_is_that():
+    (remark,) = empty_prediction_remarks([reviewed(0, threshold=0)], Settings(), 1000.0)
+    assert "the scales are 2 to 1,020 ms, so try others or another rate; or train" in remark
+
+
+def test_windows_have_no_scales_to_blame():
+    (remark,) = empty_prediction_remarks(
+        [reviewed(0, threshold=0)], Settings(features="windows"), 50.0
+    )
+    assert "scales" not in remark
+
+
+@pytest.mark.parametrize(
+    ("left", "settings"), [(50, Settings()), (0, NOTHING), (0, Settings(decoder="semi-markov"))]
+)
+def test_no_remark_where_much_is_left_or_no_filter_took_it(left, settings):
+    assert empty_prediction_remarks([reviewed(left, threshold=left)], settings, 1000.0) == ()

@@ -1,3 +1,5 @@
+"""Settings: their ranges, and which of them apply beside the others."""
+
 from __future__ import annotations
 
 import dataclasses
@@ -12,7 +14,7 @@ from hypothesis import strategies as st
 from forcelab.errors import InputError
 from forcelab.label_map import MergeMap
 from forcelab.recognition.presets import PRESETS, preset
-from forcelab.recognition.settings import CLASSIFIERS, Settings
+from forcelab.recognition.settings import CLASSIFIERS, Settings, applies, why_not_applied
 from forcelab.signals.wavelets import Morlet
 
 NAMES = st.text(min_size=1, max_size=8).filter(str.strip)
@@ -71,9 +73,9 @@ def test_every_preset_bears_its_own_name():
     assert {name: settings.preset for name, settings in PRESETS.items()} == {n: n for n in PRESETS}
 
 
-def test_a_preset_that_there_is_not_is_refused_with_those_that_there_are():
-    said = r"no preset 'better'; did you mean 'best'\? Choose from .*paper"
-    with pytest.raises(InputError, match=said):
+def test_an_unknown_preset_is_refused_with_the_known_ones():
+    message = r"no preset 'better'; did you mean 'best'\? Choose from .*paper"
+    with pytest.raises(InputError, match=message):
         preset("better")
 
 
@@ -139,7 +141,7 @@ def test_the_refusal_names_the_setting_what_it_must_be_and_what_it_was(name):
 
 
 @pytest.mark.parametrize(
-    ("values", "said"),
+    ("values", "message"),
     [
         (
             {"min_scale": 10, "max_scale": 2},
@@ -157,10 +159,10 @@ def test_the_refusal_names_the_setting_what_it_must_be_and_what_it_was(name):
         ({"features": "x"}, "There is no kind of features 'x'; choose from wavelets, windows."),
     ],
 )
-def test_a_refusal_is_said_in_words_that_tell_the_cure(values, said):
+def test_a_refusal_names_the_cure(values, message):
     with pytest.raises(InputError) as refusal:
         Settings(**values)
-    assert str(refusal.value) == said
+    assert str(refusal.value) == message
 
 
 @pytest.mark.parametrize("name", [f.name for f in dataclasses.fields(Settings)])
@@ -190,3 +192,40 @@ def test_replacing_a_value_checks_it_and_leaves_the_first_settings_alone():
     assert settings.stride == 1
     with pytest.raises(InputError):
         settings.replace(stride=0)
+
+
+@pytest.mark.parametrize(
+    ("name", "changes", "reason"),
+    [
+        ("changes", {}, "with decoder filters; it needs decoder semi-markov"),
+        ("median", {"decoder": "semi-markov"}, "decoder semi-markov; it needs decoder filters"),
+        ("max_scale", {"features": "windows"}, "with features windows; it needs features wavelets"),
+        ("peaks", {}, "with features wavelets; it needs features windows"),
+        ("circular", {"phase": False}, "with phase off; it needs phase on"),
+        (
+            "balanced",
+            {},
+            "with classifier mlp; it needs classifier logistic or extra-trees or boosting or "
+            "ensemble",
+        ),
+    ],
+)
+def test_a_setting_that_changes_nothing_is_explained_with_what_it_needs(name, changes, reason):
+    values = vars(Settings(**changes))
+    assert not applies(name, values)
+    assert why_not_applied(name, values).endswith(reason)
+
+
+def test_a_seed_counts_where_anything_is_drawn():
+    assert not applies("seed", vars(Settings(classifier="logistic", changes=True)))
+    assert applies("seed", vars(Settings(classifier="logistic", trimmed=True)))
+    decoded = Settings(classifier="logistic", changes=True, decoder="semi-markov")
+    assert applies("seed", vars(decoded))
+
+
+@pytest.mark.parametrize("name", PRESETS)
+def test_all_that_a_preset_chooses_counts(name):
+    chosen = {key: value for key, value in vars(preset(name)).items() if value is not None}
+    plain = vars(Settings())
+    differing = [key for key, value in chosen.items() if value is not False and value != plain[key]]
+    assert all(applies(key, chosen) and why_not_applied(key, chosen) == "" for key in differing)

@@ -22,12 +22,12 @@ from skops import io as skops_io
 from synthetic import synthetic_set
 
 from forcelab.errors import InputError
-from forcelab.recognition.ensemble import Averaged
-from forcelab.recognition.examples import Labelled
+from forcelab.recognition.ensemble import CalibratedEnsemble
+from forcelab.recognition.examples import LabelledDemonstration
 from forcelab.recognition.forest import Forest
 from forcelab.recognition.presets import preset
 from forcelab.recognition.settings import CLASSIFIERS, Settings
-from forcelab.recognition.storage import TRUSTED, load, pack, save
+from forcelab.recognition.storage import TRUSTED, load_recogniser, pack, save_recogniser
 from forcelab.recognition.training import train
 
 SMALL = Settings(max_scale=32.0, stride=6)
@@ -35,7 +35,7 @@ SMALL = Settings(max_scale=32.0, stride=6)
 
 @pytest.fixture(scope="module")
 def three():
-    return [Labelled(*pair) for pair in synthetic_set(3, rate=100.0)]
+    return [LabelledDemonstration(*pair) for pair in synthetic_set(3, rate=100.0)]
 
 
 @pytest.fixture(scope="module")
@@ -67,7 +67,7 @@ def content_of(recogniser):
 def refused(path, match="recogniser"):
     """Loading says one sentence, which it gives."""
     with pytest.raises(InputError, match=match) as refusal:
-        load(path)
+        load_recogniser(path)
     sentence = str(refusal.value)
     assert sentence.startswith(str(path)) or str(path) in sentence
     assert "\n" not in sentence
@@ -90,47 +90,49 @@ def with_classifier(recogniser, **changes):
 def test_a_loaded_recogniser_predicts_to_the_bit_what_the_saved_one_did(
     trained, three, path, name, threshold
 ):
-    made = trained(name, threshold)
-    save(made, path)
-    loaded = load(path)
+    recogniser = trained(name, threshold)
+    save_recogniser(recogniser, path)
+    loaded = load_recogniser(path)
     unseen = three[2].demonstration
-    before, after = made.predict(unseen), loaded.predict(unseen)
+    before, after = recogniser.predict(unseen), loaded.predict(unseen)
     np.testing.assert_array_equal(after.raw, before.raw)
     np.testing.assert_array_equal(after.filtered, before.filtered)
     assert (after.probabilities is None) == (threshold is None)
     if threshold is not None:
         np.testing.assert_array_equal(after.probabilities, before.probabilities)
     for field in ("settings", "rate", "channels", "actions", "shortest", "trained_on"):
-        assert getattr(loaded, field) == getattr(made, field)
+        assert getattr(loaded, field) == getattr(recogniser, field)
 
 
 @pytest.mark.parametrize("name", CLASSIFIERS)
 def test_a_recogniser_can_still_predict_and_be_saved_again_after_saving(trained, three, name):
-    made = trained(name)
-    before = made.predict(three[2].demonstration)
-    parts = set(vars(made.classifier))
-    pack(made)
-    assert set(vars(made.classifier)) == parts
-    np.testing.assert_array_equal(made.predict(three[2].demonstration).raw, before.raw)
-    pack(made)
+    recogniser = trained(name)
+    before = recogniser.predict(three[2].demonstration)
+    parts = set(vars(recogniser.classifier))
+    pack(recogniser)
+    assert set(vars(recogniser.classifier)) == parts
+    np.testing.assert_array_equal(recogniser.predict(three[2].demonstration).raw, before.raw)
+    pack(recogniser)
 
 
 def test_a_loaded_recogniser_can_be_saved_again(trained, three, path):
     for name in CLASSIFIERS:
-        save(trained(name), path)
-        save(load(path), path)
-        first, second = (r.predict(three[2].demonstration) for r in (trained(name), load(path)))
+        save_recogniser(trained(name), path)
+        save_recogniser(load_recogniser(path), path)
+        first, second = (
+            r.predict(three[2].demonstration) for r in (trained(name), load_recogniser(path))
+        )
         np.testing.assert_array_equal(first.probabilities, second.probabilities)
 
 
 def test_a_recogniser_trained_on_one_recording_twice_loads(three, path):
-    save(train([three[0], three[0]], SMALL.replace(classifier="naive-bayes")), path)
-    assert load(path).trained_on == (three[0].demonstration.id,) * 2
+    save_recogniser(train([three[0], three[0]], SMALL.replace(classifier="naive-bayes")), path)
+    assert load_recogniser(path).trained_on == (three[0].demonstration.id,) * 2
 
 
 def test_the_file_holds_nothing_pickled_and_says_which_versions_wrote_it(trained, path):
     for name in CLASSIFIERS:
-        save(trained(name), path)
+        save_recogniser(trained(name), path)
         with zipfile.ZipFile(path) as archive:
             assert {part.rsplit(".")[-1] for part in archive.namelist()} <= {"json", "npy"}
         assert not set(skops_io.get_untrusted_types(file=path)) - set(TRUSTED)
@@ -143,20 +145,20 @@ def test_the_file_holds_nothing_pickled_and_says_which_versions_wrote_it(trained
 
 
 def test_a_failed_save_leaves_the_former_file_and_nothing_else(trained, path, monkeypatch):
-    save(trained("naive-bayes"), path)
+    save_recogniser(trained("naive-bayes"), path)
     before = path.read_bytes()
     monkeypatch.setattr(os, "fsync", lambda _: (_ for _ in ()).throw(OSError("disk full")))
     with pytest.raises(InputError, match="disk full"):
-        save(trained("decision-tree"), path)
+        save_recogniser(trained("decision-tree"), path)
     assert path.read_bytes() == before
     assert list(path.parent.iterdir()) == [path]
 
 
 def test_a_recogniser_that_cannot_be_written_out_leaves_the_former_file(trained, path):
-    save(trained("naive-bayes"), path)
+    save_recogniser(trained("naive-bayes"), path)
     before = path.read_bytes()
     with pytest.raises(TypeError):
-        save(with_classifier(trained("naive-bayes"), theta_=io.StringIO()), path)
+        save_recogniser(with_classifier(trained("naive-bayes"), theta_=io.StringIO()), path)
     assert path.read_bytes() == before
 
 
@@ -168,7 +170,7 @@ def test_a_missing_file_and_a_folder_are_no_recogniser(tmp_path):
     refused(tmp_path, "no recogniser at")
 
 
-def test_a_file_that_may_not_be_read_is_told_so(path, monkeypatch):
+def test_a_file_that_may_not_be_read_is_refused_with_the_reason(path, monkeypatch):
     path.write_bytes(b"PK")
 
     def locked(*_, **__):
@@ -222,23 +224,23 @@ def test_a_recogniser_of_a_newer_format_is_refused_with_the_cure(trained, path):
 
 
 def test_a_recogniser_of_format_1_predicts_to_the_bit_what_it_did(three, path):
-    made = train(three[:2], preset("fast").replace(stride=1, changes=False))
-    content = content_of(made)
+    recogniser = train(three[:2], preset("fast").replace(stride=1, changes=False))
+    content = content_of(recogniser)
     for plain in (content["classifier"], *(part["classifier"] for part in content["live"])):
         plain["members"] = [
             as_in_format_1(member) if isinstance(member, Forest) else member.plain()
-            for member in Averaged.from_plain(plain, 10**6, 99).members
+            for member in CalibratedEnsemble.from_plain(plain, 10**6, 99).members
         ]
     content["forcelab recogniser"] = 1
     path.write_bytes(skops_io.dumps(content))
-    older, size = load(path), path.stat().st_size
+    older, size = load_recogniser(path), path.stat().st_size
     unseen = three[2].demonstration
-    for one in (older, made):
-        save(one, path)
+    for one in (older, recogniser):
+        save_recogniser(one, path)
         assert path.stat().st_size < size / 3
-        found = load(path).predict(unseen)
-        np.testing.assert_array_equal(found.probabilities, made.predict(unseen).probabilities)
-    for one, other in zip(older.live, made.live, strict=True):
+        found = load_recogniser(path).predict(unseen)
+        np.testing.assert_array_equal(found.probabilities, recogniser.predict(unseen).probabilities)
+    for one, other in zip(older.live_models, recogniser.live_models, strict=True):
         rows = np.random.default_rng(0).normal(size=(50, one.windows.width)).astype(np.float32)
         np.testing.assert_array_equal(
             one.classifier.predict_proba(rows), other.classifier.predict_proba(rows)
@@ -263,9 +265,9 @@ def test_a_truncated_file_is_refused_wherever_it_ends(trained, path):
 
 
 def test_a_flipped_bit_is_refused_or_harmless(trained, three, path):
-    made = trained("naive-bayes")
-    data = pack(made)
-    expected = made.predict(three[2].demonstration).probabilities
+    recogniser = trained("naive-bayes")
+    data = pack(recogniser)
+    expected = recogniser.predict(three[2].demonstration).probabilities
     random = np.random.default_rng(0)
     directory = data.index(b"PK\x01\x02")
     # The zip's own directory is where a flip can do most.
@@ -275,7 +277,7 @@ def test_a_flipped_bit_is_refused_or_harmless(trained, three, path):
         broken[place] ^= 1 << random.integers(8)
         path.write_bytes(broken)
         try:
-            loaded = load(path)
+            loaded = load_recogniser(path)
         except InputError:
             continue
         after = loaded.predict(three[2].demonstration).probabilities
@@ -285,7 +287,7 @@ def test_a_flipped_bit_is_refused_or_harmless(trained, three, path):
 def test_a_file_that_may_unpack_to_more_than_its_size_is_refused(trained, path):
     content = content_of(trained("naive-bayes"))
     path.write_bytes(skops_io.dumps(content))
-    load(path)
+    load_recogniser(path)
     path.write_bytes(skops_io.dumps(content, compression=zipfile.ZIP_DEFLATED))
     refused(path, "not a whole recogniser")
 
@@ -474,16 +476,16 @@ def test_a_number_out_of_its_range_is_refused_before_anything_is_predicted(fast,
 
 
 def test_what_could_not_be_loaded_again_is_not_saved(trained, path):
-    made = trained("naive-bayes")
-    save(made, path)
+    recogniser = trained("naive-bayes")
+    save_recogniser(recogniser, path)
     before = path.read_bytes()
     for wrong in (
-        dataclasses.replace(made, rate=float("inf")),
-        dataclasses.replace(made, actions=made.actions[:1]),
-        with_classifier(made, theta_=np.full_like(made.classifier.theta_, np.nan)),
+        dataclasses.replace(recogniser, rate=float("inf")),
+        dataclasses.replace(recogniser, actions=recogniser.actions[:1]),
+        with_classifier(recogniser, theta_=np.full_like(recogniser.classifier.theta_, np.nan)),
     ):
         with pytest.raises(InputError, match="was not saved, as it could not be loaded again"):
-            save(wrong, path)
+            save_recogniser(wrong, path)
         assert path.read_bytes() == before
     assert [file.name for file in path.parent.iterdir()] == [path.name]
 
@@ -512,13 +514,13 @@ def test_a_missing_field_is_refused(trained, path, field):
     ],
 )
 def test_a_tree_whose_nodes_point_outside_is_refused(trained, path, node_field, value):
-    made = trained("decision-tree")
-    state = made.classifier.tree_.__getstate__()
+    recogniser = trained("decision-tree")
+    state = recogniser.classifier.tree_.__getstate__()
     state["nodes"] = state["nodes"].copy()
     state["nodes"][node_field][0] = value
     tree = types.SimpleNamespace(__getstate__=lambda: state)
-    vars(classifier := copy.copy(made.classifier))["tree_"] = tree
-    path.write_bytes(pack(dataclasses.replace(made, classifier=classifier)))
+    vars(classifier := copy.copy(recogniser.classifier))["tree_"] = tree
+    path.write_bytes(pack(dataclasses.replace(recogniser, classifier=classifier)))
     refused(path, "not a whole recogniser")
 
 
@@ -537,11 +539,11 @@ def test_a_tree_whose_nodes_point_outside_is_refused(trained, path, node_field, 
     ],
 )
 def test_a_tree_of_arrays_that_do_not_fit_is_refused(trained, path, change):
-    made = trained("decision-tree")
-    state = change(made.classifier.tree_.__getstate__())
+    recogniser = trained("decision-tree")
+    state = change(recogniser.classifier.tree_.__getstate__())
     tree = types.SimpleNamespace(__getstate__=lambda: state)
-    vars(classifier := copy.copy(made.classifier))["tree_"] = tree
-    path.write_bytes(pack(dataclasses.replace(made, classifier=classifier)))
+    vars(classifier := copy.copy(recogniser.classifier))["tree_"] = tree
+    path.write_bytes(pack(dataclasses.replace(recogniser, classifier=classifier)))
     refused(path, "not a whole recogniser")
 
 
@@ -599,16 +601,16 @@ CRAFTED = [
 def test_learnt_numbers_that_do_not_fit_are_refused_before_anything_uses_them(
     trained, path, name, part, change
 ):
-    made = trained(name, threshold=None)
-    changed = with_classifier(made, **{part: change(getattr(made.classifier, part))})
+    recogniser = trained(name, threshold=None)
+    changed = with_classifier(recogniser, **{part: change(getattr(recogniser.classifier, part))})
     path.write_bytes(pack(changed))
     refused(path, "not a whole recogniser")
 
 
 @pytest.mark.parametrize(("name", "part", "change"), [c for c in CRAFTED if c[0] == "svm"])
 def test_the_same_holds_for_the_svm_inside_a_calibration(trained, path, name, part, change):
-    made = trained("svm")
-    changed = copy.deepcopy(made)
+    recogniser = trained("svm")
+    changed = copy.deepcopy(recogniser)
     inner = changed.classifier.calibrated_classifiers_[0].estimator
     vars(inner)[part] = change(getattr(inner, part))
     path.write_bytes(pack(changed))
@@ -632,15 +634,15 @@ def test_a_calibration_of_something_else_is_refused(trained, path):
 
 
 def test_an_mlp_that_numbers_its_actions_in_another_way_is_refused(trained, path):
-    made = trained("mlp", None)
-    binarizer = copy.copy(made.classifier._label_binarizer)
+    recogniser = trained("mlp", None)
+    binarizer = copy.copy(recogniser.classifier._label_binarizer)
     binarizer.classes_ = binarizer.classes_ + np.array([0, 0, 0, 5])
-    path.write_bytes(pack(with_classifier(made, _label_binarizer=binarizer)))
+    path.write_bytes(pack(with_classifier(recogniser, _label_binarizer=binarizer)))
     refused(path, "not a whole recogniser")
-    coefficients, biases = made.classifier.coefs_, made.classifier.intercepts_
+    coefficients, biases = recogniser.classifier.coefs_, recogniser.classifier.intercepts_
     fewer = {
         "coefs_": [coefficients[0], coefficients[1][:, :3]],
         "intercepts_": [biases[0], biases[1][:3]],
     }
-    path.write_bytes(pack(with_classifier(made, **fewer)))
+    path.write_bytes(pack(with_classifier(recogniser, **fewer)))
     refused(path, "not a whole recogniser")

@@ -16,11 +16,11 @@ from forcelab.label_map import MergeMap
 from forcelab.labels import Segment
 from forcelab.recognition import ensemble, label_noise, live_model
 from forcelab.recognition import training as training_module
-from forcelab.recognition.classifiers import Step
-from forcelab.recognition.examples import Labelled, prepare
+from forcelab.recognition.classifiers import FitStep
+from forcelab.recognition.examples import LabelledDemonstration, prepare_examples
 from forcelab.recognition.presets import preset
 from forcelab.recognition.settings import Settings
-from forcelab.recognition.training import fit_examples, preparing, train, training
+from forcelab.recognition.training import fit_examples, prepare_all, train, training_job
 
 SMALL = Settings(max_scale=64.0, classifier="naive-bayes", threshold=None, median=None, drop=None)
 SMALL_MLP = SMALL.replace(classifier="mlp", stride=4)
@@ -28,7 +28,7 @@ SMALL_MLP = SMALL.replace(classifier="mlp", stride=4)
 
 @pytest.fixture(scope="module")
 def three():
-    return [Labelled(*pair) for pair in synthetic_set(3, rate=100.0)]
+    return [LabelledDemonstration(*pair) for pair in synthetic_set(3, rate=100.0)]
 
 
 @pytest.fixture
@@ -38,9 +38,9 @@ def fitted_to(monkeypatch):
 
     def fitting(name, X, y, seed, probabilities, care):
         given.update(name=name, X=X, y=y, seed=seed, probabilities=probabilities, care=care)
-        yield Step(1, 1, None, None)
+        yield FitStep(1, 1, None, None)
 
-    monkeypatch.setattr(training_module, "fitting", fitting)
+    monkeypatch.setattr(training_module, "fit_classifier", fitting)
     return given
 
 
@@ -59,7 +59,7 @@ def test_progress_tells_features_first_and_then_every_epoch_with_a_falling_loss(
     if anew:  # looked at, and then again for what is learnt from
         monkeypatch.setattr(training_module, "ROOM", 0)
     progress = []
-    finish(training(three, SMALL_MLP), progress.append)
+    finish(training_job(three, SMALL_MLP), progress.append)
     stages = [step.text for step in progress]
     first = 3 + anew
     assert stages == ["features"] * first + ["fit"] * (len(stages) - first)
@@ -72,7 +72,7 @@ def test_progress_tells_features_first_and_then_every_epoch_with_a_falling_loss(
 
 def test_a_training_that_is_stopped_leaves_nothing_running(three):
     threads, children = set(threading.enumerate()), set(multiprocessing.active_children())
-    job = training(three, SMALL_MLP)
+    job = training_job(three, SMALL_MLP)
     while next(job).text != "fit":
         pass
     next(job)
@@ -88,7 +88,7 @@ def test_a_training_that_is_stopped_leaves_nothing_running(three):
 
 @pytest.mark.parametrize("settings", [SMALL, SMALL_MLP], ids=["naive-bayes", "mlp"])
 def test_unlabelled_samples_are_never_trained_on(three, settings):
-    clean = finish(preparing(three, settings))
+    clean = finish(prepare_all(three, settings))
     poisoned = []
     for examples in clean:
         features = examples.features.copy()
@@ -106,7 +106,7 @@ def test_every_stride_th_sample_counted_from_each_start_is_trained_on(three, fit
     train(three, SMALL.replace(stride=7, seed=5))
     X, y = [], []
     for item in three:
-        examples = prepare(item, SMALL)
+        examples = prepare_examples(item, SMALL)
         codes = examples.codes(ACTIONS)
         for i in range(0, len(codes), 7):
             if codes[i] >= 0:
@@ -121,14 +121,14 @@ def test_of_too_many_samples_only_those_that_are_learnt_from_are_gathered(
     three, fitted_to, monkeypatch
 ):
     settings = SMALL.replace(classifier="extra-trees")
-    examples = finish(preparing(three, settings))
+    examples = finish(prepare_all(three, settings))
     finish(fit_examples(examples, settings))
     X, y = fitted_to["X"], fitted_to["y"]
     groups = fitted_to["care"].groups
     assert len(X) == len(y) == len(groups)
     monkeypatch.setattr(ensemble, "MOST", 100)
     finish(fit_examples(examples, settings))
-    some = ensemble.thinned(y)
+    some = ensemble.thin(y)
     assert len(some) < len(y) / 2
     np.testing.assert_array_equal(fitted_to["X"], X[some])
     np.testing.assert_array_equal(fitted_to["y"], y[some])
@@ -140,10 +140,10 @@ def test_training_without_room_holds_the_features_of_one_demonstration_at_a_time
     for module in (ensemble, label_noise):
         monkeypatch.setattr(module, "TREES", 2)
         monkeypatch.setattr(module, "MOST", 200)
-    items = [Labelled(*pair) for pair in synthetic_set(12, rate=200.0)]
+    items = [LabelledDemonstration(*pair) for pair in synthetic_set(12, rate=200.0)]
     settings = preset("best").replace(step=None)
     train(items[:2], settings)  # what is loaded on the way
-    sizes = [prepare(item, settings).features.nbytes for item in items]
+    sizes = [prepare_examples(item, settings).features.nbytes for item in items]
     tracemalloc.start()
     try:
         train(items, settings)
@@ -157,38 +157,38 @@ def test_training_without_room_holds_the_features_of_one_demonstration_at_a_time
 def test_training_learns_what_a_fit_to_kept_features_learns(three, monkeypatch, room):
     monkeypatch.setattr(ensemble, "TREES", 2)
     monkeypatch.setattr(training_module, "ROOM", room)
-    unkept = finish(preparing(three, preset("best"), room))
+    unkept = finish(prepare_all(three, preset("best"), room))
     assert [hasattr(example, "features") for example in unkept] == [room == 1, False, False]
-    examples = finish(preparing(three, preset("best")))
-    kept, made = finish(fit_examples(examples, preset("best"))), train(three, preset("best"))
-    one, other = (which.predict_examples(examples[0]) for which in (kept, made))
+    examples = finish(prepare_all(three, preset("best")))
+    fitted, trained = finish(fit_examples(examples, preset("best"))), train(three, preset("best"))
+    one, other = (which.predict_examples(examples[0]) for which in (fitted, trained))
     np.testing.assert_array_equal(one.probabilities, other.probabilities)
     np.testing.assert_array_equal(one.filtered, other.filtered)
-    assert len(made.live) == 3
+    assert len(trained.live_models) == 3
 
 
 def test_what_follows_streams_is_learnt_of_no_more_samples_than_may_be(three, monkeypatch):
     monkeypatch.setattr(ensemble, "TREES", 2)
     every, fewer = [], []
-    fitting = live_model.fitting_averaged
+    fitting = live_model.fit_ensemble
 
-    def watched(seen):
+    def watched(given_examples):
         def watching(name, X, y, seed, care):
-            seen.append((X, y, care.groups))
+            given_examples.append((X, y, care.groups))
             return fitting(name, X, y, seed, care)
 
         return watching
 
-    monkeypatch.setattr(live_model, "fitting_averaged", watched(every))
+    monkeypatch.setattr(live_model, "fit_ensemble", watched(every))
     train(three, preset("fast").replace(stride=1))
-    monkeypatch.setattr(live_model, "fitting_averaged", watched(fewer))
+    monkeypatch.setattr(live_model, "fit_ensemble", watched(fewer))
     monkeypatch.setattr(ensemble, "MOST", 60)
     train(three, preset("fast").replace(stride=1))
     for (X, y, groups), given in zip(every, fewer, strict=True):
-        some = ensemble.thinned(y)
+        some = ensemble.thin(y)
         assert len(some) < len(y) / 2
-        for whole, part in zip((X, y, groups), given, strict=True):
-            np.testing.assert_array_equal(part, whole[some])
+        for expected, part in zip((X, y, groups), given, strict=True):
+            np.testing.assert_array_equal(part, expected[some])
 
 
 @pytest.mark.parametrize("threshold", [None, 0.8])
@@ -202,7 +202,7 @@ def test_samples_in_a_gap_are_not_trained_on(three, fitted_to):
     times = old.times + np.where(np.arange(len(old.times)) >= 100, 2.0, 0.0)
     gapped = Demonstration(old.name, old.task, times, old.signals, old.channels)
     everywhere = (Segment(0.0, 1.5, "still"), Segment(1.5, 100.0, "grab"))
-    train([Labelled(gapped, everywhere)], SMALL)
+    train([LabelledDemonstration(gapped, everywhere)], SMALL)
     assert fitted_to["y"].tolist() == [0] * 100 + [1] * (len(times) - 100)
 
 
@@ -223,7 +223,7 @@ def test_the_shortest_segment_of_each_action_is_remembered(three):
 
 
 def test_demonstrations_without_labels_take_no_part(three):
-    bare = Labelled(synthetic_demonstration(8, rate=100.0)[0])
+    bare = LabelledDemonstration(synthetic_demonstration(8, rate=100.0)[0])
     with_it, without = train([bare, *three], SMALL), train(three, SMALL)
     assert with_it.trained_on == without.trained_on == tuple(i.demonstration.id for i in three)
     np.testing.assert_array_equal(with_it.classifier.theta_, without.classifier.theta_)
@@ -231,9 +231,9 @@ def test_demonstrations_without_labels_take_no_part(three):
 
 def test_recordings_of_two_rates_are_trained_on_one_grid(fitted_to):
     items = [
-        Labelled(*synthetic_demonstration(1, rate=100.0)),
-        Labelled(*synthetic_demonstration(2, rate=100.0)),
-        Labelled(*synthetic_demonstration(3, rate=400.0)),
+        LabelledDemonstration(*synthetic_demonstration(1, rate=100.0)),
+        LabelledDemonstration(*synthetic_demonstration(2, rate=100.0)),
+        LabelledDemonstration(*synthetic_demonstration(3, rate=400.0)),
     ]
     recogniser = train(items, SMALL)
     assert recogniser.rate == pytest.approx(100.0)
@@ -245,7 +245,7 @@ def test_recordings_of_two_rates_are_trained_on_one_grid(fitted_to):
 
 
 def test_training_without_a_label_is_refused_in_a_sentence(three):
-    bare = [Labelled(item.demonstration) for item in three]
+    bare = [LabelledDemonstration(item.demonstration) for item in three]
     with pytest.raises(InputError, match="Nothing is labelled yet"):
         train(bare, SMALL)
     with pytest.raises(InputError, match="Nothing is labelled yet"):
@@ -254,7 +254,7 @@ def test_training_without_a_label_is_refused_in_a_sentence(three):
 
 def test_training_with_one_action_only_is_refused_in_a_sentence(three):
     still = [
-        Labelled(i.demonstration, tuple(s for s in i.segments if s.action == "still"))
+        LabelledDemonstration(i.demonstration, tuple(s for s in i.segments if s.action == "still"))
         for i in three
     ]
     with pytest.raises(InputError, match="samples of two actions"):
@@ -264,7 +264,7 @@ def test_training_with_one_action_only_is_refused_in_a_sentence(three):
 def test_segments_that_hold_no_sample_are_no_labels(three):
     beyond = (Segment(1000.0, 1001.0, "grab"), Segment(1001.0, 1002.0, "hold"))
     with pytest.raises(InputError, match="samples of two actions"):
-        train([Labelled(three[0].demonstration, beyond)], SMALL)
+        train([LabelledDemonstration(three[0].demonstration, beyond)], SMALL)
 
 
 def test_training_on_different_channels_is_refused_by_name(three):
@@ -272,4 +272,4 @@ def test_training_on_different_channels_is_refused_by_name(three):
     renamed = tuple(Channel(f"strain {i}") for i in range(6))
     other = Demonstration("gauge", "foam", old.times, old.signals, renamed)
     with pytest.raises(InputError, match=r"'foam 01' has the channels .*'gauge' has"):
-        train([three[0], Labelled(other, three[1].segments)], SMALL)
+        train([three[0], LabelledDemonstration(other, three[1].segments)], SMALL)

@@ -11,15 +11,15 @@ from forcelab.labels import Segment, Track, to_codes
 from forcelab.project import Incoming, Project
 from forcelab.review.agreement import (
     CoderTracks,
-    agreeing,
     agreement,
     coded_demonstrations,
-    cohen,
+    cohen_kappa,
+    compare_pair,
     consistency,
-    fleiss,
+    fleiss_kappa,
+    kappa_interval,
     landis_koch,
     match_boundaries,
-    spread,
 )
 
 
@@ -28,7 +28,7 @@ def track(*rows):
 
 
 def agree(coded, a, b):
-    return finish(agreeing(coded, a, b))
+    return finish(compare_pair(coded, a, b))
 
 
 def coded(a, b, id_="d", task="foam", **more):
@@ -129,11 +129,13 @@ def test_fleiss_equals_the_closed_form_of_1971():
             [0, 2, 2, 3, 7],
         ]
     )
-    assert fleiss(table, np.ones(10)) == pytest.approx(0.210, abs=5e-4)
+    assert fleiss_kappa(table, np.ones(10)) == pytest.approx(0.210, abs=5e-4)
     twice = np.repeat(table, [1, 3] * 5, axis=0)
-    assert fleiss(table, np.tile([1.0, 3.0], 5)) == pytest.approx(fleiss(twice, np.ones(20)))
+    assert fleiss_kappa(table, np.tile([1.0, 3.0], 5)) == pytest.approx(
+        fleiss_kappa(twice, np.ones(20))
+    )
     alone = np.vstack([table, [1, 0, 0, 0, 0]])  # rated by one only: it says nothing
-    assert fleiss(alone, np.ones(11)) == pytest.approx(0.210, abs=5e-4)
+    assert fleiss_kappa(alone, np.ones(11)) == pytest.approx(0.210, abs=5e-4)
 
 
 def test_fleiss_of_two_coders_is_the_pi_of_scott(jittered):
@@ -163,14 +165,14 @@ def test_two_names_of_one_coder_are_compared_with_each_other_only():
 
 
 def test_gaps_that_one_coder_leaves_cut_no_segment_of_the_other():
-    whole = track((0, 1, "grab"), (1, 3, "hold"), (3, 4, "release"))
+    full = track((0, 1, "grab"), (1, 3, "hold"), (3, 4, "release"))
     gaps = track((0, 0.98, "grab"), (1.1, 1.9, "hold"), (2.0, 2.9, "hold"), (3.1, 4, "release"))
-    found = agree([coded(whole, gaps)], "Ann", "Ben").f1
+    found = agree([coded(full, gaps)], "Ann", "Ben").f1
     # Of the two holds the longer one is more than half of the whole one.
     assert found == {k: pytest.approx(2 * 3 / (3 + 4)) for k in (10, 25, 50)}
     # An edge beside a gap: 0.9 to 1 is grab and hold at once, which makes no further segment.
     early = track((0, 0.9, "grab"), (0.93, 2.8, "hold"), (2.85, 4, "release"))
-    assert set(agree([coded(gaps[:1] + whole[1:], early)], "Ann", "Ben").f1.values()) == {1.0}
+    assert set(agree([coded(gaps[:1] + full[1:], early)], "Ann", "Ben").f1.values()) == {1.0}
 
 
 @settings(max_examples=40, deadline=None)
@@ -219,15 +221,15 @@ def test_the_nearest_boundaries_are_matched_within_the_window():
     assert match_boundaries(touching, touching).counts == (3, 3)
 
 
-def test_what_cannot_be_said_is_not_said():
+def test_figures_without_data_are_none():
     assert agree([CoderTracks("d", "d", "foam", {"Ann": ANN})], "Ann", "Ben") is None
     grabs = agree([coded(track((0, 1, "grab")), track((0, 1, "grab")))], "Ann", "Ben")
     assert grabs.kappa is None  # with one action chance agrees always
     assert grabs.agreed == 1.0
-    assert cohen(np.zeros((2, 2))) is None
+    assert cohen_kappa(np.zeros((2, 2))) is None
     none = agree([coded(track((0, 1, "grab")), track((2, 3, "grab")))], "Ann", "Ben")
     assert (none.kappa, none.agreed, none.only_share) == (None, None, 1.0)
-    assert spread(np.ones((2, 2, 2))) is None
+    assert kappa_interval(np.ones((2, 2, 2))) is None
 
 
 def test_the_interval_holds_the_figure_and_narrows_with_more_demonstrations(jittered):
@@ -238,8 +240,8 @@ def test_the_interval_holds_the_figure_and_narrows_with_more_demonstrations(jitt
 
 
 def test_the_words_are_those_of_landis_and_koch():
-    said = [landis_koch(k) for k in (-0.1, 0.2, 0.21, 0.6, 0.61, 0.8, 0.81, 1.0)]
-    assert said == [
+    words = [landis_koch(k) for k in (-0.1, 0.2, 0.21, 0.6, 0.61, 0.8, 0.81, 1.0)]
+    assert words == [
         "poor",
         "slight",
         "fair",
@@ -251,12 +253,12 @@ def test_the_words_are_those_of_landis_and_koch():
 
 def test_a_coder_who_varies_is_led_to_the_odd_places():
     usual = [1.0, 1.1, 0.9, 1.05, 0.95, 1.02]
-    made = [
+    expected = [
         coded(track((0, 1, "grab"), (1, 1 + length, "hold")), (), f"d{i}")
         for i, length in enumerate(usual)
     ]
-    made.append(coded(track((0, 1, "hold"), (1, 5, "hold"), (5, 6, "grab")), (), "odd"))
-    found = consistency(made, "Ann")
+    expected.append(coded(track((0, 1, "hold"), (1, 5, "hold"), (5, 6, "grab")), (), "odd"))
+    found = consistency(expected, "Ann")
     assert [(p.demonstration, p.start, p.end) for p in found.odd] == [("odd", 1, 5)]
     assert {(p.demonstration, p.human, p.predicted) for p in found.rare} == {
         ("odd", "hold", "hold"),

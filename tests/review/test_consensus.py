@@ -10,7 +10,8 @@ from painting_bench import MEMORY, demonstration
 from forcelab.errors import InputError
 from forcelab.labels import Segment
 from forcelab.project import Project
-from forcelab.review.consensus import CoderDifference, Consensus, differences
+from forcelab.review.agreement import CoderDifference, coder_differences
+from forcelab.review.consensus import Consensus
 from forcelab.segment_edits import SLIVER
 
 
@@ -146,12 +147,16 @@ def test_a_difference_that_a_coder_makes_later_is_open(project):
 def test_an_edge_beside_unlabelled_time_is_one(project):
     a = track((0, 1, "grab"), (2, 3, "hold"))
     b = track((0.1, 1.1, "grab"), (2, 2.9, "hold"))
-    assert [(d.start, d.edge) for d in differences(a, b)] == [(0, True), (1, True), (2.9, True)]
+    assert [(d.start, d.edge) for d in coder_differences(a, b)] == [
+        (0, True),
+        (1, True),
+        (2.9, True),
+    ]
     # One coder has a segment that the other has not at all: no edge.
-    assert [d.edge for d in differences(a, a[:1])] == [False]
+    assert [d.edge for d in coder_differences(a, a[:1])] == [False]
 
 
-def test_who_cannot_have_a_consensus_is_told(project):
+def test_three_different_authors_with_labels_are_needed(project):
     with pytest.raises(InputError, match="third name"):
         Consensus(project, project.id_, "Ann", "Ben", "Ann")
     with pytest.raises(InputError, match="'Cleo' labelled nothing"):
@@ -169,7 +174,7 @@ def tracks(draw):
 @settings(max_examples=40, deadline=None)
 @given(tracks(), tracks())
 def test_differences_are_exactly_where_two_tracks_differ(a, b):
-    found = differences(a, b)
+    found = coder_differences(a, b)
 
     def says(segments, time):
         return next((s.action for s in segments if s.start <= time < s.end), None)
@@ -180,5 +185,5 @@ def test_differences_are_exactly_where_two_tracks_differ(a, b):
         expected = (says(a, time), says(b, time))
         assert [(d.a, d.b) for d in here] == ([expected] if expected[0] != expected[1] else [])
     assert all(d.duration > SLIVER for d in found)
-    mirrored = [(d.start, d.end, d.b, d.a, d.edge) for d in differences(b, a)]
+    mirrored = [(d.start, d.end, d.b, d.a, d.edge) for d in coder_differences(b, a)]
     assert mirrored == [(d.start, d.end, d.a, d.b, d.edge) for d in found]

@@ -11,10 +11,10 @@ from hypothesis import strategies as st
 
 from forcelab.label_map import MergeMap
 from forcelab.labels import Segment
-from forcelab.recognition.probability_trace import Certainty
+from forcelab.recognition.probabilities import ProbabilityTrace
 from forcelab.recognition.settings import Settings
-from forcelab.review.differences import compared, spelt, spelt_back
-from forcelab.review.run_result import Outcome, Reviewed
+from forcelab.review.differences import action_as_coded, as_trained, find_differences
+from forcelab.review.run_result import DemonstrationResult, RunResult
 
 
 def track(*rows):
@@ -33,20 +33,20 @@ def tracks(draw):
     )
 
 
-def seen(segments, time):
+def action_at(segments, time):
     return next((s.action for s in segments if s.start <= time < s.end), None)
 
 
 @settings(max_examples=40, deadline=None)
 @given(tracks(), tracks())
 def test_they_tile_exactly_the_time_that_differs(human, predicted):
-    found = compared("d", human, predicted)
+    found = find_differences("d", human, predicted)
     for left, right in pairwise(found):
         assert left.end <= right.start
     for quarter in range(61):
         time = quarter / 4 + 0.125
         here = [d for d in found if d.start <= time < d.end]
-        one, other = seen(human, time), seen(predicted, time)
+        one, other = action_at(human, time), action_at(predicted, time)
         assert [(d.human, d.predicted) for d in here] == ([(one, other)] if one != other else [])
         assert all(d.kind == "missed" for d in here if d.kind != "boundary" and other is None)
         assert all(d.kind == "invented" for d in here if d.kind != "boundary" and one is None)
@@ -61,17 +61,17 @@ def test_they_move_with_time(human, predicted, shift):
     def plain(found, by):
         return [(d.start + by, d.end + by, d.human, d.predicted, d.kind) for d in found]
 
-    later = compared("d", moved(human), moved(predicted))
-    assert plain(later, 0) == plain(compared("d", human, predicted), shift)
+    later = find_differences("d", moved(human), moved(predicted))
+    assert plain(later, 0) == plain(find_differences("d", human, predicted), shift)
 
 
 @settings(max_examples=40, deadline=None)
 @given(tracks(), tracks())
 def test_exchanging_the_sides_exchanges_the_kinds(human, predicted):
     other = {"missed": "invented", "invented": "missed"}
-    there = [(d.start, d.end, d.kind) for d in compared("d", human, predicted)]
-    back = compared("d", predicted, human)
-    assert there == [(d.start, d.end, other.get(d.kind, d.kind)) for d in back]
+    spans = [(d.start, d.end, d.kind) for d in find_differences("d", human, predicted)]
+    back = find_differences("d", predicted, human)
+    assert spans == [(d.start, d.end, other.get(d.kind, d.kind)) for d in back]
 
 
 @given(tracks())
@@ -84,7 +84,7 @@ def test_a_track_does_not_differ_from_itself_however_it_is_cut(human):
             Segment((s.start + s.end) / 2, s.end, s.action),
         )
     )
-    assert compared("d", human, halves) == ()
+    assert find_differences("d", human, halves) == ()
 
 
 @pytest.mark.parametrize(
@@ -115,12 +115,12 @@ def test_a_track_does_not_differ_from_itself_however_it_is_cut(human):
         ),
     ],
 )
-def test_an_edge_is_told_from_a_wrong_action(human, predicted, kinds):
-    found = compared("d", track(*human), track(*predicted))
+def test_an_edge_is_distinguished_from_a_wrong_action(human, predicted, kinds):
+    found = find_differences("d", track(*human), track(*predicted))
     assert [d.kind for d in found] == kinds
 
 
-def outcome_of(*reviewed, **changes):
+def run_result_of(*reviewed, **changes):
     values = {
         "number": 7,
         "time": datetime.now(timezone.utc),
@@ -134,34 +134,34 @@ def outcome_of(*reviewed, **changes):
         "labels": (),
         "tested": reviewed,
     }
-    return Outcome(**(values | changes))
+    return RunResult(**(values | changes))
 
 
 def test_confidence_is_that_of_what_is_predicted_and_score_weighs_it_by_time():
     times = np.arange(400) / 100
     probabilities = np.tile([0.2, 0.8], (400, 1))
-    certainty = Certainty.of(times, probabilities, ("A", "B"))
+    trace = ProbabilityTrace.from_probabilities(times, probabilities, ("A", "B"))
     human, predicted = track((0, 3, "A")), track((0, 2, "B"))
-    action, missed = compared("d", human, predicted, certainty)
+    action, missed = find_differences("d", human, predicted, trace)
     assert action.confidence == pytest.approx(0.8, abs=0.003)
     assert action.score == pytest.approx(1.6, abs=0.006)
     assert missed.confidence == pytest.approx(0.8, abs=0.003)  # how improbable it finds A
-    assert compared("d", human, predicted)[0].score == 2.0
+    assert find_differences("d", human, predicted)[0].score == 2.0
 
 
 def test_tracks_are_spelt_as_they_were_trained():
-    one = Reviewed("1", "one", "pen", 0, 4, (), {"filtered": ()})
-    merged = outcome_of(one, settings=Settings(merge=MergeMap({"grap": "grab"})))
-    assert spelt(track((0, 1, "grap")), merged, one) == track((0, 1, "grab"))
-    apart = outcome_of(one, apart=True)
-    assert spelt(track((0, 1, "grab")), apart, one) == track((0, 1, "grab_pen"))
-    assert spelt_back("grab_pen", apart, one) == "grab"
-    assert math.isclose(spelt(track((0, 1, "x")), apart, one)[0].duration, 1)
+    one = DemonstrationResult("1", "one", "pen", 0, 4, (), {"filtered": ()})
+    merged = run_result_of(one, settings=Settings(merge=MergeMap({"grap": "grab"})))
+    assert as_trained(track((0, 1, "grap")), merged, one) == track((0, 1, "grab"))
+    apart = run_result_of(one, apart=True)
+    assert as_trained(track((0, 1, "grab")), apart, one) == track((0, 1, "grab_pen"))
+    assert action_as_coded("grab_pen", apart, one) == "grab"
+    assert math.isclose(as_trained(track((0, 1, "x")), apart, one)[0].duration, 1)
 
 
 def test_an_action_of_another_task_is_spelt_as_its_coder_does():
-    one = Reviewed("1", "one", "pen", 0, 4, (), {"filtered": ()})
-    apart = outcome_of(one, apart=True, tasks=("pen", "foam", "soft foam"))
-    assert spelt_back("grab_soft foam", apart, one) == "grab"
-    assert spelt_back("grab_hard_foam", apart, one) == "grab_hard"
-    assert spelt_back("grab_pen", outcome_of(one, tasks=("pen",)), one) == "grab_pen"
+    one = DemonstrationResult("1", "one", "pen", 0, 4, (), {"filtered": ()})
+    apart = run_result_of(one, apart=True, tasks=("pen", "foam", "soft foam"))
+    assert action_as_coded("grab_soft foam", apart, one) == "grab"
+    assert action_as_coded("grab_hard_foam", apart, one) == "grab_hard"
+    assert action_as_coded("grab_pen", run_result_of(one, tasks=("pen",)), one) == "grab_pen"

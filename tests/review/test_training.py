@@ -10,8 +10,8 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from factories import BAYES_SETTINGS, FOAM_SELECTION, make_labelled_project
 from synthetic import synthetic_set
-from trained_project import CHOICE, FAST, make
 
 from forcelab.cli import main
 from forcelab.errors import InputError
@@ -20,32 +20,34 @@ from forcelab.labels import Segment, Track, from_codes
 from forcelab.process import run_in_process
 from forcelab.project import Project
 from forcelab.recognition.cross_validation import leave_one_out
-from forcelab.recognition.dataset import Choice
-from forcelab.recognition.examples import Labelled
-from forcelab.recognition.storage import load as load_recogniser
-from forcelab.recognition.training import Epoch
-from forcelab.review.active_learning import sampled, typicality
-from forcelab.review.run_result import edits_since, load
-from forcelab.review.training import TrainingProgress, reviewing
+from forcelab.recognition.dataset import DataSelection
+from forcelab.recognition.examples import LabelledDemonstration
+from forcelab.recognition.storage import load_recogniser
+from forcelab.recognition.training import FitProgress
+from forcelab.review.active_learning import sample_steps, typicality
+from forcelab.review.run_result import edits_since, load_run
+from forcelab.review.training import TrainingProgress, review_job
 
 
 @pytest.fixture(scope="module")
 def path(tmp_path_factory):
-    return make(tmp_path_factory.mktemp("training") / "foam.forcelab")
+    return make_labelled_project(tmp_path_factory.mktemp("training") / "foam.forcelab")
 
 
 @pytest.fixture(scope="module")
 def trained(path):
     """What was told while training in a process of its own, and the run's number."""
-    told = []
-    number = finish(run_in_process(reviewing, path, FAST, CHOICE, "foam"), told.append)
-    return told, number
+    steps = []
+    number = finish(
+        run_in_process(review_job, path, BAYES_SETTINGS, FOAM_SELECTION, "foam"), steps.append
+    )
+    return steps, number
 
 
 @pytest.fixture(scope="module")
-def outcome(path, trained):
+def result(path, trained):
     with Project.open(path) as project:
-        return load(project, trained[1])
+        return load_run(project, trained[1])
 
 
 def test_its_steps_lead_through_all_phases_and_never_back(trained):
@@ -62,18 +64,18 @@ def test_its_steps_lead_through_all_phases_and_never_back(trained):
 
 
 def test_in_groups_as_many_recognisers_are_trained_and_the_run_tells_so(path, trained):
-    told = []
-    choice = Choice(("foam",), folds=2)
-    number = finish(reviewing(path, FAST, choice, "foam", fit=False), told.append)
+    steps = []
+    choice = DataSelection(("foam",), folds=2)
+    number = finish(review_job(path, BAYES_SETTINGS, choice, "foam", fit=False), steps.append)
     with Project.open(path) as project:
-        found, alone = load(project, number), load(project, trained[1])
-    assert [step.fold for step in told if step.phase == "fold"] == [1, 2]
-    assert {step.folds for step in told[1:]} == {2}  # or too much time would seem to be left
+        found, alone = load_run(project, number), load_run(project, trained[1])
+    assert [step.fold for step in steps if step.phase == "fold"] == [1, 2]
+    assert {step.folds for step in steps[1:]} == {2}  # or too much time would seem to be left
     assert (found.folds, alone.folds) == (2, 0)
     assert [one.id for one in found.tested] == [one.id for one in alone.tested]
 
 
-def test_its_tracks_are_those_of_evaluate_to_the_last_bit(path, outcome, capsys, tmp_path):
+def test_its_tracks_are_those_of_evaluate_to_the_last_bit(path, result, capsys, tmp_path):
     arguments = [
         "--task",
         "foam",
@@ -91,94 +93,94 @@ def test_its_tracks_are_those_of_evaluate_to_the_last_bit(path, outcome, capsys,
     printed = json.loads((tmp_path / "out.json").read_text())
     with Project.open(path) as project:
         run = project.runs.all()[-1]
-        evaluated = load(project, run.id)
-    assert evaluated.number != outcome.number
+        evaluated = load_run(project, run.id)
+    assert evaluated.number != result.number
     for which in ("raw", "filtered"):
-        assert printed[which] == outcome.scores[which] == evaluated.scores[which]
-    for ours, theirs in zip(outcome.tested, evaluated.tested, strict=True):
+        assert printed[which] == result.scores[which] == evaluated.scores[which]
+    for ours, theirs in zip(result.tested, evaluated.tested, strict=True):
         assert (ours.id, ours.human) == (theirs.id, theirs.human)
         assert ours.stages["raw"] == theirs.stages["raw"]
         assert ours.predicted == theirs.predicted
         assert (ours.start, ours.end) == (theirs.start, theirs.end)
-        assert np.array_equal(ours.certainty.values, theirs.certainty.values)
+        assert np.array_equal(ours.probability_trace.values, theirs.probability_trace.values)
     assert evaluated.proposals == ()
 
 
-def test_the_certainty_is_the_mean_of_the_probabilities_of_each_fiftieth_of_a_second(path, outcome):
-    labelled = [Labelled(demo, segments) for demo, segments in synthetic_set(3, 100.0)]
-    tested = finish(leave_one_out(labelled, FAST)).tested
+def test_the_certainty_is_the_mean_of_the_probabilities_of_each_fiftieth_of_a_second(path, result):
+    labelled = [LabelledDemonstration(demo, segments) for demo, segments in synthetic_set(3, 100.0)]
+    tested = finish(leave_one_out(labelled, BAYES_SETTINGS)).tested
     with Project.open(path) as project:
-        known = {item.name: item for item in outcome.tested}
-        recogniser = load_recogniser(project.runs.recogniser_path(outcome.recogniser))
-        (new,) = outcome.proposals
+        known = {item.name: item for item in result.tested}
+        recogniser = load_recogniser(project.runs.recogniser_path(result.recogniser))
+        (new,) = result.proposals
         prediction = recogniser.predict(project.demonstrations.load(new.id))
     assert set(known) == {item.name for item in tested}
-    seconds = new.certainty.times
+    seconds = new.probability_trace.times
     for index in (0, 40, len(seconds) - 1):
         since = prediction.times - seconds[index]
         inside = (since > -0.01 - 1e-9) & (since < 0.01 - 1e-9)
         expected = prediction.probabilities[inside].mean(axis=0)
-        assert new.certainty.values[index] / 255 == pytest.approx(expected, abs=0.003)
+        assert new.probability_trace.values[index] / 255 == pytest.approx(expected, abs=0.003)
     assert new.predicted == from_codes(prediction.filtered, prediction.times, prediction.actions)
 
 
-def test_the_final_recogniser_knows_all_that_is_labelled_and_proposes_for_the_rest(path, outcome):
+def test_the_final_recogniser_knows_all_that_is_labelled_and_proposes_for_the_rest(path, result):
     with Project.open(path) as project:
-        recogniser = load_recogniser(project.runs.recogniser_path(outcome.recogniser))
+        recogniser = load_recogniser(project.runs.recogniser_path(result.recogniser))
         bare = [i.id for i in project.demonstrations.infos() if not i.labelled]
         stored = project.runs.recognisers()
-    assert set(recogniser.trained_on) == {item.id for item in outcome.tested}
-    assert [item.id for item in outcome.proposals] == bare
-    assert outcome.proposals[0].human == ()
-    assert outcome.proposals[0].typicality == 1  # there is no other
-    assert set(outcome.proposals[0].stages) == {"raw", "threshold", "median", "filtered"}
+    assert set(recogniser.trained_on) == {item.id for item in result.tested}
+    assert [item.id for item in result.proposals] == bare
+    assert result.proposals[0].human == ()
+    assert result.proposals[0].typicality == 1  # there is no other
+    assert set(result.proposals[0].stages) == {"raw", "threshold", "median", "filtered"}
     assert (stored[0].name, set(stored[0].demonstrations)) == ("foam", set(recogniser.trained_on))
 
 
 def test_what_was_trained_is_stored_when_no_other_program_keeps_the_project_busy(
     tmp_path, monkeypatch
 ):
-    path = make(tmp_path / "foam.forcelab")
+    path = make_labelled_project(tmp_path / "foam.forcelab")
     monkeypatch.setattr(Project, "open", partial(Project.open, timeout=0.02))
     with closing(sqlite3.connect(path / "project.sqlite", isolation_level=None)) as other:
-        told = []
+        steps = []
 
         def hear(step):
-            told.append(step.phase)
-            if told.count("storing") == 1 and told[-1] == "storing":
+            steps.append(step.phase)
+            if steps.count("storing") == 1 and steps[-1] == "storing":
                 other.execute("BEGIN IMMEDIATE")
-            elif told.count("storing") == 3:
+            elif steps.count("storing") == 3:
                 other.execute("ROLLBACK")
 
-        number = finish(reviewing(path, FAST, CHOICE, "foam"), hear)
-    assert told.count("storing") == 3
+        number = finish(review_job(path, BAYES_SETTINGS, FOAM_SELECTION, "foam"), hear)
+    assert steps.count("storing") == 3
     with Project.open(path) as project:
         assert [run.id for run in project.runs.summaries()] == [number]
         assert len(project.runs.recognisers()) == 1
 
 
 def test_asking_how_certain_it_is_changes_no_prediction():
-    labelled = [Labelled(demo, segments) for demo, segments in synthetic_set(2, 100.0)]
-    for settings in (FAST, FAST.replace(threshold=None)):
+    labelled = [LabelledDemonstration(demo, segments) for demo, segments in synthetic_set(2, 100.0)]
+    for settings in (BAYES_SETTINGS, BAYES_SETTINGS.replace(threshold=None)):
         plain = finish(leave_one_out(labelled, settings))
-        sure = finish(leave_one_out(labelled, settings, certainty=True))
-        for one, other in zip(plain.tested, sure.tested, strict=True):
+        with_trace = finish(leave_one_out(labelled, settings, probability_trace=True))
+        for one, other in zip(plain.tested, with_trace.tested, strict=True):
             assert np.array_equal(one.raw, other.raw)
             assert np.array_equal(one.filtered, other.filtered)
-            assert one.certainty is None
-            assert other.certainty.actions
+            assert one.probability_trace is None
+            assert other.probability_trace.actions
 
 
 def test_an_svm_without_probabilities_has_no_certainty():
-    labelled = [Labelled(demo, segments) for demo, segments in synthetic_set(2, 100.0)]
-    settings = FAST.replace(classifier="svm", threshold=None, stride=5)
-    tested = finish(leave_one_out(labelled, settings, certainty=True)).tested
-    assert [item.certainty for item in tested] == [None, None]
+    labelled = [LabelledDemonstration(demo, segments) for demo, segments in synthetic_set(2, 100.0)]
+    settings = BAYES_SETTINGS.replace(classifier="svm", threshold=None, stride=5)
+    tested = finish(leave_one_out(labelled, settings, probability_trace=True)).tested
+    assert [item.probability_trace for item in tested] == [None, None]
 
 
 def test_what_is_edited_while_it_trains_stays_and_is_counted(tmp_path):
-    path = make(tmp_path / "p.forcelab", labelled=2, bare=0)
-    job = reviewing(path, FAST, CHOICE, "foam")
+    path = make_labelled_project(tmp_path / "p.forcelab", labelled=2, bare=0)
+    job = review_job(path, BAYES_SETTINGS, FOAM_SELECTION, "foam")
     next(step for step in job if step.phase == "fold")
     with Project.open(path) as project:
         info = project.demonstrations.infos()[0]
@@ -187,18 +189,18 @@ def test_what_is_edited_while_it_trains_stays_and_is_counted(tmp_path):
         demonstration, _ = synthetic_set(3, 100.0)[2]
         project.demonstrations.add(demonstration, [])
         number = finish(job)
-        outcome = load(project, number)
+        result = load_run(project, number)
         assert project.tracks.get(info.id, "Ada").segments == before[1:]
-        assert outcome.find(info.id).human[0].action == before[0].action
-        assert edits_since(project, outcome) == 2
+        assert result.find(info.id).human[0].action == before[0].action
+        assert edits_since(project, result) == 2
         project.tracks.undo(info.id, "Ada")
-        assert edits_since(project, outcome) == 1  # taken back: only the new demonstration
+        assert edits_since(project, result) == 1  # taken back: only the new demonstration
 
 
 @pytest.mark.parametrize("which", [0, -1])
 def test_what_is_removed_while_it_trains_costs_only_itself(tmp_path, which):
-    path = make(tmp_path / "p.forcelab", labelled=3, bare=1)
-    job = reviewing(path, FAST, CHOICE, "foam")
+    path = make_labelled_project(tmp_path / "p.forcelab", labelled=3, bare=1)
+    job = review_job(path, BAYES_SETTINGS, FOAM_SELECTION, "foam")
     next(step for step in job if step.phase == "fold")
     with Project.open(path) as project:
         gone = project.demonstrations.infos()[which].id
@@ -207,18 +209,20 @@ def test_what_is_removed_while_it_trains_costs_only_itself(tmp_path, which):
             for name in project.demonstrations.info(gone).authors
         }
         project.demonstrations.remove_all({gone: heads})
-        outcome = load(project, finish(job))
-        left = {one.id for one in (*outcome.tested, *outcome.proposals)}
+        result = load_run(project, finish(job))
+        left = {one.id for one in (*result.tested, *result.proposals)}
         assert left == {info.id for info in project.demonstrations.infos()}
-        assert {used.demonstration for used in outcome.labels} == left
+        assert {used.demonstration for used in result.labels} == left
 
 
 def test_a_training_that_is_cancelled_leaves_nothing_behind(tmp_path):
-    path = make(tmp_path / "p.forcelab", labelled=3, bare=0)
+    path = make_labelled_project(tmp_path / "p.forcelab", labelled=3, bare=0)
     before = sorted(p.relative_to(path) for p in path.rglob("*"))
     threads = threading.active_count()
     for phase in ("features", "fold", "final fit"):
-        with closing(run_in_process(reviewing, path, FAST, CHOICE, "foam")) as job:
+        with closing(
+            run_in_process(review_job, path, BAYES_SETTINGS, FOAM_SELECTION, "foam")
+        ) as job:
             next(step for step in job if getattr(step, "phase", "") == phase)
     with Project.open(path) as project:
         assert project.runs.summaries() == ()
@@ -228,16 +232,17 @@ def test_a_training_that_is_cancelled_leaves_nothing_behind(tmp_path):
 
 
 def test_one_labelled_demonstration_trains_and_proposes_but_tests_nothing(tmp_path):
-    path = make(tmp_path / "p.forcelab", labelled=1, bare=2)
+    path = make_labelled_project(tmp_path / "p.forcelab", labelled=1, bare=2)
     with Project.open(path) as project:
-        outcome = load(
-            project, finish(reviewing(path, FAST, replace(CHOICE, author="Ada"), "foam"))
+        result = load_run(
+            project,
+            finish(review_job(path, BAYES_SETTINGS, replace(FOAM_SELECTION, author="Ada"), "foam")),
         )
-    assert outcome.tested == ()
-    assert [item.name for item in outcome.proposals] == ["foam 02", "foam 03"]
-    assert outcome.scores == {}
-    assert any("Only one demonstration is labelled by Ada" in r for r in outcome.remarks)
-    assert set(outcome.actions) == {"still", "grab", "hold", "release"}
+    assert result.tested == ()
+    assert [item.name for item in result.proposals] == ["foam 02", "foam 03"]
+    assert result.scores == {}
+    assert any("Only one demonstration is labelled by Ada" in r for r in result.remarks)
+    assert set(result.actions) == {"still", "grab", "hold", "release"}
 
 
 def test_folds_that_cannot_be_trained_leave_the_final_recogniser(tmp_path):
@@ -245,10 +250,10 @@ def test_folds_that_cannot_be_trained_leave_the_final_recogniser(tmp_path):
     with Project.create(path) as project:
         for (demo, _), action in zip(synthetic_set(2, 100.0), ("grab", "hold"), strict=True):
             project.demonstrations.add(demo, [Track("Ada", (Segment(0.5, 1.5, action),))])
-        outcome = load(project, finish(reviewing(path, FAST, CHOICE, "foam")))
-    assert outcome.tested == ()
-    assert set(outcome.actions) == {"grab", "hold"}
-    assert any(remark.startswith("Nothing could be tested: With") for remark in outcome.remarks)
+        result = load_run(project, finish(review_job(path, BAYES_SETTINGS, FOAM_SELECTION, "foam")))
+    assert result.tested == ()
+    assert set(result.actions) == {"grab", "hold"}
+    assert any(remark.startswith("Nothing could be tested: With") for remark in result.remarks)
 
 
 @pytest.mark.parametrize(
@@ -266,47 +271,47 @@ def test_too_few_actions_are_refused_in_a_sentence_that_says_what_can_be_done(
         for demonstration, _ in synthetic_set(2, 100.0):
             project.demonstrations.add(demonstration, [Track("Ada", segments)])
         with pytest.raises(InputError, match=sentence):
-            finish(reviewing(path, FAST, CHOICE, "foam"))
+            finish(review_job(path, BAYES_SETTINGS, FOAM_SELECTION, "foam"))
         assert project.runs.summaries() == ()
 
 
 def test_a_recogniser_without_a_name_leaves_no_run_either(tmp_path):
-    path = make(tmp_path / "p.forcelab", labelled=2, bare=0)
+    path = make_labelled_project(tmp_path / "p.forcelab", labelled=2, bare=0)
     with pytest.raises(InputError, match="needs a name"):
-        finish(reviewing(path, FAST, CHOICE, " "))
+        finish(review_job(path, BAYES_SETTINGS, FOAM_SELECTION, " "))
     with Project.open(path) as project:
         assert (project.runs.summaries(), project.runs.recognisers()) == ((), ())
 
 
 def test_an_action_of_a_single_demonstration_is_remarked(tmp_path):
-    path = make(tmp_path / "p.forcelab", labelled=2, bare=0)
+    path = make_labelled_project(tmp_path / "p.forcelab", labelled=2, bare=0)
     with Project.open(path) as project:
         info = project.demonstrations.infos()[0]
         before = project.tracks.get(info.id, "Ada").segments
         slip = Segment(before[0].start, before[0].end, "slip")
         project.tracks.edit(info.id, "Ada", before, (slip, *before[1:]), "relabelled")
-        outcome = load(project, finish(reviewing(path, FAST, CHOICE, "foam")))
-    assert any("slip (only in foam 01)" in remark for remark in outcome.remarks)
+        result = load_run(project, finish(review_job(path, BAYES_SETTINGS, FOAM_SELECTION, "foam")))
+    assert any("slip (only in foam 01)" in remark for remark in result.remarks)
 
 
 def test_another_task_is_tested_on_and_both_tasks_get_proposals(tmp_path):
-    path = make(tmp_path / "p.forcelab", labelled=2, bare=1)
+    path = make_labelled_project(tmp_path / "p.forcelab", labelled=2, bare=1)
     with Project.open(path) as project:
         for i, (demonstration, segments) in enumerate(synthetic_set(2, 100.0, "soft", seed=9)):
             project.demonstrations.add(demonstration, [Track("Ada", segments)] if i else [])
-        choice = Choice(("foam",), test_task="soft")
-        outcome = load(project, finish(reviewing(path, FAST, choice, "foam")))
-    assert [item.task for item in outcome.tested] == ["soft"]
-    assert {item.task for item in outcome.proposals} == {"foam", "soft"}
-    shares = [item.typicality for item in outcome.proposals]
+        choice = DataSelection(("foam",), test_task="soft")
+        result = load_run(project, finish(review_job(path, BAYES_SETTINGS, choice, "foam")))
+    assert [item.task for item in result.tested] == ["soft"]
+    assert {item.task for item in result.proposals} == {"foam", "soft"}
+    shares = [item.typicality for item in result.proposals]
     with Project.open(path) as project:
-        recogniser = load_recogniser(project.runs.recogniser_path(outcome.recogniser))
-        new = [project.demonstrations.load(item.id) for item in outcome.proposals]
-    expected = typicality([sampled(recogniser.prepared(one)) for one in new])
+        recogniser = load_recogniser(project.runs.recogniser_path(result.recogniser))
+        new = [project.demonstrations.load(item.id) for item in result.proposals]
+    expected = typicality([sample_steps(recogniser.prepare(one)) for one in new])
     assert shares == pytest.approx(expected.tolist())
     assert len(shares) > 1
-    assert (outcome.tasks, outcome.test_task) == (("foam",), "soft")
-    assert {used.demonstration for used in outcome.labels} >= {i.id for i in outcome.tested}
+    assert (result.tasks, result.test_task) == (("foam",), "soft")
+    assert {used.demonstration for used in result.labels} >= {i.id for i in result.tested}
 
 
 def test_the_time_left_is_what_the_fits_before_took():
@@ -318,7 +323,7 @@ def test_the_time_left_is_what_the_fits_before_took():
         for fold in range(3):
             for epoch in range(5):
                 now[0] += 2.0
-                yield Epoch(epoch + 1, 200, f"fit {fold + 1} of 3", 0.5)
+                yield FitProgress(epoch + 1, 200, f"fit {fold + 1} of 3", 0.5)
 
     left = [(step.fold, step.epoch, step.seconds_left) for step in steps.test(job())]
     assert all(seconds is None for fold, _, seconds in left if fold < 2)

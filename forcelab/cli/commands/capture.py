@@ -44,9 +44,9 @@ from forcelab.cli.options import PROJECT, UsageError, add_json, add_task
 from forcelab.cli.output import json_text, printable, table
 from forcelab.cli.project_hints import hint_at_new_names
 from forcelab.errors import InputError
-from forcelab.live.recognition import LATENCY, LiveRecognition, Recognised
+from forcelab.live.recognition import LATENCY, ClosedSegment, LiveRecognition
 from forcelab.project import Project
-from forcelab.recognition.storage import load
+from forcelab.recognition.storage import load_recogniser
 from forcelab.text import counted
 
 NOTHING_FOUND = "No serial port and no camera is plugged in, or this user may not see them."
@@ -163,7 +163,7 @@ class LiveTrackRecorder:
         fault = f"{type(error).__name__}: {error}"
         self.trouble = f"The recogniser failed ({fault}): the recording is kept without its track."
 
-    def _print(self, found: Sequence[Recognised]) -> None:
+    def _print(self, found: Sequence[ClosedSegment]) -> None:
         """Print the segments that have ended, as long as anybody reads that."""
         try:
             for segment in found if self._out is not None else ():
@@ -268,7 +268,7 @@ def _check(arguments: argparse.Namespace) -> None:
 
 def _record(arguments: argparse.Namespace) -> int:
     """Record into a project, and recognise meanwhile where that is asked for; 1 if that failed."""
-    recogniser = None if arguments.recogniser is None else load(arguments.recogniser)
+    recogniser = None if arguments.recogniser is None else load_recogniser(arguments.recogniser)
     devices = devices_named(arguments.device)
     live = recognition = None
     recorder = Recorder(arguments.project, devices, open_cameras(arguments.camera))

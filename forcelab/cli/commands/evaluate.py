@@ -34,8 +34,8 @@ from forcelab.formats.track_text import quoted_text
 from forcelab.io import write_atomically
 from forcelab.jobs import finish
 from forcelab.project import Project
-from forcelab.recognition.dataset import Choice
-from forcelab.recognition.experiments import Evaluated, evaluate_tasks
+from forcelab.recognition.dataset import DataSelection
+from forcelab.recognition.experiments import TaskEvaluations, evaluate_tasks
 from forcelab.recognition.intervals import METHOD, METRICS, Intervals, look_up
 from forcelab.recognition.metrics import Scores
 from forcelab.recognition.results import Evaluation
@@ -52,7 +52,7 @@ def check_table(path: Path) -> None:
         raise InputError(f"'{path}' is no table that can be written; name it '{path.stem}.csv'.")
 
 
-def write_table(path: Path, evaluated: Evaluated) -> None:
+def write_table(path: Path, evaluated: TaskEvaluations) -> None:
     """Write all scores as CSV; rates are fractions, and what is not defined is left empty.
 
     The column ``row`` tells a ``demonstration`` from what is ``pooled`` and the ``lower`` and
@@ -184,7 +184,7 @@ def run(arguments: argparse.Namespace) -> None:
         certainty = settings.needs_probabilities
         choice = choice_from(arguments)
         job = evaluate_tasks(
-            project, settings, choice, jobs, certainty=certainty, latency=arguments.latency
+            project, settings, choice, jobs, probability_trace=certainty, latency=arguments.latency
         )
         evaluated = finish(job, watch)
         vocabularies = project.actions.vocabularies()
@@ -217,7 +217,7 @@ def _check_suffixes(figures: list[Path]) -> None:
             check_suffix(path)
 
 
-def _report(evaluated: Evaluated, json_file: Path | None) -> None:
+def _report(evaluated: TaskEvaluations, json_file: Path | None) -> None:
     """Print the scores and write the JSON that was asked for."""
     results = [evaluation.to_json() for _, evaluation in evaluated.evaluations]
     several = {"evaluations": results, "remarks": list(evaluated.remarks)}
@@ -333,7 +333,7 @@ def _actions(evaluation: Evaluation, raw: Scores, filtered: Scores) -> str:
     return table(rows, right=[1, 2])
 
 
-def _file_for_each(evaluated: Evaluated, path: Path | None) -> list[Path]:
+def _file_for_each(evaluated: TaskEvaluations, path: Path | None) -> list[Path]:
     """A file for each evaluation: unless one was asked for, its task stands in the name."""
     if path is None:
         return []
@@ -346,8 +346,8 @@ def _file_for_each(evaluated: Evaluated, path: Path | None) -> list[Path]:
 
 
 def _draw_pairs(
-    evaluated: Evaluated,
-    choice: Choice,
+    evaluated: TaskEvaluations,
+    choice: DataSelection,
     vocabularies: Mapping[str, Vocabulary],
     files: list[Path],
 ) -> None:
@@ -380,7 +380,7 @@ def _draw_pairs(
         ).save(file)
 
 
-def _draw_confusion(evaluated: Evaluated, files: list[Path]) -> None:
+def _draw_confusion(evaluated: TaskEvaluations, files: list[Path]) -> None:
     """Draw the confusion matrix of the filtered predictions."""
     if not files:
         return

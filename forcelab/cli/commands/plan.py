@@ -26,10 +26,9 @@ from forcelab.jobs import Progress, finish
 from forcelab.measure.rows import MEGABYTE
 from forcelab.measure.timing import VIDEO, Work, measure_works
 from forcelab.project import Project
-from forcelab.recognition.examples import Labelled, prepare
+from forcelab.recognition.examples import LabelledDemonstration, prepare_examples
 from forcelab.recognition.presets import preset
-from forcelab.recognition.setting_fields import FIELDS
-from forcelab.recognition.settings import Settings, obstacle
+from forcelab.recognition.settings import FIELDS, Settings, why_not_applied
 from forcelab.signals.channels import channel_map
 from forcelab.signals.cwt import usual_scales
 from forcelab.signals.scalogram import row_scales, scalogram, survey
@@ -72,9 +71,9 @@ def run(arguments: argparse.Namespace) -> None:
     if arguments.recogniser is not None:
         if settings != preset("paper"):
             raise UsageError("A recogniser brings its own settings; give --recogniser alone.")
-        from forcelab.recognition.storage import load  # needs scikit-learn
+        from forcelab.recognition.storage import load_recogniser  # needs scikit-learn
 
-        recogniser = load(arguments.recogniser)
+        recogniser = load_recogniser(arguments.recogniser)
         settings = recogniser.settings.replace(channels=recogniser.channels, rate=recogniser.rate)
     with Project.open(arguments.project) as project:
         demonstration = project.demonstrations.load(arguments.demonstration)
@@ -131,13 +130,13 @@ def recognition_parts(demonstration: Demonstration, settings: Settings) -> Itera
     recorded, rate = demonstration.channels, settings.rate or demonstration.rate
     every, chosen = channel_map(recorded), channel_map(recorded, settings.channels)
     times, signals = demonstration.times[:MEASURED], demonstration.signals[:MEASURED]
-    beginning = Labelled(replace(demonstration, times=times, signals=signals))
+    beginning = LabelledDemonstration(replace(demonstration, times=times, signals=signals))
     samples = round(demonstration.duration * rate)
     if settings.features == "windows":
         sizes = ", ".join(f"{1000 * window:g}" for window in settings.windows)
         yield Part(f"{len(settings.windows)} windows", True, f"of {sizes} ms")
         paper = preset("paper").replace(channels=settings.channels, rate=settings.rate)
-        wavelets = partial(prepare, beginning, paper)
+        wavelets = partial(prepare_examples, beginning, paper)
         yield Part("wavelets", False, "windows are looked at in their place", wavelets)
     else:
         scales, hertz = settings.scales, settings.bands(rate)
@@ -156,17 +155,17 @@ def recognition_parts(demonstration: Demonstration, settings: Settings) -> Itera
     if settings.step is not None:
         yield Part("every time step", False, f"decided at {rate / settings.hop(rate):.6g} Hz")
     why = f"{settings.width(len(chosen.names))} a time step"
-    yield Part(FEATURES, True, why, partial(prepare, beginning, settings))
+    yield Part(FEATURES, True, why, partial(prepare_examples, beginning, settings))
     widest = max(settings.max_scale, float(min(samples, MEASURED)))
     complete = settings.replace(channels=None, step=None, phase=True, max_scale=widest)
     why = "those of all channels, scales, phases and time steps"
-    yield Part(REST, False, why, partial(prepare, beginning, complete))
+    yield Part(REST, False, why, partial(prepare_examples, beginning, complete))
     needed = settings.needs_probabilities
     why = "decoder or threshold need them" if needed else "no filter that is on needs them"
     yield Part("probabilities", needed, why)
     for field in FIELDS:
         if field.kind in ("flag", "choice") or field.name in ("threshold", "median", "drop"):
-            value, why = getattr(settings, field.name), obstacle(field.name, vars(settings))
+            value, why = getattr(settings, field.name), why_not_applied(field.name, vars(settings))
             used = not why and value is not None and value is not False
             shown = ("on" if value is True else f"{value} {field.unit}".strip()) if used else "off"
             yield Part(field.label[0].lower() + field.label[1:], used, why or shown)

@@ -23,9 +23,8 @@ from forcelab.formats.recording import ReadOptions
 from forcelab.formats.track_text import COLUMNS, plain_times, table_text, to_audacity, to_csv
 from forcelab.io import write_atomically
 from forcelab.labels import Track, model_author
-from forcelab.recognition.rates import unseen
-from forcelab.recognition.results import silence_remark
-from forcelab.recognition.storage import load
+from forcelab.recognition.results import empty_prediction_remarks
+from forcelab.recognition.storage import load_recogniser
 
 #: Endings of the files in a folder. They are neither those of recordings, which they must not
 #: replace, nor those of labels, which are read with the recording beside them.
@@ -60,7 +59,7 @@ def run(arguments: argparse.Namespace) -> None:
     inputs = [arguments.recogniser, *arguments.sources]
     if not _is_folder(arguments.out):
         check_outputs([arguments.out], inputs)
-    recogniser = load(arguments.recogniser)
+    recogniser = load_recogniser(arguments.recogniser)
     author = model_author(arguments.recogniser.stem)
     options = ReadOptions(
         rate=arguments.rate,
@@ -75,10 +74,10 @@ def run(arguments: argparse.Namespace) -> None:
         # First, as it names the demonstration that lacks a channel.
         predicted = recogniser.predict(demonstration)
         warnings = [
-            *unseen(recogniser, demonstration),
-            *recogniser.remarks_on(demonstration.channels),
+            *recogniser.rate_remarks(1.0 / demonstration.period),
+            *recogniser.unit_remarks(demonstration.channels),
         ]
-        warnings += silence_remark([predicted], recogniser.settings, recogniser.rate)
+        warnings += empty_prediction_remarks([predicted], recogniser.settings, recogniser.rate)
         for remark in [*remarks, *warnings]:
             print(printable(f"{demonstration.name}: {remark}"), file=sys.stderr)
         tracks.append((demonstration.name, Track(author, predicted.segments)))

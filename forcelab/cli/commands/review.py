@@ -20,11 +20,11 @@ from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.labels import means_unlabelled
 from forcelab.project import Project
-from forcelab.review.confusion import crossing
+from forcelab.review.confusion import count_confusion
 from forcelab.review.differences import Difference
-from forcelab.review.queue import Queue, queue
-from forcelab.review.run_result import Outcome, latest, load
-from forcelab.review.verdicts import Judged, report
+from forcelab.review.queue import Queue, review_queue
+from forcelab.review.run_result import RunResult, latest_run, load_run
+from forcelab.review.verdicts import VerdictCount, count_verdicts
 from forcelab.text import counted, unknown_word
 
 #: What each section is called in the table.
@@ -71,7 +71,7 @@ def run(arguments: argparse.Namespace) -> None:
             human, model = arguments.actions
             _print_cell(outcome, human, model, arguments.limit, arguments.json)
             return
-        found = queue(project, outcome, invented=True)
+        found = review_queue(project, outcome, invented=True)
     kinds = tuple(dict.fromkeys(arguments.kind or USUAL))
     sections = {kind: getattr(found, kind)[: arguments.limit] for kind in kinds}
     print_result(
@@ -81,11 +81,11 @@ def run(arguments: argparse.Namespace) -> None:
     )
 
 
-def _outcome(project: Project, number: int | None, task: str | None) -> Outcome:
+def _outcome(project: Project, number: int | None, task: str | None) -> RunResult:
     """The run that is meant."""
     if number is not None:
-        return load(project, number)
-    outcome = latest(project, None if task is None else [task])
+        return load_run(project, number)
+    outcome = latest_run(project, None if task is None else [task])
     if outcome is None:
         of_task = "" if task is None else f" of the task '{task}'"
         raise InputError(
@@ -94,13 +94,15 @@ def _outcome(project: Project, number: int | None, task: str | None) -> Outcome:
     return outcome
 
 
-def _print_cell(outcome: Outcome, human: str, model: str, limit: int | None, as_json: bool) -> None:
+def _print_cell(
+    outcome: RunResult, human: str, model: str, limit: int | None, as_json: bool
+) -> None:
     """Print the places of a cell of the confusion matrix, as a click on it lists them."""
     predicted = None if means_unlabelled(model) else model
     for action in (human, predicted):
         if action is not None and action not in outcome.actions:
             raise InputError(unknown_word("action", action, outcome.actions))
-    cells = finish(crossing(outcome))
+    cells = finish(count_confusion(outcome))
     row = outcome.actions.index(human)
     column = len(outcome.actions) if predicted is None else outcome.actions.index(predicted)
     number, seconds = int(cells.numbers()[row, column]), float(cells.matrix()[row, column])
@@ -139,7 +141,7 @@ def _print_cell(outcome: Outcome, human: str, model: str, limit: int | None, as_
     print_result(as_json, content, text)
 
 
-def _tables(outcome: Outcome, found: Queue, sections: dict[str, Sequence[Difference]]) -> str:
+def _tables(outcome: RunResult, found: Queue, sections: dict[str, Sequence[Difference]]) -> str:
     """The queue and the verdicts as tables."""
     names = {demonstration.id: demonstration.name for demonstration in outcome.tested}
     rows = [["what", "demonstration", "s", "", "human", "model", "confidence", "suspicion"]]
@@ -165,11 +167,11 @@ def _tables(outcome: Outcome, found: Queue, sections: dict[str, Sequence[Differe
         f"In all: {counts}; {len(found.judged)} judged. Rates in percent.",
     ]
     if found.judged:
-        parts.append(_verdicts(report(found.judged)))
+        parts.append(_verdicts(count_verdicts(found.judged)))
     return "\n\n".join(parts)
 
 
-def _verdicts(judged: Sequence[Judged]) -> str:
+def _verdicts(judged: Sequence[VerdictCount]) -> str:
     """Who was right, by pair of actions."""
     rows = [["human", "model", "human right", "model right", "ambiguous"]]
     rows += [
@@ -186,7 +188,7 @@ def _verdicts(judged: Sequence[Judged]) -> str:
 
 
 def _json_content(
-    outcome: Outcome, found: Queue, sections: dict[str, Sequence[Difference]]
+    outcome: RunResult, found: Queue, sections: dict[str, Sequence[Difference]]
 ) -> dict[str, object]:
     names = {demonstration.id: demonstration.name for demonstration in outcome.tested}
     return {
@@ -218,6 +220,6 @@ def _json_content(
                 "model_right": pair.model_right,
                 "ambiguous": pair.ambiguous,
             }
-            for pair in report(found.judged)
+            for pair in count_verdicts(found.judged)
         ],
     }

@@ -20,9 +20,9 @@ from forcelab.cli.output import percent, print_result, printable, table
 from forcelab.project import Project, RunSummary, RunUse
 from forcelab.recognition.intervals import METHOD, METRICS, look_up
 from forcelab.recognition.presets import PRESETS
-from forcelab.recognition.results import title_of
-from forcelab.review.run_comparison import STAGES, Comparison, as_text, compare
-from forcelab.review.run_result import load, tasks_of
+from forcelab.recognition.results import run_title
+from forcelab.review.run_comparison import STAGES, Comparison, as_text, compare_runs
+from forcelab.review.run_result import load_run, tasks_of
 from forcelab.text import counted
 
 
@@ -38,7 +38,7 @@ def run(arguments: argparse.Namespace) -> None:
     """List the runs of a project, or compare two."""
     with Project.open(arguments.project) as project:
         if arguments.compare is not None:
-            comparison = compare(*(load(project, number) for number in arguments.compare))
+            comparison = compare_runs(*(load_run(project, number) for number in arguments.compare))
             content, text = _comparison_json(comparison), _comparison_text(comparison)
             print_result(arguments.json, content, text)
             return
@@ -75,7 +75,7 @@ def _row(run: RunSummary, use: RunUse) -> list[str]:
         str(run.id),
         f"{run.time:%Y-%m-%d %H:%M}",
         run.kind,
-        str(digest.get("title", title_of(tasks, test_task))),
+        str(digest.get("title", run_title(tasks, test_task))),
         _settings(run.settings),
         str(digest.get("tested", "")),
         percent(digest.get("accuracy")),
@@ -111,7 +111,7 @@ def _summary(run: RunSummary, use: RunUse) -> dict[str, Any]:
 
 
 def _comparison_text(comparison: Comparison) -> str:
-    one, other = comparison.one, comparison.other
+    one, other = comparison.first, comparison.second
     parts = [
         f"Run {one.number} ({printable(one.title)}) and {other.number} ({printable(other.title)})"
     ]
@@ -183,7 +183,7 @@ def _difference_text(
 
 def _comparison_json(comparison: Comparison) -> dict[str, Any]:
     return {
-        "runs": [comparison.one.number, comparison.other.number],
+        "runs": [comparison.first.number, comparison.second.number],
         "settings": [list(row) for row in comparison.settings],
         "shared": list(comparison.shared),
         "relabelled": list(comparison.relabelled),

@@ -18,8 +18,8 @@ from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.project import Project
 from forcelab.review.differences import Interval
-from forcelab.review.explanation import Neighbour, Why, why_at
-from forcelab.review.run_result import KIND, Outcome, load, tasks_of
+from forcelab.review.explanation import Explanation, Neighbour, explain_at
+from forcelab.review.run_result import KIND, RunResult, load_run, tasks_of
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -41,7 +41,7 @@ def run(arguments: argparse.Namespace) -> None:
         outcome = _outcome(project, demonstration.id, demonstration.task, arguments.run)
         names = {info.id: info.name for info in project.demonstrations.infos()}
     with progress_bar() as watch:
-        job = why_at(arguments.project, outcome, demonstration.id, arguments.at)
+        job = explain_at(arguments.project, outcome, demonstration.id, arguments.at)
         why = finish(job, watch)
     start, end = why.place.start, why.place.end
     title = f"{demonstration.name}, {start:.3f} to {end:.3f} s, run {outcome.number}"
@@ -49,10 +49,10 @@ def run(arguments: argparse.Namespace) -> None:
     print_result(arguments.json, {"run": outcome.number} | why.to_json(), text)
 
 
-def _outcome(project: Project, id_: str, task: str, number: int | None) -> Outcome:
+def _outcome(project: Project, id_: str, task: str, number: int | None) -> RunResult:
     """The run that is asked for, or the latest one that has to do with a demonstration."""
     if number is not None:
-        outcome = load(project, number)
+        outcome = load_run(project, number)
         if outcome.find(id_) is None:
             raise InputError(
                 f"Run {number} neither tested nor proposed labels for this demonstration; choose "
@@ -62,7 +62,7 @@ def _outcome(project: Project, id_: str, task: str, number: int | None) -> Outco
     for run in reversed(project.runs.summaries(KIND)):
         tasks, test_task = tasks_of(run.settings)
         if task in (*tasks, test_task):
-            outcome = load(project, run.id)
+            outcome = load_run(project, run.id)
             if outcome.find(id_) is not None:
                 return outcome
     raise InputError(
@@ -70,7 +70,7 @@ def _outcome(project: Project, id_: str, task: str, number: int | None) -> Outco
     )
 
 
-def _paragraphs(why: Why, names: dict[str, str]) -> list[str]:
+def _paragraphs(why: Explanation, names: dict[str, str]) -> list[str]:
     """An explanation for people, paragraph by paragraph."""
     return [
         f"{_sentence(why.place)}\n{_probability_text(why)}",
@@ -88,18 +88,18 @@ def _sentence(place: Interval) -> str:
     return printable(f"{place.duration:.2f} s coded {human}, predicted {predicted}.")
 
 
-def _probability_text(why: Why) -> str:
+def _probability_text(why: Explanation) -> str:
     """Mean probabilities over the place."""
-    if why.certainty is None:
+    if why.probability_trace is None:
         return "The classifier gives no probabilities."
-    values = why.certainty.mean(why.place.start, why.place.end)
-    pairs = sorted(zip(values.tolist(), why.certainty.actions, strict=True), reverse=True)
+    values = why.probability_trace.mean(why.place.start, why.place.end)
+    pairs = sorted(zip(values.tolist(), why.probability_trace.actions, strict=True), reverse=True)
     means = ", ".join(f"{action} {value:.2f}" for value, action in pairs)
-    whose = "as the run kept it" if why.kept else "computed anew, as the run kept none"
+    whose = "as the run kept it" if why.trace_from_run else "computed anew, as the run kept none"
     return printable(f"Mean probability ({whose}): {means}.")
 
 
-def _bands(why: Why) -> str:
+def _bands(why: Explanation) -> str:
     lines = [f"What tells {why.favoured} from {why.against} most, in log-odds:"]
     for band in why.strongest():
         which = "for" if band.weight >= 0 else "against"
@@ -111,9 +111,9 @@ def _bands(why: Why) -> str:
     return "\n".join(printable(line) for line in lines)
 
 
-def _channels(why: Why) -> str:
+def _channels(why: Explanation) -> str:
     """All bands, a column for each channel, and the channels as a whole."""
-    found = why.influence
+    found = why.attribution
     rows = [["Hz", *why.channels]]
     for hertz, weights in zip(why.hertz.tolist(), found.bands.T.tolist(), strict=True):
         rows.append([f"{hertz:.3g}", *(f"{weight:+.2f}" for weight in weights)])
@@ -121,9 +121,9 @@ def _channels(why: Why) -> str:
     return table(rows, right=range(len(rows[0])))
 
 
-def _method(why: Why) -> str:
+def _method(why: Explanation) -> str:
     """How it was found out, how far it can be relied on, and what it cost."""
-    found = why.influence
+    found = why.attribution
     sides = f"{found.log_odds:+.2f} here, {found.reference:+.2f}"
     if found.method == "gradient":
         how = (
@@ -142,11 +142,12 @@ def _method(why: Why) -> str:
         return f"{how}\nThe final recogniser, which was not trained on this demonstration."
     return (
         f"{how}\nThe recogniser of the run that has not seen this demonstration, trained once more "
-        f"in {spent:.1f} s;\n{100 * why.same:.1f} % of its samples are labelled as by the run."
+        f"in {spent:.1f} s;\n"
+        f"{100 * why.same_share:.1f} % of its samples are labelled as by the run."
     )
 
 
-def _nearest(why: Why, names: dict[str, str]) -> str:
+def _nearest(why: Explanation, names: dict[str, str]) -> str:
     """The nearest training segments of both actions."""
     rows = [["nearest", "demonstration", "from s", "to s", "distance", "predicted"]]
     rows += [_row(action, n, names) for action, near in why.neighbours.items() for n in near]

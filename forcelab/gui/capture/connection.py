@@ -49,7 +49,7 @@ class LiveTrack:
     def glimpse(self) -> LiveSnapshot | None:
         """What was recognised last, for any thread; None where nothing is."""
         live = self._live
-        return None if live is None or self._trouble else live.glimpse
+        return None if live is None or self._trouble else live.snapshot
 
     def begin(
         self, live: LiveRecognition | None, *, keeping: bool, firsts: Sequence[int] | None = None
@@ -302,8 +302,8 @@ class Connection:
                     begun = True
                 found = live.read()
             for _ in live.take(*found):  # others may ask the recorder meanwhile
-                yield live.strip
-            yield live.strip
+                yield live.image
+            yield live.image
             time.sleep(FRAME_INTERVAL)
 
     def let_go(self) -> str:

@@ -181,7 +181,7 @@ class LiveModelController(QObject):
         if self.loaded is None or self.trouble or not self._connected:
             return ()
         try:
-            return self.loaded.recogniser.remarks_on(self._connection.channels)
+            return self.loaded.recogniser.unit_remarks(self._connection.channels)
         except InputError:  # it lacks a channel, and that is told as its trouble
             return ()
 
@@ -244,13 +244,13 @@ def _loading_job(
     choice: RecogniserSelection, latency: float, known: Recogniser | None
 ) -> Generator[None, None, LoadedRecogniser]:
     """Read a recogniser that is not known yet, and ask what it can promise."""
-    from forcelab.live.recognition import promised
-    from forcelab.recognition.storage import load
+    from forcelab.live.recognition import latency_budget
+    from forcelab.recognition.storage import load_recogniser
 
     yield
-    recogniser = load(choice.path) if known is None else known
+    recogniser = load_recogniser(choice.path) if known is None else known
     yield
-    return LoadedRecogniser(choice, recogniser, promised(recogniser, latency))
+    return LoadedRecogniser(choice, recogniser, latency_budget(recogniser, latency))
 
 
 def _sentence(error: Exception) -> str:

@@ -262,8 +262,8 @@ def paint_rows(
     else:
         seen = [one for one in glimpse.segments if one.end > axis.start]
         fading: tuple[FadeOverlay, ...] = ()
-        if glimpse.certainty is not None:
-            fading = fade_overlays(glimpse.certainty, tuple(seen), axis, box)
+        if glimpse.probability_trace is not None:
+            fading = fade_overlays(glimpse.probability_trace, tuple(seen), axis, box)
         _paint(painter, session, box, axis, seen, fading)
         recognising.painted(glimpse.until)
         until = glimpse.until

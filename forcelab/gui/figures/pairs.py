@@ -28,7 +28,7 @@ from forcelab.labels import Segments
 from forcelab.vocabulary import Vocabulary
 
 if TYPE_CHECKING:
-    from forcelab.recognition.probability_trace import Certainty
+    from forcelab.recognition.probabilities import ProbabilityTrace
     from forcelab.review.differences import Difference
 
 
@@ -54,8 +54,8 @@ class Pair:
 
     Segments outside ``[start, end)`` (s) are not drawn. `human` is None where only the prediction
     is drawn; `note` stands at the right, such as ``"72.0 %"``; `lanes` are drawn below the pair.
-    Predictions are lighter where `certainty` is low. `marks` are drawn between the two bars, for
-    which room is left then; None for no room.
+    Predictions are lighter where `probability_trace` is low. `marks` are drawn between the two
+    bars, for which room is left then; None for no room.
     """
 
     name: str
@@ -65,7 +65,7 @@ class Pair:
     end: float
     note: str = ""
     lanes: tuple[PairRow, ...] = ()
-    certainty: Certainty | None = None
+    probability_trace: ProbabilityTrace | None = None
     marks: tuple[Difference, ...] | None = None
 
     def __post_init__(self) -> None:
@@ -149,8 +149,8 @@ def paint_pair(
     ]
     for box, segments, certain in tracks:
         fading = (
-            fade_overlays(pair.certainty, segments, axis, box)
-            if certain and pair.certainty is not None
+            fade_overlays(pair.probability_trace, segments, axis, box)
+            if certain and pair.probability_trace is not None
             else ()
         )
         paint_track(painter, box, axis, segments, styles=styles, theme=theme, fades=fading)
@@ -295,7 +295,7 @@ class TimelinePairs(Figure):
         first = [KEY, STRETCHED_NOTE] if self.stretched else [KEY]
         if any(pair.note for pair in self.pairs):
             first.append(self.note_key)
-        second = [LIGHTER] if any(pair.certainty is not None for pair in self.pairs) else []
+        second = [LIGHTER] if any(pair.probability_trace is not None for pair in self.pairs) else []
         if any(pair.marks is not None for pair in self.pairs):
             second.append(BETWEEN)
         return [" ".join(line) for line in (first, second) if line]

@@ -23,7 +23,7 @@ from forcelab.labels import Segment, Segments, to_codes
 from forcelab.vocabulary import Action, Vocabulary
 
 if TYPE_CHECKING:
-    from forcelab.recognition.probability_trace import Certainty
+    from forcelab.recognition.probabilities import ProbabilityTrace
     from forcelab.review.differences import Difference, Interval
 
 
@@ -53,7 +53,7 @@ def opacity(probability: float) -> float:
 
 
 def fade_overlays(
-    certainty: Certainty, segments: Segments, axis: Axis, box: QRectF
+    certainty: ProbabilityTrace, segments: Segments, axis: Axis, box: QRectF
 ) -> tuple[FadeOverlay, ...]:
     """The fades over a bar, from left to right; none where a prediction is sure.
 
@@ -121,7 +121,7 @@ def _times(pixels: NDArray[np.float64], axis: Axis) -> NDArray[np.float64]:
     return np.asarray(axis.start + share * (axis.end - axis.start))
 
 
-def _segment_steps(certainty: Certainty, codes: NDArray[np.int64]) -> NDArray[np.float64]:
+def _segment_steps(certainty: ProbabilityTrace, codes: NDArray[np.int64]) -> NDArray[np.float64]:
     """The probability in each bin of what is predicted there; 1 where it is not known."""
     known = (codes >= 0) & (codes < len(certainty.actions))
     own = np.ones(len(codes))

@@ -27,8 +27,8 @@ from forcelab.gui.review.reviewed_run import blind_demonstrations
 from forcelab.gui.review.training_backend import Backend, RunInfo, run_text
 from forcelab.gui.theme import colours, themes
 from forcelab.gui.widgets import ElidedComboBox
-from forcelab.recognition.setting_fields import FIELDS
-from forcelab.review.run_comparison import Comparison, comparing
+from forcelab.recognition.settings import FIELDS
+from forcelab.review.run_comparison import Comparison, comparison_job
 
 #: What a run is asked for, by the words of the dialogs in which it is chosen.
 _SETTING_LABELS = {
@@ -49,8 +49,8 @@ def comparison_columns(
     run = "run {0}"
     columns = (
         TableColumn(first, number=False),
-        TableColumn(run.format(comparison.one.number)),
-        TableColumn(run.format(comparison.other.number)),
+        TableColumn(run.format(comparison.first.number)),
+        TableColumn(run.format(comparison.second.number)),
         TableColumn("difference"),
     )
     tip = "Of the difference, paired over the demonstrations both tested."
@@ -319,4 +319,4 @@ def _compare_runs(
 ) -> Generator[object, None, Comparison]:
     first = yield from backend.load(path, a)
     second = first if a == b else (yield from backend.load(path, b))
-    return (yield from comparing(first, second))
+    return (yield from comparison_job(first, second))

@@ -47,12 +47,12 @@ from forcelab.gui.layout import PageOrPlaceholder, muted_label, page_layout, scr
 from forcelab.gui.review.reviewed_run import visible_outcome
 from forcelab.gui.theme import colours, themes
 from forcelab.gui.widgets import ARROW_STEPS, ENTER_KEYS, combo_box, is_plain
-from forcelab.review.confusion import Cells, Share, Unit, crossing, shares
+from forcelab.review.confusion import ConfusionCounts, Share, Unit, count_confusion, normalise
 from forcelab.review.differences import Interval
-from forcelab.review.run_result import Outcome
+from forcelab.review.run_result import RunResult
 
 
-def cell_sentence(cells: Cells, cell: tuple[int, int], unit: Unit, share: Share) -> str:
+def cell_sentence(cells: ConfusionCounts, cell: tuple[int, int], unit: Unit, share: Share) -> str:
     """Such as ``"grab seen as hold: 12.3 s, 8 % of grab, in 5 places"``; by column, of hold."""
     row, column = cell
     human = cells.actions[row]
@@ -69,7 +69,7 @@ def cell_sentence(cells: Cells, cell: tuple[int, int], unit: Unit, share: Share)
     if matrix[row, column] == 0:
         return f"{what}: never"
     by_column = share == "column"
-    part = 100 * float(shares(matrix, "column" if by_column else "row")[row, column])
+    part = 100 * float(normalise(matrix, "column" if by_column else "row")[row, column])
     if by_column:
         of = "{0} % of all that was seen as {1}"
         if missed:
@@ -86,7 +86,7 @@ def cell_sentence(cells: Cells, cell: tuple[int, int], unit: Unit, share: Share)
     return f"{what}: {matrix[row, column]:,.{_decimals(matrix[row, column])}f} s, {of}, {where}"
 
 
-def missing_matrix_text(outcome: Outcome | None, *, opened: bool) -> str:
+def missing_matrix_text(outcome: RunResult | None, *, opened: bool) -> str:
     """Why there is no matrix; `opened` says whether a project is open."""
     if not opened:
         return "Open a project to see which actions are confused."
@@ -101,10 +101,10 @@ def missing_matrix_text(outcome: Outcome | None, *, opened: bool) -> str:
     )
 
 
-def matrix_as_tsv(cells: Cells, unit: Unit, share: Share) -> str:
+def matrix_as_tsv(cells: ConfusionCounts, unit: Unit, share: Share) -> str:
     """What the matrix shows as lines of cells with tabs between them."""
     matrix = cells.matrix(unit)
-    cells_shown = matrix if share == "counts" else shares(matrix, share)
+    cells_shown = matrix if share == "counts" else normalise(matrix, share)
     decimals = 4 if share != "counts" else 3 if unit == "time" else 0
     lines = [["", *cells.actions, "unlabelled"]]
     lines += [
@@ -479,9 +479,9 @@ class ConfusionView(QWidget):
         super().__init__()
         self.document = document
         self._jobs = jobs
-        self.cells: Cells | None = None
+        self.cells: ConfusionCounts | None = None
         # What is counted or being counted: of this outcome these demonstrations, at this stage.
-        self._outcome: Outcome | None = None
+        self._outcome: RunResult | None = None
         self._requested_cell: tuple[tuple[str, ...], str] = ((), "")
         self.switches = DisplayOptions()
         self.canvas = MatrixCanvas()
@@ -586,13 +586,15 @@ class ConfusionView(QWidget):
             self._outcome, self._requested_cell = self.document.review.run, requested
             self.cells = None
             self.list.clear()
-            self._jobs.run(crossing(outcome, self.switches.stage), self._take, key=CONFUSION_JOB)
+            self._jobs.run(
+                count_confusion(outcome, self.switches.stage), self._take, key=CONFUSION_JOB
+            )
 
     def _changed(self) -> None:
         self._draw()
         self._relist()
 
-    def _take(self, cells: Cells) -> None:
+    def _take(self, cells: ConfusionCounts) -> None:
         self.cells = cells
         if not cells.demonstrations:
             self._show_empty("This run kept no raw predictions; choose 'Filtered'.")

@@ -32,8 +32,8 @@ from forcelab.gui.review.reviewed_run import blind_demonstrations
 from forcelab.gui.text import escape_ampersands, settle_name
 from forcelab.gui.widgets import ElidedComboBox
 from forcelab.project import Edit
-from forcelab.review.agreement import CoderTracks
-from forcelab.review.consensus import CONSENSUS, CoderDifference, Consensus
+from forcelab.review.agreement import CoderDifference, CoderTracks
+from forcelab.review.consensus import CONSENSUS, Consensus
 from forcelab.review.differences import Interval
 from forcelab.text import tidy_name
 

@@ -29,12 +29,12 @@ from forcelab.gui.review import explanation_plots
 from forcelab.gui.review.explanation_plots import BandMap, NearestSegments, ProbabilityChart
 from forcelab.gui.review.reviewed_run import blind_demonstrations
 from forcelab.jobs import Progress
-from forcelab.recognition.probability_trace import Certainty
-from forcelab.review.differences import Interval, place_at, place_of
-from forcelab.review.run_result import Outcome
+from forcelab.recognition.probabilities import ProbabilityTrace
+from forcelab.review.differences import Interval, interval_at, interval_of
+from forcelab.review.run_result import RunResult
 
 if TYPE_CHECKING:
-    from forcelab.review.explanation import Why, Withheld
+    from forcelab.review.explanation import Explanation, HeldOutModel
 
 
 def chosen_interval(document: Document, selecting: bool) -> Interval | None:
@@ -49,13 +49,13 @@ def chosen_interval(document: Document, selecting: bool) -> Interval | None:
     segment = document.editor.segments[document.selected]
     # What was trained may have merged it with another action.
     human = segment.action if segment.action in document.review.run.actions else None
-    return place_of(reviewed, segment.start, segment.end, human)
+    return interval_of(reviewed, segment.start, segment.end, human)
 
 
 def interval_at_cursor(document: Document) -> Interval | None:
     """What is labelled or predicted at the cursor; None where nothing is."""
     reviewed = document.review.reviewed
-    return None if reviewed is None else place_at(reviewed, document.view.cursor)
+    return None if reviewed is None else interval_at(reviewed, document.view.cursor)
 
 
 def missing_explanation_text(document: Document) -> str:
@@ -86,18 +86,18 @@ class ModelCache:
     """
 
     def __init__(self) -> None:
-        self._models: OrderedDict[tuple[Path, int, str], Withheld] = OrderedDict()
+        self._models: OrderedDict[tuple[Path, int, str], HeldOutModel] = OrderedDict()
 
     def __len__(self) -> int:
         return len(self._models)
 
-    def get(self, path: Path, outcome: Outcome, id_: str) -> Withheld | None:
+    def get(self, path: Path, outcome: RunResult, id_: str) -> HeldOutModel | None:
         key = path, outcome.number, id_
         if key in self._models:
             self._models.move_to_end(key)
         return self._models.get(key)
 
-    def put(self, path: Path, outcome: Outcome, id_: str, withheld: Withheld) -> None:
+    def put(self, path: Path, outcome: RunResult, id_: str, withheld: HeldOutModel) -> None:
         self._models[path, outcome.number, id_] = withheld
         while len(self._models) > 1 and (
             len(self._models) > MODELS_KEPT
@@ -109,20 +109,22 @@ class ModelCache:
         self._models.clear()
 
 
-def train_without(path: Path, outcome: Outcome, id_: str) -> Generator[Progress, None, Withheld]:
+def train_without(
+    path: Path, outcome: RunResult, id_: str
+) -> Generator[Progress, None, HeldOutModel]:
     """Train without a demonstration, in a process of its own."""
     from forcelab.process import run_in_process
-    from forcelab.review.explanation import withholding  # takes a second to load
+    from forcelab.review.explanation import train_held_out  # takes a second to load
 
-    return (yield from run_in_process(withholding, path, outcome, id_))
+    return (yield from run_in_process(train_held_out, path, outcome, id_))
 
 
 def explain_interval(
-    withheld: Withheld, outcome: Outcome, place: Interval, hidden: Collection[str]
-) -> Generator[Progress, None, Why]:
-    from forcelab.review.explanation import explaining
+    withheld: HeldOutModel, outcome: RunResult, place: Interval, hidden: Collection[str]
+) -> Generator[Progress, None, Explanation]:
+    from forcelab.review.explanation import explain
 
-    return (yield from explaining(withheld, outcome, place, hidden))
+    return (yield from explain(withheld, outcome, place, hidden))
 
 
 #: From this width on, in pixels, what speaks and what is alike stand side by side.
@@ -202,7 +204,9 @@ class ExplanationPage(QScrollArea):
         """Whether what is shown is of an older interval, or not there yet."""
         return not self.found.isEnabled()
 
-    def begin(self, place: Interval, certainty: Certainty | None, threshold: float | None) -> None:
+    def begin(
+        self, place: Interval, certainty: ProbabilityTrace | None, threshold: float | None
+    ) -> None:
         """Show what is known of another interval at once; the explanation before it turns grey."""
         self.sentence.setText(explanation_plots.interval_sentence(place))
         missing = "the run kept no probabilities; they are computed anew"
@@ -213,12 +217,14 @@ class ExplanationPage(QScrollArea):
     def forget(self) -> None:
         self.bands.set_why(None)
 
-    def show_why(self, why: Why, name_of: Callable[[str], str], threshold: float | None) -> None:
+    def show_why(
+        self, why: Explanation, name_of: Callable[[str], str], threshold: float | None
+    ) -> None:
         """Show an explanation; `name_of` gives the name of a demonstration."""
         self.state.hide()
         self.sentence.setText(explanation_plots.interval_sentence(_with_probability(why)))
         missing = "this classifier gives no probabilities"
-        self.chart.show_place(why.place, why.certainty, threshold, missing)
+        self.chart.show_place(why.place, why.probability_trace, threshold, missing)
         self.bands.set_why(why)
         self.strongest.setText(explanation_plots.strongest_bands(why))
         name = name_of(why.place.demonstration)
@@ -226,7 +232,7 @@ class ExplanationPage(QScrollArea):
             explanation_plots.method_sentence(why),
             explanation_plots.recogniser_sentence(why, name),
         ]
-        if not why.kept and why.certainty is not None:
+        if not why.trace_from_run and why.probability_trace is not None:
             lines.append("The run kept no probabilities; those above are of this recogniser.")
         self.method.setText("\n".join([*lines, *why.remarks]))
         columns = [
@@ -253,12 +259,12 @@ class ExplanationPage(QScrollArea):
         self.state.show()
 
 
-def _with_probability(why: Why) -> Interval:
+def _with_probability(why: Explanation) -> Interval:
     """The interval with the probability of its prediction, where only the explanation has it."""
     place = why.place
-    if place.confidence is not None or place.predicted is None or why.certainty is None:
+    if place.confidence is not None or place.predicted is None or why.probability_trace is None:
         return place
-    sure = why.certainty.of_action(place.predicted, place.start, place.end)
+    sure = why.probability_trace.of_action(place.predicted, place.start, place.end)
     return replace(place, confidence=sure)
 
 
@@ -279,9 +285,9 @@ class ExplanationView(QWidget):
         super().__init__()
         self.document, self.jobs = document, jobs
         self.place: Interval | None = None
-        self.why: Why | None = None
+        self.why: Explanation | None = None
         self.model_cache = ModelCache()
-        self._outcome: Outcome | None = None
+        self._outcome: RunResult | None = None
         self._hidden: frozenset[str] = frozenset()  # what is coded blind by whoever looks
         self._away: Interval | None = None  # the neighbour that is looked at meanwhile
         self._selecting = False  # whether the selection is newer than what was examined
@@ -383,7 +389,7 @@ class ExplanationView(QWidget):
         self.place, self._outcome, self._stopped = place, document.review.run, False
         self._room.say("")
         reviewed = self._outcome.find(place.demonstration)
-        certainty = None if reviewed is None else reviewed.certainty
+        certainty = None if reviewed is None else reviewed.probability_trace
         self.page.begin(place, certainty, self._outcome.settings.threshold)
         self._cancel(EXPLAINING_JOB, TRACES_JOB)
         self._begin()
@@ -404,7 +410,7 @@ class ExplanationView(QWidget):
         self._training, self._begun = ticket, time.monotonic()
         path = project.path
 
-        def done(withheld: Withheld) -> None:
+        def done(withheld: HeldOutModel) -> None:
             self.model_cache.put(path, outcome, id_, withheld)
             self._begin()
 
@@ -412,7 +418,7 @@ class ExplanationView(QWidget):
         self.jobs.run(job, done, self._failed, self._show_progress, HELD_OUT_JOB)
         self._show_progress(Progress(0, 1, "features"))
 
-    def _explain(self, withheld: Withheld) -> None:
+    def _explain(self, withheld: HeldOutModel) -> None:
         project, place, outcome = self.document.project, self.place, self._outcome
         assert project is not None
         assert place is not None
@@ -421,7 +427,7 @@ class ExplanationView(QWidget):
         job = explain_interval(withheld, outcome, place, self._hidden)
         self.jobs.run(job, self._show, self._failed, key=EXPLAINING_JOB)
 
-    def _show(self, why: Why) -> None:
+    def _show(self, why: Explanation) -> None:
         assert self._outcome is not None
         self.why = why
         self.page.show_why(why, self._name_of, self._outcome.settings.threshold)
@@ -432,9 +438,9 @@ class ExplanationView(QWidget):
         places = [card.neighbour.place for card in self.page.neighbours.cards]
         if project is None or not places:
             return
-        from forcelab.review.explanation import tracing
+        from forcelab.review.explanation import preview_job
 
-        job, show = tracing(project.path, places), self.page.neighbours.show_traces
+        job, show = preview_job(project.path, places), self.page.neighbours.show_traces
         self.jobs.run(job, show, self._failed, key=TRACES_JOB)
 
     def _name_of(self, id_: str) -> str:

@@ -37,13 +37,13 @@ from forcelab.gui.label.swatches import paint_swatch, style_of
 from forcelab.gui.review.reviewed_run import reviewed_vocabulary
 from forcelab.gui.theme import colours, themes
 from forcelab.jobs import Progress
-from forcelab.recognition.probability_trace import Certainty
+from forcelab.recognition.probabilities import ProbabilityTrace
 from forcelab.review.differences import Interval
-from forcelab.review.run_result import Outcome
+from forcelab.review.run_result import RunResult
 from forcelab.vocabulary import Vocabulary
 
 if TYPE_CHECKING:
-    from forcelab.review.explanation import Band, Neighbour, Trace, Why
+    from forcelab.review.explanation import Band, Explanation, ForcePreview, Neighbour
 
 
 MINUS = "\N{MINUS SIGN}"
@@ -71,7 +71,7 @@ def interval_sentence(place: Interval) -> str:
     return text.format(seconds, human, place.predicted, f"{place.confidence:.2f}")
 
 
-def band_sentence(band: Band, why: Why) -> str:
+def band_sentence(band: Band, why: Explanation) -> str:
     """One band: ``normal 2 at 8.1 Hz speaks for grab (+3.1)``."""
     if band.weight >= 0:
         text = "{0} at {1} Hz speaks for {2} ({3})"
@@ -83,15 +83,15 @@ def band_sentence(band: Band, why: Why) -> str:
     return text.format(band.channel, f"{band.hertz:.3g}", why.favoured, weight)
 
 
-def strongest_bands(why: Why) -> str:
+def strongest_bands(why: Explanation) -> str:
     """The three bands that weigh most, a line each."""
     lines = [band_sentence(band, why) for band in why.strongest() if band.weight]
     return "\n".join(lines) or "No band makes a difference here."
 
 
-def method_sentence(why: Why) -> str:
+def method_sentence(why: Explanation) -> str:
     """How the weights were computed, and how reliable they are."""
-    found = why.influence
+    found = why.attribution
     if found.method == "gradient":
         text = (
             "Log-odds of {0} against {1}: {2} here, {3} at the mean of the training samples. "
@@ -116,7 +116,7 @@ def method_sentence(why: Why) -> str:
     )
 
 
-def recogniser_sentence(why: Why, name: str) -> str:
+def recogniser_sentence(why: Explanation, name: str) -> str:
     """Which recogniser is explained; `name` is the demonstration's."""
     if why.how == "left out":
         text = "The recogniser of the run that has not seen {0}"
@@ -128,14 +128,14 @@ def recogniser_sentence(why: Why, name: str) -> str:
     if why.how == "final" or not why.seconds.get("fit"):
         return sentence + "."
     fit = f"{why.seconds['features'] + why.seconds['fit']:.1f}"
-    if why.same == 1:
+    if why.same_share == 1:
         again = "trained once more in {0} s: it predicts the same."
         return f"{sentence}, {again.format(fit)}"
     again = "trained once more in {0} s: {1} % of its samples are the same."
-    return f"{sentence}, {again.format(fit, f'{100 * why.same:.1f}')}"
+    return f"{sentence}, {again.format(fit, f'{100 * why.same_share:.1f}')}"
 
 
-def held_out_progress(progress: Progress, name: str, elapsed: float, outcome: Outcome) -> str:
+def held_out_progress(progress: Progress, name: str, elapsed: float, outcome: RunResult) -> str:
     """How far the training is: ``Training without pen-03 … about 12 s left``."""
     started = f"Training without {name} …"
     seconds, tested = outcome.seconds, max(len(outcome.tested), 1)
@@ -169,7 +169,7 @@ class ProbabilityChart(QWidget):
         self.setAccessibleName("Probability of each action")
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         self.setFixedHeight(self.sizeHint().height())
-        self.certainty: Certainty | None = None
+        self.probability_trace: ProbabilityTrace | None = None
         self.place: Interval | None = None
         self.threshold: float | None = None
         self.missing = ""
@@ -185,12 +185,12 @@ class ProbabilityChart(QWidget):
     def show_place(
         self,
         place: Interval | None,
-        certainty: Certainty | None,
+        certainty: ProbabilityTrace | None,
         threshold: float | None,
         missing: str = "",
     ) -> None:
         """Show the probabilities around an interval, the filter's threshold or what is missing."""
-        self.place, self.certainty, self.threshold = place, certainty, threshold
+        self.place, self.probability_trace, self.threshold = place, certainty, threshold
         self.missing = missing
         actions = () if certainty is None else certainty.actions
         self._names = text.widest(actions, text.font(CHART_FONT))
@@ -228,14 +228,14 @@ class ProbabilityChart(QWidget):
             axis = self.axis
             if axis is not None and self.place is not None:
                 self._paint_ground(painter, axis, self.place)
-                if self.certainty is None:
+                if self.probability_trace is None:
                     face, ink = text.font(CHART_FONT), QColor(colours().on_unlabelled)
                     box = self.plot
                     told = text.elided(self.missing, face, box.width() - 8)
                     x, y = box.center().x(), self._y(0.25)
                     text.draw_text(painter, x, y, told, face=face, ink=ink, align=0.5)
                 else:
-                    self._paint_lines(painter, axis, self.certainty)
+                    self._paint_lines(painter, axis, self.probability_trace)
                 self._paint_cursor(painter, axis, self.place)
 
     # Inside
@@ -269,7 +269,7 @@ class ProbabilityChart(QWidget):
         box = self.plot.adjusted(0, 2, 0, -1)
         return box.bottom() - probability * box.height()
 
-    def _paint_lines(self, painter: QPainter, axis: Axis, certainty: Certainty) -> None:
+    def _paint_lines(self, painter: QPainter, axis: Axis, certainty: ProbabilityTrace) -> None:
         """A line for each action, the most probable ones on top; names at their right ends."""
         times = certainty.times
         first, last = np.searchsorted(times, (axis.start, axis.end))
@@ -324,7 +324,7 @@ class ProbabilityChart(QWidget):
             painter.drawLine(QLineF(x, self.plot.top(), x, self.plot.bottom()))
 
     def _recolour(self) -> None:
-        if self.certainty is not None:
+        if self.probability_trace is not None:
             self._vocabulary = reviewed_vocabulary(self.document)
         self.update()
 
@@ -380,10 +380,10 @@ class BandMap(QWidget):
         super().__init__()
         self.setAccessibleName("Bands that speak for and against")
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
-        self.why: Why | None = None
+        self.why: Explanation | None = None
         themes().changed.connect(self.update)
 
-    def set_why(self, why: Why | None) -> None:
+    def set_why(self, why: Explanation | None) -> None:
         self.why = why
         self.setAccessibleDescription("" if why is None else strongest_bands(why))
         self.setFixedHeight(self.sizeHint().height())
@@ -411,7 +411,7 @@ class BandMap(QWidget):
 
     def cell(self, channel: int, scale: int) -> QRectF:
         assert self.why is not None
-        box, (q, k) = self.map, self.why.influence.bands.shape
+        box, (q, k) = self.map, self.why.attribution.bands.shape
         width, height = box.width() / q, box.height() / k
         left, top = box.left() + channel * width, box.top() + scale * height
         return QRectF(left, top, width, height)
@@ -427,7 +427,7 @@ class BandMap(QWidget):
         """The sentence of the band at a point; empty where there is none."""
         if self.why is None or not self.map.contains(where):
             return ""
-        found, box = self.why.influence, self.map
+        found, box = self.why.attribution, self.map
         q, k = found.bands.shape
         i = min(int((where.x() - box.left()) / box.width() * q), q - 1)
         j = min(int((where.y() - box.top()) / box.height() * k), k - 1)
@@ -449,9 +449,9 @@ class BandMap(QWidget):
                 self._paint_bars(painter, self.why)
                 self._paint_legend(painter, self.why)
 
-    def _paint_cells(self, painter: QPainter, why: Why) -> None:
+    def _paint_cells(self, painter: QPainter, why: Explanation) -> None:
         """One cell for each band, with its number where there is room."""
-        theme, weights = colours(), why.influence.bands
+        theme, weights = colours(), why.attribution.bands
         largest = float(np.abs(weights).max()) or 1.0
         face = text.font(NUMBER_FONT)
         head = text.font(MAP_FONT, bold=True)
@@ -481,7 +481,7 @@ class BandMap(QWidget):
         for ring in rings:
             painter.drawRect(ring)
 
-    def _paint_axis(self, painter: QPainter, why: Why) -> None:
+    def _paint_axis(self, painter: QPainter, why: Explanation) -> None:
         theme, face = colours(), text.font(MAP_FONT)
         height = self.map.height() / len(why.hertz)
         every = max(1, -int(-(MAP_FONT + 3) // height))
@@ -493,10 +493,10 @@ class BandMap(QWidget):
             ink = QColor(theme.muted)
             text.draw_text(painter, MAP_LEFT - 6, middle, label, face=face, ink=ink, align=1.0)
 
-    def _paint_bars(self, painter: QPainter, why: Why) -> None:
+    def _paint_bars(self, painter: QPainter, why: Explanation) -> None:
         """A bar for each channel: up where it speaks for, down where it speaks against."""
         theme, face = colours(), text.font(MAP_FONT)
-        weights, errors = why.influence.channels, why.influence.channels_error
+        weights, errors = why.attribution.channels, why.attribution.channels_error
         largest = float((np.abs(weights) + errors).max()) or 1.0
         box = self.map
         top, bottom = box.bottom() + 6, self.height() - 16.0
@@ -520,11 +520,11 @@ class BandMap(QWidget):
             painter, MAP_LEFT - 6, self.height() - 7.0, label, face=face, ink=ink, align=1.0
         )
 
-    def _paint_legend(self, painter: QPainter, why: Why) -> None:
+    def _paint_legend(self, painter: QPainter, why: Explanation) -> None:
         """From the strongest for to the strongest against, with both actions' names."""
         theme, face = colours(), text.font(MAP_FONT)
         box, left = self.map, self.map.right() + 10
-        largest = float(np.abs(why.influence.bands).max())
+        largest = float(np.abs(why.attribution.bands).max())
         steps = 40
         lower, upper = box.top() + MAP_FONT + 6, box.bottom() - MAP_FONT - 6
         high = (upper - lower) / steps
@@ -555,7 +555,7 @@ class SegmentCard(QAbstractButton):
     def __init__(self, neighbour: Neighbour, name: str) -> None:
         super().__init__()
         self.neighbour, self.name = neighbour, name
-        self.trace: Trace | None = None
+        self.trace: ForcePreview | None = None
         self.span: tuple[float, float] | None = None
         self._frame: QImage | None = None
         self.setCheckable(True)
@@ -574,7 +574,7 @@ class SegmentCard(QAbstractButton):
     def sizeHint(self) -> QSize:
         return QSize(180, CARD_HEIGHT)
 
-    def show_trace(self, trace: Trace, span: tuple[float, float]) -> None:
+    def show_trace(self, trace: ForcePreview, span: tuple[float, float]) -> None:
         """Show the forces, drawn from `span`'s lower to its upper force, and the frame."""
         self.trace, self.span = trace, span
         if trace.frame is not None:
@@ -626,7 +626,7 @@ class SegmentCard(QAbstractButton):
         text.draw_text(painter, at, y, when, face=small, ink=ink)
 
     def _paint_trace(
-        self, painter: QPainter, box: QRectF, trace: Trace, span: tuple[float, float]
+        self, painter: QPainter, box: QRectF, trace: ForcePreview, span: tuple[float, float]
     ) -> None:
         """Draw each channel as a band from its least to its greatest sample."""
         low, high = span
@@ -710,7 +710,7 @@ class NearestSegments(QWidget):
                 none.setWordWrap(True)
                 self._grid.addWidget(none, 1, column, Qt.AlignmentFlag.AlignTop)
 
-    def show_traces(self, traces: Sequence[Trace]) -> None:
+    def show_traces(self, traces: Sequence[ForcePreview]) -> None:
         """Show what the cards' segments looked like, all on one scale, in the cards' order."""
         ends = [
             (float(np.nanmin(t.low)), float(np.nanmax(t.high)))

@@ -26,10 +26,10 @@ from forcelab.gui.layout import muted_label, set_tone
 from forcelab.gui.review.reviewed_run import visible_outcome
 from forcelab.gui.review.trainer import Trainer
 from forcelab.gui.theme import colours, themes
-from forcelab.review.run_result import Outcome
+from forcelab.review.run_result import RunResult
 
 if TYPE_CHECKING:
-    from forcelab.review.training import Step
+    from forcelab.review.training import TrainingStep
 
 
 #: From this ratio of the largest to the smallest loss on, the axis is logarithmic.
@@ -41,7 +41,7 @@ REFRESH_DELAY = 50
 Curve = tuple[bool, int, list[tuple[int, float]]]
 
 
-def loss_curves(steps: Sequence[Step]) -> tuple[Curve, ...]:
+def loss_curves(steps: Sequence[TrainingStep]) -> tuple[Curve, ...]:
     """The curve of each fold, in the order of training; steps without a loss are left out."""
     found: dict[tuple[bool, int], list[tuple[int, float]]] = {}
     for step in steps:
@@ -227,7 +227,7 @@ class LossView(QWidget):
             return str(error)
         return "" if outcome is None else "\n".join(outcome.remarks)
 
-    def _run_times(self, outcome: Outcome) -> list[str]:
+    def _run_times(self, outcome: RunResult) -> list[str]:
         """Run times of the parts of an evaluation."""
         names = {
             "features": "features",

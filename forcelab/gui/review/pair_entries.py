@@ -18,8 +18,8 @@ from forcelab.gui.figures.tracks import agreed_share
 from forcelab.gui.jobs import Jobs
 from forcelab.labels import Segments, is_model
 from forcelab.project import LabelsUsed, Project
-from forcelab.review.differences import Difference, compared, spelt
-from forcelab.review.run_result import Outcome, Reviewed
+from forcelab.review.differences import Difference, as_trained, find_differences
+from forcelab.review.run_result import DemonstrationResult, RunResult
 from forcelab.text import natural_order
 
 #: Tracks by coder, spelt as in the outcome.
@@ -31,7 +31,7 @@ PairOrder = Literal["name", "worst", "longest"]
 class PairEntry:
     """One demonstration of the list."""
 
-    reviewed: Reviewed
+    reviewed: DemonstrationResult
     human: Segments | None  # the coder's track as it is now; None in a proposal
     lanes: tuple[PairRow, ...] = ()  # the extra rows
     evaluated_accuracy: float | None = None  # that the run found
@@ -49,7 +49,7 @@ class PairEntry:
         """Where the model differs from what the human labelled."""
         if not self.human:
             return ()
-        found = compared(self.id, self.human, self.reviewed.predicted)
+        found = find_differences(self.id, self.human, self.reviewed.predicted)
         return tuple(difference for difference in found if difference.human is not None)
 
     @cached_property
@@ -81,7 +81,7 @@ class PairEntry:
             reviewed.start,
             reviewed.end,
             lanes=self.lanes,
-            certainty=reviewed.certainty,
+            probability_trace=reviewed.probability_trace,
             marks=(),
         )
 
@@ -97,7 +97,7 @@ class ExtraRows:
     stages: tuple[str, ...] = ()  # of Reviewed.stages
     coders: tuple[str, ...] = ()
 
-    def lanes(self, reviewed: Reviewed, tracks: Tracks) -> tuple[PairRow, ...]:
+    def lanes(self, reviewed: DemonstrationResult, tracks: Tracks) -> tuple[PairRow, ...]:
         """The further rows of a demonstration, as far as it has such."""
         stages = tuple(
             PairRow(stage, reviewed.stages[stage], certain=True)
@@ -109,7 +109,7 @@ class ExtraRows:
 
 
 def current_tracks(
-    project: Project, outcome: Outcome, reviewed: Reviewed, coders: Iterable[str]
+    project: Project, outcome: RunResult, reviewed: DemonstrationResult, coders: Iterable[str]
 ) -> dict[str, Segments]:
     """Some coders' tracks of a demonstration as they are now.
 
@@ -117,7 +117,7 @@ def current_tracks(
     there every edge lies on a sample.
     """
     found = {
-        coder: spelt(project.tracks.get(reviewed.id, coder).segments, outcome, reviewed)
+        coder: as_trained(project.tracks.get(reviewed.id, coder).segments, outcome, reviewed)
         for coder in coders
     }
     mine = found.get(outcome.author)
@@ -126,7 +126,9 @@ def current_tracks(
     return found
 
 
-def _is_as_evaluated(project: Project, outcome: Outcome, reviewed: Reviewed, now: Segments) -> bool:
+def _is_as_evaluated(
+    project: Project, outcome: RunResult, reviewed: DemonstrationResult, now: Segments
+) -> bool:
     """Whether a track is the one that the run was made from, or came back to it."""
     head = project.tracks.head(reviewed.id, outcome.author)
     if LabelsUsed(reviewed.id, outcome.author, head) in outcome.labels:
@@ -140,7 +142,7 @@ def _is_as_evaluated(project: Project, outcome: Outcome, reviewed: Reviewed, now
 
 
 def read_tracks(
-    path: Path, outcome: Outcome, coders: Collection[str], ids: Collection[str]
+    path: Path, outcome: RunResult, coders: Collection[str], ids: Collection[str]
 ) -> Generator[None, None, dict[str, dict[str, Segments]]]:
     """Some coders' tracks of all tested demonstrations, as a job; by id."""
     found = {}
@@ -153,7 +155,7 @@ def read_tracks(
 
 
 def pair_entries(
-    outcome: Outcome, tracks: Mapping[str, Tracks], extra: ExtraRows, hidden: Collection[str]
+    outcome: RunResult, tracks: Mapping[str, Tracks], extra: ExtraRows, hidden: Collection[str]
 ) -> tuple[PairEntry, ...]:
     """All demonstrations but the hidden, the tested first; tracks by id, else those of the run."""
     scores = outcome.scores.get("filtered", {}).get("demonstrations", ())
@@ -173,7 +175,11 @@ def pair_entries(
 
 
 def tested_entry(
-    outcome: Outcome, reviewed: Reviewed, tracks: Tracks, extra: ExtraRows, share: float | None
+    outcome: RunResult,
+    reviewed: DemonstrationResult,
+    tracks: Tracks,
+    extra: ExtraRows,
+    share: float | None,
 ) -> PairEntry:
     human = tracks.get(outcome.author, reviewed.human)
     return PairEntry(reviewed, human, extra.lanes(reviewed, tracks), share)
@@ -206,9 +212,9 @@ def filter_and_sort(
     )
 
 
-def _mean_probability(reviewed: Reviewed) -> float | None:
+def _mean_probability(reviewed: DemonstrationResult) -> float | None:
     """Mean probability of the predicted actions by time; None without probabilities."""
-    certainty = reviewed.certainty
+    certainty = reviewed.probability_trace
     seconds = sum(segment.duration for segment in reviewed.predicted)
     if certainty is None or not seconds:
         return None

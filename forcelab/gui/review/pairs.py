@@ -44,7 +44,7 @@ from forcelab.gui.shortcuts import keys
 from forcelab.gui.text import escape_ampersands
 from forcelab.gui.theme import colours, themes
 from forcelab.gui.widgets import combo_box
-from forcelab.review.run_result import Outcome, vocabulary_of
+from forcelab.review.run_result import RunResult, action_styles
 from forcelab.vocabulary import Vocabulary
 
 
@@ -56,7 +56,7 @@ class ActionStyles(dict[str, LabelStyle]):
         return LabelStyle("", QColor(colours().muted))
 
 
-def all_actions(outcome: Outcome) -> tuple[str, ...]:
+def all_actions(outcome: RunResult) -> tuple[str, ...]:
     """Actions that a run knows, its coder labelled or it predicts; in thousands of segments."""
     both = (*outcome.tested, *outcome.proposals)
     tracks = [track for reviewed in both for track in (reviewed.human, reviewed.predicted)]
@@ -64,7 +64,7 @@ def all_actions(outcome: Outcome) -> tuple[str, ...]:
 
 
 def missing_pairs_text(
-    outcome: Outcome | None, *, training: bool, entries: bool, hidden: bool, shown: bool
+    outcome: RunResult | None, *, training: bool, entries: bool, hidden: bool, shown: bool
 ) -> str:
     """Why there is nothing to show; empty where there is something.
 
@@ -321,7 +321,7 @@ class PairsView(QWidget):
         self._vocabulary = Vocabulary()
         self._styles: Mapping[str, LabelStyle] = {}
         # The actions of an outcome: to list them takes a while, and edits add but few.
-        self._listed: tuple[Outcome | None, tuple[str, ...]] = (None, ())
+        self._listed: tuple[RunResult | None, tuple[str, ...]] = (None, ())
         self.setAccessibleName("Timeline pairs")
         self.tools = PairsTools()
         self.legend = LegendStrip()
@@ -469,7 +469,7 @@ class PairsView(QWidget):
         if outcome is None or project is None:
             return False
         before = self._vocabulary
-        vocabulary = vocabulary_of(project, outcome).with_actions(*self._actions())
+        vocabulary = action_styles(project, outcome).with_actions(*self._actions())
         document, demonstration = self.document, self.document.demonstration
         task = "" if demonstration is None else demonstration.task
         own = document.vocabulary

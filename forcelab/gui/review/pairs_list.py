@@ -218,7 +218,7 @@ def hit_interval(entry: PairEntry, what: Segment | Interval) -> Interval:
     human = action_over(entry.human or (), what.start, what.end)
     if isinstance(what, Interval):
         human, predicted = what.human, what.predicted
-    certainty, confidence = entry.reviewed.certainty, None
+    certainty, confidence = entry.reviewed.probability_trace, None
     if certainty is not None and predicted is not None:
         confidence = certainty.of_action(predicted, what.start, what.end)
     return Interval(entry.id, what.start, what.end, human, predicted, confidence)
@@ -238,7 +238,7 @@ def hit_tooltip(entry: PairEntry, found: Hit) -> str:
         )
     else:
         lines.append(f"{found.time:.3f} s")
-    certainty = entry.reviewed.certainty
+    certainty = entry.reviewed.probability_trace
     if certainty is not None:
         start, end = (what.start, what.end) if what is not None else (found.time, found.time)
         means = certainty.mean(start, end)

@@ -29,8 +29,13 @@ from forcelab.gui.layout import PageOrPlaceholder, muted_label, page_layout, set
 from forcelab.gui.review.reviewed_run import blind_demonstrations
 from forcelab.gui.shortcuts import keys
 from forcelab.gui.theme import colours
-from forcelab.review.active_learning import Proposal, acceptable, proposals, weighed
-from forcelab.review.run_result import Outcome
+from forcelab.review.active_learning import (
+    Proposal,
+    acceptable_segments,
+    rank_proposals,
+    weighs_typicality,
+)
+from forcelab.review.run_result import RunResult
 
 #: A stretch that is too short to hold anything but what lies at its start, in seconds.
 INSTANT = 1e-6
@@ -139,7 +144,7 @@ class AcceptButtons(QWidget):
 
     def _count(self, start: float, end: float, at_least: float = 0.0) -> int:
         reviewed = self.document.review.reviewed
-        return 0 if reviewed is None else len(acceptable(reviewed, start, end, at_least))
+        return 0 if reviewed is None else len(acceptable_segments(reviewed, start, end, at_least))
 
     def _is_predicted(self, start: float, end: float) -> bool:
         predicted = self.document.review.prediction  # asked at each step of playback: not all of it
@@ -192,7 +197,7 @@ class ProposalsView(QWidget):
         self.setAccessibleName("Proposals")
         self.model = TextModel(self)
         self.rows: tuple[Proposal, ...] = ()
-        self._outcome: Outcome | None = None
+        self._outcome: RunResult | None = None
         self._found: tuple[Proposal, ...] = ()
         self.table = self._table()
         self.order = muted_label()
@@ -268,7 +273,7 @@ class ProposalsView(QWidget):
 
     def _uses_density(self) -> bool:
         """Whether the order also counts how many demonstrations are like each."""
-        return bool(self._found) and weighed(self._found)
+        return bool(self._found) and weighs_typicality(self._found)
 
     def _listing_changed(self) -> None:
         if self.isVisible():
@@ -375,9 +380,9 @@ class ProposalsView(QWidget):
             self.document.review.examine(self.rows[index.row()].place)
 
 
-def _rank_proposals(outcome: Outcome) -> Generator[None, None, tuple[Proposal, ...]]:
+def _rank_proposals(outcome: RunResult) -> Generator[None, None, tuple[Proposal, ...]]:
     yield None
-    return proposals(outcome)
+    return rank_proposals(outcome)
 
 
 class _BarDelegate(QStyledItemDelegate):

@@ -30,10 +30,10 @@ from forcelab.gui.shortcuts import keys
 from forcelab.labels import Segment, Segments
 from forcelab.project import Project
 from forcelab.project.records import StoredVerdict, VerdictKind, utc_now
-from forcelab.review.differences import Difference, Interval, current_tracks, spelt
-from forcelab.review.queue import Compared, Queue, arranging
-from forcelab.review.run_result import Outcome, vocabulary_of
-from forcelab.review.verdicts import action_for, judge, report, withdraw
+from forcelab.review.differences import Difference, Interval, as_trained, current_tracks
+from forcelab.review.queue import ComparedDemonstration, Queue, arrange_queue
+from forcelab.review.run_result import RunResult, action_styles
+from forcelab.review.verdicts import count_verdicts, model_action, record_verdict, withdraw_verdict
 from forcelab.vocabulary import Vocabulary
 
 #: The tracks are compared again when nothing was painted for so many ms.
@@ -46,14 +46,16 @@ QUEUE_JOB = "review queue"
 class QueueData:
     """What was read and compared."""
 
-    outcome: Outcome  # as far as the coder may see it
+    outcome: RunResult  # as far as the coder may see it
     queue: Queue = field(default_factory=Queue)
     tracks: dict[str, Segments] = field(default_factory=dict)
-    known: dict[str, Compared] = field(default_factory=dict)  # valid while a track stays as it is
+    known: dict[str, ComparedDemonstration] = field(
+        default_factory=dict
+    )  # valid while a track stays as it is
 
 
 def read_queue(
-    path: Path, outcome: Outcome, before: QueueData | None, changed: Mapping[str, Segments] | None
+    path: Path, outcome: RunResult, before: QueueData | None, changed: Mapping[str, Segments] | None
 ) -> Generator[Any, None, QueueData]:
     """Read and compare, as a job.
 
@@ -69,9 +71,9 @@ def read_queue(
             tracks = {id_: track for id_, track in before.tracks.items() if id_ in tested}
             for id_, track in changed.items():
                 if id_ in tracks:
-                    tracks[id_] = spelt(track, outcome, tested[id_])
+                    tracks[id_] = as_trained(track, outcome, tested[id_])
     known = before.known if before is not None else {}
-    queue, known = yield from arranging(outcome, tracks, verdicts, known, invented=True)
+    queue, known = yield from arrange_queue(outcome, tracks, verdicts, known, invented=True)
     return QueueData(outcome, queue, tracks, known)
 
 
@@ -190,10 +192,10 @@ class QueueLoader(QObject):
         project = self._document.project
         if self.read is None or project is None:
             return
-        self.vocabulary = vocabulary_of(project, self.read.outcome)
+        self.vocabulary = action_styles(project, self.read.outcome)
 
 
-def missing_queue_text(outcome: Outcome | None, read: QueueData | None, *, training: bool) -> str:
+def missing_queue_text(outcome: RunResult | None, read: QueueData | None, *, training: bool) -> str:
     """Why there is nothing to list; empty where there is something."""
     if outcome is None:
         coming = (
@@ -222,7 +224,7 @@ def queue_summary(queue: Queue) -> str:
     main = len(queue.suspected) + len(queue.actions) + len(queue.missed)
     if not queue.judged:
         return f"{main} to judge, none judged yet."
-    pairs = report(queue.judged)
+    pairs = count_verdicts(queue.judged)
     return (
         f"{main} to judge. Right so far: human {sum(pair.human_right for pair in pairs)}, model "
         f"{sum(pair.model_right for pair in pairs)}; ambiguous "
@@ -397,7 +399,7 @@ class VerdictUndo:
         """Withdraw a verdict, or give it again."""
         document = self._document
         if change.withdrawn == (kind == "redo"):
-            withdraw(project, change.verdict, document.author)
+            withdraw_verdict(project, change.verdict, document.author)
             document.show_message("The verdict is taken back.")
         else:
             project.coding.add_verdict(replace(change.verdict, id=0))
@@ -516,7 +518,7 @@ class QueueView(QWidget):
                     return False
                 if project.tracks.head(difference.demonstration, author) != before:
                     edit = project.tracks.revertible(difference.demonstration, author, "undo")
-            stored = judge(project, outcome, difference, verdict, author, edit)
+            stored = record_verdict(project, outcome, difference, verdict, author, edit)
         except ForcelabError as error:
             self.document.show_message(str(error), True)
             return False
@@ -554,7 +556,7 @@ class QueueView(QWidget):
             )
             return False
         try:
-            withdraw(project, item.about, self.document.author)
+            withdraw_verdict(project, item.about, self.document.author)
             self._history.add_withdrawn(item.about)
         except ForcelabError as error:
             self.document.show_message(str(error), True)
@@ -567,7 +569,7 @@ class QueueView(QWidget):
 
     # Inside
 
-    def _repaint(self, difference: Difference, outcome: Outcome) -> bool:
+    def _repaint(self, difference: Difference, outcome: RunResult) -> bool:
         """Give the coder's track what the model predicts; gives whether to store the verdict."""
         document = self.document
         if document.author != outcome.author:
@@ -580,7 +582,7 @@ class QueueView(QWidget):
             return True
         if document.id != difference.demonstration and not document.review.examine(difference):
             return False
-        action, start, end = action_for(outcome, difference), difference.start, difference.end
+        action, start, end = model_action(outcome, difference), difference.start, difference.end
         if action is None:
             document.editor.erase(start, end)
         else:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from forcelab.gui.document import Document
-from forcelab.review.run_result import Outcome, vocabulary_of
+from forcelab.review.run_result import RunResult, action_styles
 from forcelab.vocabulary import Vocabulary
 
 
@@ -16,7 +16,7 @@ def blind_demonstrations(document: Document) -> frozenset[str]:
     return document.project.coding.blind_to(document.author)
 
 
-def visible_outcome(document: Document) -> Outcome | None:
+def visible_outcome(document: Document) -> RunResult | None:
     """The reviewed run, without what the coder is assigned to code blind.
 
     Scores that are pooled over demonstrations stay as the run has them. Its remarks name segments
@@ -58,10 +58,10 @@ def reviewed_vocabulary(document: Document) -> Vocabulary:
     project, outcome = document.project, document.review.run
     if project is None or outcome is None:
         return document.vocabulary
-    return vocabulary_of(project, outcome)
+    return action_styles(project, outcome)
 
 
-def untested_text(outcome: Outcome, nothing: str, further: str = "") -> str:
+def untested_text(outcome: RunResult, nothing: str, further: str = "") -> str:
     """Why a run tested no demonstration, as it has found itself, else `nothing`; then `further`."""
     reason = outcome.remarks[0] if outcome.remarks else nothing  # the run notes it first
     return " ".join(filter(None, (reason, further)))

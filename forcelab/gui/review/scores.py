@@ -31,9 +31,9 @@ from forcelab.gui.review.metrics import (
 from forcelab.gui.review.reviewed_run import untested_text, visible_outcome
 from forcelab.gui.widgets import combo_box
 from forcelab.jobs import Progress
-from forcelab.recognition.intervals import METHOD, Intervals, intervals
-from forcelab.recognition.metrics import timed_counts
-from forcelab.review.run_result import Outcome, Reviewed
+from forcelab.recognition.intervals import METHOD, Intervals, score_intervals
+from forcelab.recognition.metrics import count_segments
+from forcelab.review.run_result import DemonstrationResult, RunResult
 
 #: As the scores name them.
 STAGES = ("raw", "filtered")
@@ -49,7 +49,7 @@ class Sorting:
     descending: bool = False
 
 
-def compute_intervals(outcome: Outcome) -> Generator[Progress, None, dict[str, Intervals]]:
+def compute_intervals(outcome: RunResult) -> Generator[Progress, None, dict[str, Intervals]]:
     """The intervals of both stages: as the run has them, otherwise from its segments."""
     result = {}
     for stage in STAGES:
@@ -60,9 +60,11 @@ def compute_intervals(outcome: Outcome) -> Generator[Progress, None, dict[str, I
         counts = []
         for number, reviewed in enumerate(outcome.tested, 1):
             if stage in reviewed.stages:
-                counts.append(timed_counts(reviewed.human, reviewed.stages[stage], outcome.actions))
+                counts.append(
+                    count_segments(reviewed.human, reviewed.stages[stage], outcome.actions)
+                )
             yield Progress(number, len(outcome.tested), reviewed.name)
-        result[stage] = intervals(counts, outcome.settings.seed)
+        result[stage] = score_intervals(counts, outcome.settings.seed)
     return result
 
 
@@ -80,8 +82,8 @@ def score_columns(metrics: Sequence[Metric]) -> tuple[TableColumn, ...]:
 
 
 def score_rows(
-    outcome: Outcome,
-    visible: Sequence[Reviewed],
+    outcome: RunResult,
+    visible: Sequence[DemonstrationResult],
     metrics: Sequence[Metric],
     found: Mapping[str, Intervals],
     sorting: Sorting,
@@ -107,8 +109,8 @@ def score_rows(
 
 
 def _scores_by_demonstration(
-    outcome: Outcome,
-) -> list[tuple[Reviewed, dict[str, Mapping[str, object]]]]:
+    outcome: RunResult,
+) -> list[tuple[DemonstrationResult, dict[str, Mapping[str, object]]]]:
     """Each tested demonstration with its scores by stage, in the order of the run."""
     lists = {stage: outcome.scores.get(stage, {}).get("demonstrations", ()) for stage in STAGES}
     return [
@@ -163,8 +165,8 @@ class ScoresView(QWidget):
         self._jobs = jobs
         self.intervals: dict[str, Intervals] = {}
         self.sorting = Sorting()
-        self._outcome: Outcome | None = None
-        self._visible: tuple[Reviewed, ...] = ()
+        self._outcome: RunResult | None = None
+        self._visible: tuple[DemonstrationResult, ...] = ()
         self._ids: tuple[str, ...] = ()
         self.which = combo_box(
             "Scores to show",

@@ -51,10 +51,9 @@ from forcelab.gui.review.trainer import default_author
 from forcelab.gui.text import escape_ampersands, thousands
 from forcelab.gui.widgets import combo_box
 from forcelab.label_map import MergeMap
-from forcelab.recognition.dataset import Choice
+from forcelab.recognition.dataset import DataSelection
 from forcelab.recognition.presets import PRESETS, preset
-from forcelab.recognition.setting_fields import FIELD_GROUPS, FIELDS, SettingField
-from forcelab.recognition.settings import Settings
+from forcelab.recognition.settings import FIELD_GROUPS, FIELDS, SettingField, Settings
 from forcelab.signals.channels import channel_map
 from forcelab.signals.cwt import frequencies
 
@@ -77,7 +76,7 @@ class TrainingFacts:
         return features, round(self.labelled * steps / settings.stride)
 
 
-def training_facts(document: Document, choice: Choice) -> TrainingFacts:
+def training_facts(document: Document, choice: DataSelection) -> TrainingFacts:
     """The facts of a choice, from the list of demonstrations; opens no array."""
     if document.project is None:
         return TrainingFacts()

@@ -139,7 +139,7 @@ class ReviewTab(QWidget):
 def _warm_up() -> Generator[None, None, None]:
     """Load what training needs, so that it begins at once."""
     from forcelab.process import warm_up
-    from forcelab.review.training import reviewing
+    from forcelab.review.training import review_job
 
     yield
-    warm_up(reviewing)
+    warm_up(review_job)

@@ -31,7 +31,7 @@ from forcelab.gui.widgets import NAME_CHARACTERS, ElidedComboBox
 from forcelab.recognition.groups import GROUPS
 
 if TYPE_CHECKING:
-    from forcelab.recognition.dataset import Choice
+    from forcelab.recognition.dataset import DataSelection
 
 
 class TaskChoiceForm(QWidget):
@@ -39,7 +39,7 @@ class TaskChoiceForm(QWidget):
 
     changed = Signal()
 
-    def __init__(self, document: Document, choice: Choice) -> None:
+    def __init__(self, document: Document, choice: DataSelection) -> None:
         super().__init__()
         self.document = document
         self.trouble = ""
@@ -56,12 +56,12 @@ class TaskChoiceForm(QWidget):
         column.addStretch(1)
         self._follow()
 
-    def choice(self) -> Choice:
-        from forcelab.recognition.dataset import Choice
+    def choice(self) -> DataSelection:
+        from forcelab.recognition.dataset import DataSelection
 
         tasks = self._trained()
         across = self.across.isChecked()
-        return Choice(
+        return DataSelection(
             tasks=tasks,
             test_task=str(self.test_task.currentData()) if across else None,
             author=self.coder.currentData() or None,
@@ -71,7 +71,7 @@ class TaskChoiceForm(QWidget):
 
     # What it is made of
 
-    def _training_box(self, choice: Choice) -> QGroupBox:
+    def _training_box(self, choice: DataSelection) -> QGroupBox:
         box = QGroupBox("Train on")
         column = QVBoxLayout(box)
         self.boxes: dict[str, QCheckBox] = {}
@@ -85,7 +85,7 @@ class TaskChoiceForm(QWidget):
             self.boxes[task] = check
         return box
 
-    def _testing_box(self, choice: Choice) -> QGroupBox:
+    def _testing_box(self, choice: DataSelection) -> QGroupBox:
         """Leave one out, or a group, or test on another task."""
         self.leave_out = _radio_button("Leave each demonstration out in turn")
         groups = choice.folds or GROUPS
@@ -117,7 +117,7 @@ class TaskChoiceForm(QWidget):
         column.addWidget(self.test_task, 0, Qt.AlignmentFlag.AlignLeft)
         return box
 
-    def _usual_folds(self, choice: Choice) -> int:
+    def _usual_folds(self, choice: DataSelection) -> int:
         """In how many groups demonstrations are left out unless the coder chooses."""
         author = choice.author or default_author(self.document, set(choice.tasks))
         return default_folds(self.document, choice.tasks, author)
@@ -126,7 +126,7 @@ class TaskChoiceForm(QWidget):
         if on:
             self._folds = folds
 
-    def _actions_box(self, choice: Choice) -> QGroupBox:
+    def _actions_box(self, choice: DataSelection) -> QGroupBox:
         self.joined = _radio_button("are one: “grab” is “grab” in every task")
         self.apart = _radio_button("stay apart, by the task as a suffix")
         self.apart.setToolTip(
@@ -140,7 +140,7 @@ class TaskChoiceForm(QWidget):
         column.addWidget(self.apart)
         return self._same
 
-    def _coder_row(self, choice: Choice) -> QWidget:
+    def _coder_row(self, choice: DataSelection) -> QWidget:
         self._coder_box = QWidget()
         form = QFormLayout(self._coder_box)
         form.setContentsMargins(0, 0, 0, 0)
@@ -226,7 +226,9 @@ class TaskChoiceForm(QWidget):
 class TaskChoiceDialog(QDialog):
     """The choice of tasks in a window of its own."""
 
-    def __init__(self, document: Document, choice: Choice, parent: QWidget | None = None) -> None:
+    def __init__(
+        self, document: Document, choice: DataSelection, parent: QWidget | None = None
+    ) -> None:
         super().__init__(parent)
         self.setWindowTitle("Tasks to train and test on")
         self.form = TaskChoiceForm(document, choice)

@@ -23,14 +23,14 @@ from forcelab.gui.review.training_backend import (
     freshness_text,
 )
 from forcelab.labels import Segments, is_model
-from forcelab.recognition.groups import usual_folds
+from forcelab.recognition.groups import default_fold_count
 
 if TYPE_CHECKING:
     from forcelab.project import Project
-    from forcelab.recognition.dataset import Choice
+    from forcelab.recognition.dataset import DataSelection
     from forcelab.recognition.settings import Settings
-    from forcelab.review.run_result import Outcome
-    from forcelab.review.training import Step
+    from forcelab.review.run_result import RunResult
+    from forcelab.review.training import TrainingStep
 
 
 #: A coder's own labels are trained on from so many complete demonstrations on, whoever labelled
@@ -49,7 +49,7 @@ def task_text(task: str) -> str:
 def default_folds(document: Document, tasks: Sequence[str], author: str | None) -> int:
     """In how many groups demonstrations are left out by default; 0: each by itself."""
     labelled = (author in info.labelled for info in document.infos if info.task in tasks)
-    return usual_folds(sum(labelled))
+    return default_fold_count(sum(labelled))
 
 
 def default_author(document: Document, tasks: set[str | None]) -> str | None:
@@ -128,7 +128,7 @@ class AutomaticRuns:
         now = monotonic()
         self._until = now + (now - self._began)
 
-    def trained(self, outcome: Outcome) -> None:
+    def trained(self, outcome: RunResult) -> None:
         """Add a run, and remove those that are too old by now."""
         task = (*outcome.tasks, outcome.test_task)
         self._runs.append(_AutomaticRun(outcome.number, outcome.proposer, task))
@@ -160,7 +160,7 @@ class EditCounter(QObject):
     def __init__(
         self,
         document: Document,
-        count: Callable[[Project, Outcome], int],
+        count: Callable[[Project, RunResult], int],
         parent: QObject | None = None,
     ) -> None:
         super().__init__(parent)
@@ -261,7 +261,7 @@ class Trainer(QObject):
         self.task = ""
         self.trouble = ""
         self._settings: Settings | None = None
-        self._choice: Choice | None = None
+        self._choice: DataSelection | None = None
         self._author: tuple[tuple[object, ...], str | None] | None = None
 
     @property
@@ -279,7 +279,7 @@ class Trainer(QObject):
         return self._settings
 
     @property
-    def choice(self) -> Choice:
+    def choice(self) -> DataSelection:
         """What a recogniser is trained on; without an author, the coder's own labels come first."""
         if self._choice is None:
             self._choice = training_preferences.recall_choice(self._path or Path(), self.task)
@@ -342,11 +342,11 @@ class Trainer(QObject):
         self._settings = settings
         self._keep(settings)
 
-    def set_choice(self, choice: Choice) -> None:
+    def set_choice(self, choice: DataSelection) -> None:
         self._choice = choice
         self._keep(choice)
 
-    def _keep(self, value: Settings | Choice | bool) -> None:
+    def _keep(self, value: Settings | DataSelection | bool) -> None:
         if self._path is not None:
             training_preferences.remember(self._path, self.task, value)
         self.trouble = ""
@@ -382,11 +382,11 @@ class Trainer(QObject):
         if folds is None and test is None:
             folds = default_folds(self.document, tasks, author)
 
-        def build() -> tuple[Settings, Choice]:
-            from forcelab.recognition.dataset import Choice
+        def build() -> tuple[Settings, DataSelection]:
+            from forcelab.recognition.dataset import DataSelection
 
             used = training_preferences.settings_of(values, task) if settings is None else settings
-            return used, Choice(tasks, test, author, apart, folds=folds)
+            return used, DataSelection(tasks, test, author, apart, folds=folds)
 
         return build
 
@@ -456,7 +456,7 @@ class Trainer(QObject):
         elif run is None and reviewed is not None:
             self.document.review.set_run(None)
 
-    def _take(self, outcome: Outcome) -> None:
+    def _take(self, outcome: RunResult) -> None:
         """Review a run; what is trained next is of the same task."""
         self.document.review.set_run(outcome)
         if outcome.tasks and self.task not in (*outcome.tasks, outcome.test_task):
@@ -486,8 +486,8 @@ class Trainer(QObject):
     def _forget(self) -> None:
         self._reset_task()
         self.document.review.set_training(False)
-        self.step: Step | None = None
-        self.step_history: list[Step] = []
+        self.step: TrainingStep | None = None
+        self.step_history: list[TrainingStep] = []
         self.automatic = False
         self.runs = ()
         self._training_automatically = False
@@ -595,7 +595,7 @@ class Trainer(QObject):
             self.changed.emit()
             self.losses_changed.emit()
 
-    def _trained(self, outcome: Outcome) -> None:
+    def _trained(self, outcome: RunResult) -> None:
         """Review the new run."""
         self.step = None
         self._automatic_runs.end()

@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from forcelab.project import Project, RunSummary
-    from forcelab.recognition.dataset import Choice
+    from forcelab.recognition.dataset import DataSelection
     from forcelab.recognition.settings import Settings
-    from forcelab.review.run_result import Outcome
-    from forcelab.review.training import Step
+    from forcelab.review.run_result import RunResult
+    from forcelab.review.training import TrainingStep
 
 
 #: Gives settings and choice.
-SettingsAndChoice = Callable[[], "tuple[Settings, Choice]"]
+SettingsAndChoice = Callable[[], "tuple[Settings, DataSelection]"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,17 +37,17 @@ class Backend:
     """The jobs of the trainer; each works on what the disk holds, with a connection of its own."""
 
     def train(
-        self, path: Path, given: SettingsAndChoice, name: str, steps: list[Step]
-    ) -> Generator[object, None, Outcome]:
+        self, path: Path, given: SettingsAndChoice, name: str, steps: list[TrainingStep]
+    ) -> Generator[object, None, RunResult]:
         """Train in a process of its own, then read what it has stored.
 
         Every step is appended to `steps`, also those that come too fast to be shown.
         """
         from forcelab.process import run_in_process
-        from forcelab.review.training import Step, reviewing
+        from forcelab.review.training import TrainingStep, review_job
 
         yield None
-        job = run_in_process(reviewing, path, *given(), name)
+        job = run_in_process(review_job, path, *given(), name)
         try:
             while True:
                 try:
@@ -55,21 +55,21 @@ class Backend:
                 except StopIteration as end:
                     number: int = end.value
                     break
-                if isinstance(step, Step) and (not steps or step is not steps[-1]):
+                if isinstance(step, TrainingStep) and (not steps or step is not steps[-1]):
                     steps.append(step)
                 yield step
         finally:
             job.close()
         return (yield from self.load(path, number))
 
-    def load(self, path: Path, number: int) -> Generator[object, None, Outcome]:
+    def load(self, path: Path, number: int) -> Generator[object, None, RunResult]:
         """Read what a run found."""
         from forcelab.project import Project
-        from forcelab.review.run_result import load
+        from forcelab.review.run_result import load_run
 
         yield None
         with Project.open(path) as project:
-            return load(project, number)
+            return load_run(project, number)
 
     def list_runs(self, path: Path) -> Generator[object, None, tuple[RunInfo, ...]]:
         """Read which runs can be reviewed, the latest first."""
@@ -88,7 +88,7 @@ class Backend:
         with Project.open(path) as project:
             project.runs.remove(number)
 
-    def count_edits(self, project: Project, outcome: Outcome) -> int:
+    def count_edits(self, project: Project, outcome: RunResult) -> int:
         """Edits of the labels that an outcome rests on; no job, as it takes no time."""
         from forcelab.review.run_result import edits_since
 
@@ -144,7 +144,7 @@ def run_text(run: RunInfo) -> str:
     return f"{run.number}: {run.title}{preset}{score} · {when}"
 
 
-def training_progress_text(step: Step, *, short: bool = False) -> str:
+def training_progress_text(step: TrainingStep, *, short: bool = False) -> str:
     """How far a training is, in words such as ``"fold 3 of 10 · epoch 41 · 12 s left"``."""
     phases = {
         "features": "features",

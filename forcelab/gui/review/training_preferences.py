@@ -12,7 +12,7 @@ from forcelab.errors import InputError
 from forcelab.gui import settings
 
 if TYPE_CHECKING:
-    from forcelab.recognition.dataset import Choice
+    from forcelab.recognition.dataset import DataSelection
     from forcelab.recognition.settings import Settings
 
 
@@ -54,12 +54,12 @@ def recall_preset(project: Path, task: str) -> tuple[str, bool]:
     return name, settings.flag(_task_key(project, task, "changed"))
 
 
-def recall_choice(project: Path, task: str) -> Choice:
+def recall_choice(project: Path, task: str) -> DataSelection:
     """What was trained on for a task; at first the task by itself."""
-    from forcelab.recognition.dataset import Choice
+    from forcelab.recognition.dataset import DataSelection
 
     tasks, test, author, apart, folds = recall_choice_values(project, task)
-    return Choice(tasks, test, author, apart, folds=folds)
+    return DataSelection(tasks, test, author, apart, folds=folds)
 
 
 def recall_choice_values(
@@ -88,7 +88,7 @@ def recall_automatic(project: Path) -> bool:
     return settings.flag(f"{_project_section(project)}/automatic")
 
 
-def remember(project: Path, task: str, given: Settings | Choice | bool) -> None:
+def remember(project: Path, task: str, given: Settings | DataSelection | bool) -> None:
     """Store settings or choice of a task, or whether the project is trained automatically."""
     if isinstance(given, bool):
         settings.store(f"{_project_section(project)}/automatic", given)

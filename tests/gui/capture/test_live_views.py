@@ -2,26 +2,29 @@
 
 import numpy as np
 import pytest
+from factories import BAYES_SETTINGS
 from synthetic import synthetic_set
-from trained_project import FAST
 
 from forcelab.gui.capture.controller import CaptureState
 from forcelab.gui.capture.live_model import RECOGNISING, LoadedRecogniser, RecogniserSelection
 from forcelab.gui.capture.live_scalogram import DRAWING
 from forcelab.gui.capture.recognition_panel import latency_budget_text
-from forcelab.live.recognition import LiveRecognition, promised
+from forcelab.live.recognition import LiveRecognition, latency_budget
 from forcelab.project import Project
-from forcelab.recognition.examples import Labelled
+from forcelab.recognition.examples import LabelledDemonstration
 from forcelab.recognition.presets import preset
-from forcelab.recognition.storage import dump, save
+from forcelab.recognition.storage import dump, save_recogniser
 from forcelab.recognition.training import train
 
 #: Every step gets a label, whatever it is: what comes is no foam.
-SETTINGS = FAST.replace(stride=10, threshold=None, median=None, drop=None)
+SETTINGS = BAYES_SETTINGS.replace(stride=10, threshold=None, median=None, drop=None)
 
 
 def trained(channels):
-    return train([Labelled(*one) for one in synthetic_set(2)], SETTINGS.replace(channels=channels))
+    return train(
+        [LabelledDemonstration(*one) for one in synthetic_set(2)],
+        SETTINGS.replace(channels=channels),
+    )
 
 
 @pytest.fixture(scope="module")
@@ -191,7 +194,7 @@ def test_a_recogniser_that_does_not_fit_says_so_and_one_from_a_file_does(
     window, connected, recogniser, until, tmp_path, monkeypatch
 ):
     page = connected
-    save(trained(("normal 2",)), tmp_path / "other.skops")
+    save_recogniser(trained(("normal 2",)), tmp_path / "other.skops")
     monkeypatch.setattr(
         "PySide6.QtWidgets.QFileDialog.getOpenFileName",
         lambda *_: (str(tmp_path / "other.skops"), ""),
@@ -202,7 +205,7 @@ def test_a_recogniser_that_does_not_fit_says_so_and_one_from_a_file_does(
     (tmp_path / "other.skops").write_bytes(b"nothing of the kind")
     choose(page, 3)
     until(lambda: "other.skops" in page.recognition.promise.text())
-    save(recogniser, tmp_path / "other.skops")
+    save_recogniser(recogniser, tmp_path / "other.skops")
     choose(page, 3)
     until(lambda: labelled(page))
     assert page.recognition.figures.text()
@@ -236,20 +239,20 @@ def test_a_project_without_a_recogniser_says_how_to_get_one_and_offers_it_once_t
 
 def test_what_a_latency_leaves_to_be_estimated_is_said(recogniser):
     choice = RecogniserSelection("tiny", None)
-    hasty = LoadedRecogniser(choice, recogniser, promised(recogniser, 0.02))
+    hasty = LoadedRecogniser(choice, recogniser, latency_budget(recogniser, 0.02))
     # 32 samples at 1 kHz take 0.16 s to pass.
     assert "of 5 scales are estimated early" in latency_budget_text(hasty)
     assert "25 Hz ±" in latency_budget_text(hasty)
-    patient = LoadedRecogniser(choice, recogniser, promised(recogniser, 0.6))
+    patient = LoadedRecogniser(choice, recogniser, latency_budget(recogniser, 0.6))
     assert latency_budget_text(patient) == "600 ms are enough for all 5 scales of the wavelets."
 
 
 def test_what_a_latency_costs_a_recogniser_that_looks_in_windows_is_said():
     choice = RecogniserSelection("tiny", None)
-    items = [Labelled(*item) for item in synthetic_set(2, rate=250.0)]
+    items = [LabelledDemonstration(*item) for item in synthetic_set(2, rate=250.0)]
     fast = train(items, preset("fast"))
     slow, hasty = (
-        LoadedRecogniser(choice, fast, promised(fast, seconds)) for seconds in (0.3, 0.0)
+        LoadedRecogniser(choice, fast, latency_budget(fast, seconds)) for seconds in (0.3, 0.0)
     )
     sentence = "Windows see 148 ms ahead, the decoder waits for 140 ms more."
     assert latency_budget_text(slow) == sentence

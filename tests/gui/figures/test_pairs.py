@@ -22,8 +22,8 @@ from forcelab.gui.figures.tracks import (
     opacity,
 )
 from forcelab.labels import Segment, ordered, to_codes
-from forcelab.recognition.probability_trace import Certainty
-from forcelab.review.differences import compared
+from forcelab.recognition.probabilities import ProbabilityTrace
+from forcelab.review.differences import find_differences
 from forcelab.vocabulary import Vocabulary
 
 ACTIONS = ("grab", "hold", "release")
@@ -35,7 +35,7 @@ def sure_of(*probabilities):
     """A certainty of ten seconds with the probability of grab in equal parts of it."""
     grab = np.repeat(probabilities, 500 // len(probabilities))
     values = np.stack([grab, 1 - grab, np.zeros_like(grab)], axis=1)
-    return Certainty(0.0, 50.0, ACTIONS, np.rint(255 * values).astype(np.uint8))
+    return ProbabilityTrace(0.0, 50.0, ACTIONS, np.rint(255 * values).astype(np.uint8))
 
 
 def tracks():
@@ -57,7 +57,7 @@ def test_the_agreed_share_is_the_accuracy_of_fine_samples(human, predicted):
     times = np.arange(0.005, 10, 0.01)
     human_codes, predicted_codes = (to_codes(track, times, ACTIONS) for track in (human, predicted))
     labelled = human_codes >= 0
-    marks = [m for m in compared("x", human, predicted) if m.human is not None]
+    marks = [m for m in find_differences("x", human, predicted) if m.human is not None]
     share = agreed_share(human, marks)
     if labelled.any():
         assert share == pytest.approx((human_codes == predicted_codes)[labelled].mean())
@@ -97,7 +97,7 @@ def rich(**changes):
     given = {
         "lanes": (PairRow("raw", (Segment(2, 4, "release"),), True), PairRow("Bob & co", human)),
         "certainty": sure_of(0.5),
-        "marks": compared("x", human, predicted),
+        "marks": find_differences("x", human, predicted),
         **changes,
     }
     pair = Pair("d 1", human, predicted, 0.0, 10.0, "50 %", **given)
@@ -129,7 +129,7 @@ def test_lanes_lie_below_the_pair_and_have_captions(tmp_path):
 
 
 def test_predictions_are_veiled_and_coders_are_not():
-    drawn, sure = rich(), rich(certainty=None)
+    drawn, sure = rich(), rich(probability_trace=None)
     boxes = drawn.boxes(0)
     veiled = rgb("grab") + (255 - rgb("grab")) * opacity(0.5)
     assert np.abs(pixel_at(drawn, boxes.predicted, 2.0) - veiled).max() <= 3

@@ -4,7 +4,7 @@ from dataclasses import replace
 from datetime import datetime, timezone
 
 import pytest
-from outcomes import drawn_outcome
+from factories import random_run_result
 from painted import opened
 from PySide6.QtGui import QColor
 
@@ -18,7 +18,7 @@ from forcelab.gui.review.metrics import AGREEMENT_METRICS
 from forcelab.gui.review.training_backend import Backend, RunInfo
 from forcelab.gui.theme import colours
 from forcelab.recognition.settings import Settings
-from forcelab.review.run_comparison import compare
+from forcelab.review.run_comparison import compare_runs
 
 ACTIONS = ("grab", "hold", "release")
 
@@ -53,9 +53,9 @@ class Runs(Backend):
 def runs(document):
     ids = [*(info.id for info in document.infos), "c", "d"]
     return [
-        drawn_outcome(ids, ACTIONS, right=0.95, number=1),
-        drawn_outcome(ids, ACTIONS, right=0.5, number=2),
-        drawn_outcome(ids, ACTIONS, right=0.95, number=3),
+        random_run_result(ids, ACTIONS, right=0.95, number=1),
+        random_run_result(ids, ACTIONS, right=0.5, number=2),
+        random_run_result(ids, ACTIONS, right=0.95, number=3),
     ]
 
 
@@ -109,7 +109,7 @@ def test_fewer_errors_are_better_and_the_other_way_round_worse(dialog, until):
 
 
 def test_what_may_be_chance_is_called_neither_better_nor_worse(dialog, runs):
-    comparison = compare(*runs[1:])
+    comparison = compare_runs(*runs[1:])
     metric = next(metric for metric in AGREEMENT_METRICS if metric.title.startswith("Accuracy"))
 
     def row(low, high):
@@ -137,7 +137,7 @@ def test_a_run_beside_itself_differs_in_nothing(dialog, until):
 def test_settings_that_differ_are_called_as_in_the_dialog_where_they_are_chosen(dialog, runs):
     plain = Settings(decoder="semi-markov")
     changed = plain.replace(changes=True, classifier="extra-trees", preset="best")
-    comparison = compare(
+    comparison = compare_runs(
         replace(runs[0], settings=plain), replace(runs[1], settings=changed, author="Ben")
     )
     told = settings_differences(comparison)

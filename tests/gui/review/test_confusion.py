@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from outcomes import drawn_outcome, outcome_of, reviewed
+from factories import demonstration_result, random_run_result, run_result
 from painted import shown
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QGuiApplication
@@ -11,10 +11,10 @@ from PySide6.QtTest import QTest
 from forcelab.gui.figures.confusion import ConfusionMatrix
 from forcelab.gui.review.confusion import ConfusionView, fit_figure
 from forcelab.gui.theme import DARK
-from forcelab.recognition.probability_trace import Certainty
+from forcelab.recognition.probabilities import ProbabilityTrace
 
 ACTIONS = ("grab", "hold", "release")
-SURE = Certainty(0.0, 50.0, ACTIONS, np.full((500, 3), 204, dtype=np.uint8))
+SURE = ProbabilityTrace(0.0, 50.0, ACTIONS, np.full((500, 3), 204, dtype=np.uint8))
 
 
 @pytest.fixture
@@ -28,16 +28,16 @@ def view(app, document, jobs, until):
 def small(document):
     """In 01 a grab of 3 s is seen as hold for 2 s, in 02 one of 2 s for 0.5 s."""
     one, two = (info.id for info in document.infos)
-    return outcome_of(
+    return run_result(
         [
-            reviewed(
+            demonstration_result(
                 one,
                 [(1, 4, "grab"), (5, 8, "hold")],
                 [(1, 2, "grab"), (2, 4, "hold"), (5, 7, "hold")],
                 raw=[(1, 4, "release"), (5, 8, "hold")],
-                certainty=SURE,
+                probability_trace=SURE,
             ),
-            reviewed(two, [(2, 4, "grab")], [(2, 3.5, "grab"), (3.5, 4, "hold")]),
+            demonstration_result(two, [(2, 4, "grab")], [(2, 3.5, "grab"), (3.5, 4, "hold")]),
         ],
         ACTIONS,
     )
@@ -177,7 +177,7 @@ def test_blind_demonstrations_are_neither_counted_nor_listed(view, document, unt
 def test_nothing_is_counted_while_it_is_hidden(view, document, app, until):
     view.hide()
     before = view.cells
-    document.review.set_run(drawn_outcome([document.infos[0].id], ACTIONS))
+    document.review.set_run(random_run_result([document.infos[0].id], ACTIONS))
     app.processEvents()
     assert view.cells is before
     view.show()
@@ -198,14 +198,14 @@ def test_without_an_outcome_it_says_what_to_do(view, document):
     assert "Train" in view._pages.note.text()
     assert view._pages.note.isVisible()
     assert not view.switches.isVisible()
-    document.review.set_run(outcome_of([], ACTIONS))
+    document.review.set_run(run_result([], ACTIONS))
     assert "at least two" in view._pages.note.text()
 
 
 def test_a_run_without_raw_predictions_says_so_and_lets_one_go_back(view, document, until):
-    one = reviewed(document.infos[0].id, [(1, 2, "grab")], [(1, 2, "grab")])
+    one = demonstration_result(document.infos[0].id, [(1, 2, "grab")], [(1, 2, "grab")])
     view.switches.stage_box.setCurrentIndex(1)
-    document.review.set_run(outcome_of([one], ACTIONS))
+    document.review.set_run(run_result([one], ACTIONS))
     until(lambda: "no raw" in view._pages.note.text())
     view.switches.stage_box.setCurrentIndex(0)
     until(lambda: view.cells is not None and view.canvas.isVisible())

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from explained import FAST, made
+from factories import QUICK_SETTINGS, make_evaluated_project
 from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtTest import QTest
 from waiting import PATIENCE
@@ -17,16 +17,16 @@ from forcelab.gui.review import explanation_plots
 from forcelab.gui.review.explanation import ExplanationView, ModelCache
 from forcelab.gui.review.explanation_plots import balance_colours
 from forcelab.jobs import Progress, finish
-from forcelab.review.differences import Interval, place_at
-from forcelab.review.explanation import withholding
+from forcelab.review.differences import Interval, interval_at
+from forcelab.review.explanation import train_held_out
 
-SETTINGS = FAST.replace(classifier="naive-bayes")
+SETTINGS = QUICK_SETTINGS.replace(classifier="naive-bayes")
 
 
 @pytest.fixture(scope="module")
 def study(tmp_path_factory):
     path = tmp_path_factory.mktemp("why") / "study.forcelab"
-    return path, made(path, SETTINGS, count=3)
+    return path, make_evaluated_project(path, SETTINGS, count=3)
 
 
 @pytest.fixture(scope="module")
@@ -49,7 +49,7 @@ class Trainings:
                 yield Progress(1, 200, "fit")
             key = outcome.number, id_
             if key not in self.trained:
-                self.trained[key] = finish(withholding(path, outcome, id_))
+                self.trained[key] = finish(train_held_out(path, outcome, id_))
             yield Progress(200, 200, "fit")
         except GeneratorExit:
             self.closed.append(id_)
@@ -118,7 +118,7 @@ def test_it_says_what_is_missing(view, document, study, until):
     until(lambda: "not part of the training" in said(view))
     document.review.set_run(study[1])
     one = study[1].tested[0]
-    silent = next(t / 100 for t in range(1000) if place_at(one, t / 100) is None)
+    silent = next(t / 100 for t in range(1000) if interval_at(one, t / 100) is None)
     document.view.seek(silent)
     until(lambda: "Nothing is labelled or predicted" in said(view))
 
@@ -299,7 +299,7 @@ def test_a_selected_segment_is_explained_and_so_is_what_is_at_the_cursor(
     document.review.set_run(study[1])
     document.open_demonstration(one.id)
     view.show()
-    place = place_at(one, 2.0)
+    place = interval_at(one, 2.0)
     document.view.seek(2.0)
     until(lambda: view.place == place)
     document.set_author("Ann")  # who has segments to select

@@ -26,10 +26,10 @@ from forcelab.label_map import MergeMap
 from forcelab.labels import Segment
 from forcelab.project import Project
 from forcelab.project.tracks import TrackStore
-from forcelab.recognition.probability_trace import Certainty
+from forcelab.recognition.probabilities import ProbabilityTrace
 from forcelab.recognition.settings import Settings
 from forcelab.review.differences import Interval
-from forcelab.review.run_result import Outcome, Reviewed, vocabulary_of
+from forcelab.review.run_result import DemonstrationResult, RunResult, action_styles
 from forcelab.vocabulary import Vocabulary
 
 MEMORY = "/dev/shm" if os.access("/dev/shm", os.W_OK) else None
@@ -50,20 +50,26 @@ def certainty():
         inside = (times >= segment.start) & (times < segment.end)
         probabilities[inside, column] = sure
         probabilities[inside, (column + 1) % 3] = 1.0 - sure
-    return Certainty.of(times, probabilities, ACTIONS)
+    return ProbabilityTrace.from_probabilities(times, probabilities, ACTIONS)
 
 
 def reviewed(id_, name, **changes):
     stages = {"raw": (Segment(1.0, 2.0, "hold"),), "filtered": PREDICTED}
-    given = {"human": HUMAN, "stages": stages, "certainty": certainty(), "end": 10.0, **changes}
-    return Reviewed(id_, name, "foam", 0.0, given.pop("end"), **given)
+    given = {
+        "human": HUMAN,
+        "stages": stages,
+        "probability_trace": certainty(),
+        "end": 10.0,
+        **changes,
+    }
+    return DemonstrationResult(id_, name, "foam", 0.0, given.pop("end"), **given)
 
 
 def outcome(*tested, **changes):
     when = datetime(2024, 5, 6, tzinfo=timezone.utc)
     given = {"settings": Settings(), "apart": False, "actions": ACTIONS, "labels": (), **changes}
     base = {"number": 1, "time": when, "title": "foam", "tasks": ("foam",), "test_task": None}
-    return Outcome(author="Ann", tested=tested, **base, **given)
+    return RunResult(author="Ann", tested=tested, **base, **given)
 
 
 def project(path):
@@ -628,12 +634,12 @@ def test_an_action_has_the_colour_of_the_task_that_is_tested(shown, study):
     foam = study.project.actions.vocabulary("foam")
     other = Vocabulary().with_actions("hold", "push", "grab")
     study.project.actions.set_vocabulary("LEGO", other)
-    both = vocabulary_of(study.project, replace(outcome(), tasks=("LEGO",), test_task="foam"))
+    both = action_styles(study.project, replace(outcome(), tasks=("LEGO",), test_task="foam"))
     assert all(both[name].look == foam[name].look for name in foam.names)
     # Its colour is taken already: it keeps it, with a texture.
     assert both["push"].colour == other["push"].colour
     assert both["push"].look != foam["hold"].look
-    apart = vocabulary_of(study.project, replace(outcome(), tasks=("foam", "LEGO"), apart=True))
+    apart = action_styles(study.project, replace(outcome(), tasks=("foam", "LEGO"), apart=True))
     assert apart["grab_foam"].colour == foam["grab"].colour
     assert apart["hold_LEGO"].colour == other["hold"].colour
 

@@ -12,7 +12,7 @@ from forcelab.gui.document import ReviewState
 from forcelab.gui.review.proposals import ProposalsView
 from forcelab.labels import Segment
 from forcelab.review.differences import Interval
-from forcelab.review.run_result import Reviewed
+from forcelab.review.run_result import DemonstrationResult
 
 
 @pytest.fixture
@@ -32,7 +32,9 @@ def proposed(document):
     (third,) = outcome.proposals
     others = [info for info in document.infos if info.task == "stylus"][:2]
     made = [
-        Reviewed(info.id, f"stylus {info.name}", "stylus", 0.0, 10.0, (), third.stages, sure)
+        DemonstrationResult(
+            info.id, f"stylus {info.name}", "stylus", 0.0, 10.0, (), third.stages, sure
+        )
         for info, sure in zip(
             others, (certainty((10, 0.99)), certainty((4, 0.7), (1, 0.5), (5, 0.7))), strict=True
         )

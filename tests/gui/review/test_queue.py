@@ -18,11 +18,11 @@ from forcelab.gui.key_events import guard_typing
 from forcelab.gui.review.queue import QueueView
 from forcelab.gui.review.queue_list import QueueSection
 from forcelab.labels import Segment
-from forcelab.recognition.probability_trace import Certainty
+from forcelab.recognition.probabilities import ProbabilityTrace
 from forcelab.recognition.settings import Settings
 from forcelab.review.differences import Difference, Interval
 from forcelab.review.queue import Queue
-from forcelab.review.run_result import Outcome, Reviewed
+from forcelab.review.run_result import DemonstrationResult, RunResult
 
 HUMAN = (Segment(0, 2, "grab"), Segment(2, 6, "hold"), Segment(6, 8, "release"))
 #: An edge 0.1 s late, a wrong action, a hole, and something after the last label.
@@ -43,16 +43,16 @@ def certain(segments, length=10.0):
     for s in segments:
         inside = (times >= s.start) & (times < s.end)
         probabilities[inside, ACTIONS.index(s.action)] = 0.9
-    return Certainty.of(times, probabilities, ACTIONS)
+    return ProbabilityTrace.from_probabilities(times, probabilities, ACTIONS)
 
 
 def reviewed(id_, name="01", predicted=SEEN):
     stages = {"raw": predicted, "filtered": predicted}
-    return Reviewed(id_, name, "foam", 0.0, 10.0, HUMAN, stages, certain(predicted))
+    return DemonstrationResult(id_, name, "foam", 0.0, 10.0, HUMAN, stages, certain(predicted))
 
 
 def outcome_of(*tested, author="Ann"):
-    return Outcome(
+    return RunResult(
         0,
         datetime.now(timezone.utc),
         "foam",

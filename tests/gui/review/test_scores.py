@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 import pytest
-from outcomes import drawn_outcome, outcome_of, reviewed
+from factories import demonstration_result, random_run_result, run_result
 from painted import shown
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QGuiApplication
@@ -11,8 +11,8 @@ from PySide6.QtTest import QTest
 
 from forcelab.gui.review.metrics import AGREEMENT_METRICS, ERROR_METRICS
 from forcelab.gui.review.scores import ScoresView
-from forcelab.recognition.intervals import METRICS, Intervals, intervals, look_up
-from forcelab.recognition.metrics import timed_counts
+from forcelab.recognition.intervals import METRICS, Intervals, look_up, score_intervals
+from forcelab.recognition.metrics import count_segments
 
 ACTIONS = ("grab", "hold", "release")
 
@@ -21,7 +21,7 @@ ACTIONS = ("grab", "hold", "release")
 def view(app, document, jobs, until):
     with shown(app, ScoresView(document, jobs), (700, 320)) as view:
         ids = [info.id for info in document.infos]
-        document.review.set_run(drawn_outcome([*ids, "c", "d"], ACTIONS))
+        document.review.set_run(random_run_result([*ids, "c", "d"], ACTIONS))
         until(lambda: view.intervals)
         yield view
 
@@ -71,14 +71,14 @@ def test_numbers_have_units_and_as_many_decimals_in_every_row(view):
 
 def test_intervals_are_of_the_pooled_scores(view, document):
     outcome = document.review.run
-    counts = [timed_counts(d.human, d.predicted, ACTIONS) for d in outcome.tested]
-    low, high = intervals(counts, outcome.settings.seed)["accuracy"]
+    counts = [count_segments(d.human, d.predicted, ACTIONS) for d in outcome.tested]
+    low, high = score_intervals(counts, outcome.settings.seed)["accuracy"]
     assert column(view, 1)[1] == f"{100 * low:.1f} to {100 * high:.1f}"
     assert "2,000 resamples" in view.note.text()
 
 
 def test_intervals_that_the_run_holds_are_shown_as_they_are(view, document, until):
-    outcome = drawn_outcome(["a", "b", "c"], ACTIONS)
+    outcome = random_run_result(["a", "b", "c"], ACTIONS)
     stored = Intervals({"accuracy": (0.125, 0.25)})
     for stage in ("raw", "filtered"):
         outcome.scores[stage]["intervals"] = stored.to_json()
@@ -88,7 +88,7 @@ def test_intervals_that_the_run_holds_are_shown_as_they_are(view, document, unti
 
 
 def test_too_few_demonstrations_have_no_interval_and_it_says_why(view, document, until):
-    document.review.set_run(drawn_outcome(["a", "b"], ACTIONS))
+    document.review.set_run(random_run_result(["a", "b"], ACTIONS))
     until(lambda: view.intervals)
     assert column(view, 1)[1] == "–"
     assert "needs 3 demonstrations" in view.note.text()
@@ -107,9 +107,9 @@ def test_a_click_on_a_column_sorts_the_demonstrations_below_the_pooled(view):
 
 
 def test_undefined_numbers_are_dashes_and_sort_last(view, document, until):
-    missed = reviewed("none", [(0, 5, "grab")], [])
-    right = reviewed("right", [(0, 5, "grab")], [(0, 5, "grab")])
-    document.review.set_run(outcome_of([missed, right], ACTIONS))
+    missed = demonstration_result("none", [(0, 5, "grab")], [])
+    right = demonstration_result("right", [(0, 5, "grab")], [(0, 5, "grab")])
+    document.review.set_run(run_result([missed, right], ACTIONS))
     until(lambda: view.intervals)
     place = next(i for i, c in enumerate(view.model.columns) if c.name.startswith("Boundary med"))
     for _ in range(2):
@@ -155,7 +155,7 @@ def test_blind_demonstrations_have_no_row(view, document):
 def test_rows_come_when_the_last_blind_demonstration_is_done(view, document, until):
     one = document.infos[0].id
     document.project.coding.assign(one, "Ada", blind=True)
-    document.review.set_run(drawn_outcome([one], ACTIONS, number=3))
+    document.review.set_run(random_run_result([one], ACTIONS, number=3))
     until(lambda: view.intervals)
     assert len(view.model.rows) == 2
     document.project.coding.set_done(one, "Ada", True)
@@ -165,7 +165,7 @@ def test_rows_come_when_the_last_blind_demonstration_is_done(view, document, unt
 
 def test_nothing_is_computed_while_it_is_hidden(view, document, app, jobs, until):
     view.hide()
-    document.review.set_run(drawn_outcome(["a", "b", "c"], ACTIONS, number=2))
+    document.review.set_run(random_run_result(["a", "b", "c"], ACTIONS, number=2))
     app.processEvents()
     assert jobs.busy == ()
     view.show()

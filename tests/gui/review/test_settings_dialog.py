@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QApplication, QLineEdit
 
 from forcelab.gui.review.settings_dialog import SettingsDialog, TrainingFacts, training_facts
 from forcelab.label_map import MergeMap
-from forcelab.recognition.dataset import Choice
+from forcelab.recognition.dataset import DataSelection
 from forcelab.recognition.presets import PRESETS, preset
 from forcelab.recognition.settings import Settings
 
@@ -187,25 +187,25 @@ def test_a_merge_is_written_by_mouse_and_keys(app, dialog, until):
 
 def test_the_demonstrations_say_what_there_is(app):
     with study() as document:
-        facts = training_facts(document, Choice(("foam", "stylus")))
+        facts = training_facts(document, DataSelection(("foam", "stylus")))
         assert facts.channels == ("tangential", "normal")
         assert facts.rate == pytest.approx(100.0)
         assert facts.labelled == pytest.approx(4 * 5.0)
         assert facts.spellings == {"grab", "hold"}
-        assert training_facts(document, Choice(("nothing",))).channels == ()
+        assert training_facts(document, DataSelection(("nothing",))).channels == ()
 
 
 def test_only_the_time_that_is_trained_on_is_counted(app):
     with study() as document:
         document.set_author("Root")
-        assert training_facts(document, Choice(("foam",))).labelled == pytest.approx(2 * 5.0)
+        assert training_facts(document, DataSelection(("foam",))).labelled == pytest.approx(2 * 5.0)
         for info in document.infos[:2]:
             document.open_demonstration(info.id)
             document.editor.paint(0, 3, "grab")
-        assert training_facts(document, Choice(("foam",))).labelled == pytest.approx(2 * 3.0)
-        assert training_facts(document, Choice(("foam",), author="Ann")).labelled == pytest.approx(
-            10.0
-        )
+        assert training_facts(document, DataSelection(("foam",))).labelled == pytest.approx(2 * 3.0)
+        assert training_facts(
+            document, DataSelection(("foam",), author="Ann")
+        ).labelled == pytest.approx(10.0)
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ from forcelab.gui.review.task_choice import TaskChoiceDialog, TaskChoiceForm
 from forcelab.gui.review.trainer import OWN_MINIMUM, default_author
 from forcelab.labels import Segment
 from forcelab.recognition import groups
-from forcelab.recognition.dataset import Choice
+from forcelab.recognition.dataset import DataSelection
 
 
 @pytest.fixture
@@ -23,19 +23,19 @@ def ask(document, up):
 
 @pytest.fixture
 def form(ask):
-    return ask(Choice(("foam",)))
+    return ask(DataSelection(("foam",)))
 
 
 @pytest.mark.parametrize(
     "choice",
     [
-        Choice(("foam",)),
-        Choice(("foam", "stylus"), apart=True),
-        Choice(("foam", "stylus")),
-        Choice(("foam",), "stylus"),
-        Choice(("stylus",), author="Ann"),
-        Choice(("stylus",), folds=0),
-        Choice(("stylus",), folds=5),
+        DataSelection(("foam",)),
+        DataSelection(("foam", "stylus"), apart=True),
+        DataSelection(("foam", "stylus")),
+        DataSelection(("foam",), "stylus"),
+        DataSelection(("stylus",), author="Ann"),
+        DataSelection(("stylus",), folds=0),
+        DataSelection(("stylus",), folds=5),
     ],
 )
 def test_what_is_shown_is_what_was_given(ask, choice):
@@ -49,22 +49,24 @@ def test_how_actions_are_shared_is_asked_of_several_joined_tasks_only(form):
     form.boxes["stylus"].setChecked(True)
     assert form.apart.isVisible()
     form.apart.setChecked(True)
-    assert form.choice() == Choice(("foam", "stylus"), apart=True)
+    assert form.choice() == DataSelection(("foam", "stylus"), apart=True)
     form.boxes["stylus"].setChecked(False)
-    assert form.choice() == Choice(("foam",))  # a task by itself has nothing to be kept apart from
+    assert form.choice() == DataSelection(
+        ("foam",)
+    )  # a task by itself has nothing to be kept apart from
 
 
 def test_how_many_are_left_out_is_shown_and_chosen(ask, form, monkeypatch):
     assert form.leave_out.isChecked()  # two are not many
     form.in_groups.setChecked(True)
-    assert form.choice() == Choice(("foam",), folds=10)
+    assert form.choice() == DataSelection(("foam",), folds=10)
     form.leave_out.setChecked(True)
-    assert form.choice() == Choice(("foam",), folds=0)
+    assert form.choice() == DataSelection(("foam",), folds=0)
     monkeypatch.setattr(groups, "MANY", 1)
-    many = ask(Choice(("foam",)))
+    many = ask(DataSelection(("foam",)))
     assert many.in_groups.isChecked()
-    assert many.choice() == Choice(("foam",))  # nobody has chosen yet
-    five = ask(Choice(("foam",), folds=5))
+    assert many.choice() == DataSelection(("foam",))  # nobody has chosen yet
+    five = ask(DataSelection(("foam",), folds=5))
     assert "5 groups" in five.in_groups.text()
 
 
@@ -77,7 +79,7 @@ def test_a_task_cannot_be_trained_on_and_tested(form):
     form.boxes["foam"].setChecked(False)
     form.boxes["stylus"].setChecked(True)
     assert not form.trouble
-    assert form.choice() == Choice(("stylus",), "foam")
+    assert form.choice() == DataSelection(("stylus",), "foam")
 
 
 def test_no_task_is_no_choice(form):
@@ -87,7 +89,7 @@ def test_no_task_is_no_choice(form):
 
 def test_with_one_labelled_demonstration_it_says_what_can_be_done_anyway(up):
     with study(labelled=("01",)) as document:
-        dialog = up(TaskChoiceDialog(document, Choice(("foam",))))
+        dialog = up(TaskChoiceDialog(document, DataSelection(("foam",))))
         assert "nothing can be tested" in dialog.form._explanation.text()
         assert dialog.ok.isEnabled()
         dialog.form.across.setChecked(True)
@@ -96,7 +98,7 @@ def test_with_one_labelled_demonstration_it_says_what_can_be_done_anyway(up):
 
 def test_what_nobody_labelled_cannot_be_trained(up):
     with study(labelled=()) as document:
-        dialog = up(TaskChoiceDialog(document, Choice(("foam",))))
+        dialog = up(TaskChoiceDialog(document, DataSelection(("foam",))))
         assert "two actions" in dialog.form.trouble
         assert not dialog.ok.isEnabled()
 
@@ -104,7 +106,7 @@ def test_what_nobody_labelled_cannot_be_trained(up):
 def test_whose_labels_is_asked_where_several_labelled(document, ask):
     document.project.tracks.edit(document.id, "Ben", (), (Segment(0, 1, "grab"),), "made")
     document.refresh_listing()
-    form = ask(Choice(("foam",)))
+    form = ask(DataSelection(("foam",)))
     assert form.coder.isVisible()
     form.coder.setCurrentIndex(form.coder.findData("Ben"))
     assert form.choice().author == "Ben"
@@ -114,7 +116,7 @@ def test_one_that_codes_blind_does_not_learn_who_else_labelled(document, ask):
     document.project.tracks.edit(document.id, "Ben", (), (Segment(0, 1, "grab"),), "made")
     document.project.coding.assign(document.id, "Ann", blind=True)
     document.refresh_listing()
-    form = ask(Choice(("foam",)))
+    form = ask(DataSelection(("foam",)))
     assert form.coder.findData("Ben") == -1
 
 
@@ -127,5 +129,5 @@ def test_whose_labels_are_taken_unless_somebody_is_chosen_is_told_as_it_is(docum
     document.refresh_listing()
     tasks = {info.task for info in document.infos}
     assert (default_author(document, tasks) == "Cleo") == (own >= OWN_MINIMUM)
-    form = ask(Choice(("foam",)))
+    form = ask(DataSelection(("foam",)))
     assert f"once I have completed {OWN_MINIMUM}" in form.coder.itemText(0)

@@ -18,7 +18,7 @@ from forcelab.gui.review.training_bar import TrainingBar
 from forcelab.labels import Segment
 from forcelab.project import Project, Verdict
 from forcelab.recognition import groups
-from forcelab.recognition.dataset import Choice
+from forcelab.recognition.dataset import DataSelection
 from forcelab.recognition.presets import preset
 from forcelab.recognition.settings import Settings
 
@@ -59,9 +59,9 @@ def test_many_demonstrations_are_left_out_in_groups_unless_somebody_chose_otherw
     assert asked().folds == 0
     monkeypatch.setattr(groups, "MANY", 0)
     assert asked().folds == 10
-    trainer.set_choice(Choice(("foam",), folds=0))
+    trainer.set_choice(DataSelection(("foam",), folds=0))
     assert asked().folds == 0
-    trainer.set_choice(Choice(("foam",), folds=4))
+    trainer.set_choice(DataSelection(("foam",), folds=4))
     trainer._choice = None  # as after a restart
     assert trainer.choice.folds == 4
     assert asked().folds == 4
@@ -355,24 +355,24 @@ def test_where_all_that_was_tested_is_removed_nothing_is_reviewed(
 
 def test_each_task_has_its_own_settings_and_choice(trainer, document, work, until):
     trainer.set_settings(Settings(stride=10))
-    trainer.set_choice(Choice(("foam", "stylus"), apart=True))
+    trainer.set_choice(DataSelection(("foam", "stylus"), apart=True))
     stylus = next(info.id for info in document.infos if info.task == "stylus")
     document.open_demonstration(stylus)
     assert trainer.task == "stylus"
     assert trainer.settings == preset("best")
-    assert trainer.choice == Choice(("stylus",))
+    assert trainer.choice == DataSelection(("stylus",))
     trainer.set_task("foam")
     assert trainer.settings == Settings(stride=10)
-    assert trainer.choice == Choice(("foam", "stylus"), apart=True)
+    assert trainer.choice == DataSelection(("foam", "stylus"), apart=True)
 
 
 def test_settings_and_choice_are_remembered_for_the_next_time(trainer, document, work, until):
     trainer.set_settings(Settings(stride=7, merge=Settings().merge))
-    trainer.set_choice(Choice(("foam",), "stylus", "Ann"))
+    trainer.set_choice(DataSelection(("foam",), "stylus", "Ann"))
     trainer.set_automatic(True)
     again = Trainer(document, trainer.jobs, backend=work)
     assert again.settings.stride == 7
-    assert again.choice == Choice(("foam",), "stylus", "Ann")
+    assert again.choice == DataSelection(("foam",), "stylus", "Ann")
     assert again.automatic
     trainer.set_automatic(False)
 
@@ -383,7 +383,7 @@ def test_broken_settings_do_not_stand_in_the_way(trainer, document, work):
     settings.store(training_preferences._task_key(path, "foam", "choice"), '{"tasks": 5}')
     again = Trainer(document, trainer.jobs, backend=work)
     assert again.settings == preset("best")
-    assert again.choice == Choice(("foam",))
+    assert again.choice == DataSelection(("foam",))
 
 
 def test_the_coders_own_labels_are_trained_on_where_there_are_some(trainer, document, work, until):
@@ -397,7 +397,7 @@ def test_the_coders_own_labels_are_trained_on_where_there_are_some(trainer, docu
     until(lambda: not trainer.training)
     assert work.asked[-1][2].author == "Ann"
     assert any("Ben" in sentence and "Ann" in sentence for sentence in said)
-    trainer.set_choice(Choice(("foam",), author="Ann"))
+    trainer.set_choice(DataSelection(("foam",), author="Ann"))
     trainer.train()
     until(lambda: not trainer.training)
     assert work.asked[-1][2].author == "Ann"

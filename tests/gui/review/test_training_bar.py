@@ -17,7 +17,7 @@ from forcelab.gui.review.training_backend import RunInfo, run_text
 from forcelab.gui.review.training_bar import TrainingBar
 from forcelab.labels import Segment
 from forcelab.project import Verdict
-from forcelab.recognition.dataset import Choice
+from forcelab.recognition.dataset import DataSelection
 from forcelab.recognition.settings import Settings
 
 
@@ -261,7 +261,7 @@ def test_settings_and_tasks_are_named_as_they_were_changed(bar, trainer, until):
     assert bar.settings.text() == "Settings: best…"
     trainer.set_settings(Settings(stride=10))
     assert bar.settings.text() == "Settings: paper, changed…"
-    trainer.set_choice(Choice(("foam", "stylus"), apart=True))
+    trainer.set_choice(DataSelection(("foam", "stylus"), apart=True))
     assert bar.task.currentText() == "foam + stylus, kept apart"
     bar.task.activated.emit(1)
     assert trainer.task == "stylus"

@@ -12,11 +12,11 @@ from pathlib import Path
 
 import films
 import pytest
+from factories import BAYES_SETTINGS
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 from synthetic import synthetic_set
-from trained_project import FAST
 
 from forcelab.cli import main
 from forcelab.clock import ClockMap
@@ -28,8 +28,8 @@ from forcelab.gui.window import Window
 from forcelab.jobs import finish
 from forcelab.labels import Track
 from forcelab.project import Project
-from forcelab.recognition.dataset import Choice
-from forcelab.review.training import reviewing
+from forcelab.recognition.dataset import DataSelection
+from forcelab.review.training import review_job
 
 
 @pytest.fixture(scope="module")
@@ -44,7 +44,7 @@ def made(tmp_path_factory):
             video = VideoReference(film, ClockMap()) if number == 0 else None
             tracks = [Track("Ada", segments)] if number != 3 else []
             project.demonstrations.add(replace(demonstration, task=task, video=video), tracks)
-    finish(reviewing(path, FAST.replace(seed=1), Choice(("foam",)), "foam"))
+    finish(review_job(path, BAYES_SETTINGS.replace(seed=1), DataSelection(("foam",)), "foam"))
     return path
 
 
@@ -100,7 +100,7 @@ def rows(segments):
 def test_the_pairs_on_screen_are_those_of_evaluate(study, windows, until, tmp_path):
     window = windows(study, "review")
     trainer = window.review.trainer
-    trainer.set_settings(FAST)
+    trainer.set_settings(BAYES_SETTINGS)
     before, children = set(threading.enumerate()), multiprocessing.active_children()
     assert trainer.train()
     until(lambda: not trainer.training)
@@ -371,7 +371,7 @@ def test_without_recordings_it_says_what_comes_first(tmp_path, windows, until):
 def test_every_workspace_fits_a_full_hd_screen_at_twice_the_size(study, windows, until):
     window = windows(study, "review")
     trainer = window.review.trainer
-    trainer.set_settings(FAST)
+    trainer.set_settings(BAYES_SETTINGS)
     assert trainer.train()
     until(lambda: not trainer.training and not window.jobs.busy)
     lists = window.review.workspace.lists

@@ -8,10 +8,16 @@ from sklearn.linear_model import LogisticRegression
 
 from forcelab.jobs import finish
 from forcelab.recognition import ensemble
-from forcelab.recognition.ensemble import AVERAGED, Averaged, Care, fitting_averaged, sharpened
+from forcelab.recognition.ensemble import (
+    MEMBERS,
+    CalibratedEnsemble,
+    FitOptions,
+    fit_ensemble,
+    sharpen,
+)
 from forcelab.recognition.forest import Forest, Linear, _rounded_down
 
-NAMES = tuple(AVERAGED)
+NAMES = tuple(MEMBERS)
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -32,7 +38,7 @@ def clouds(counts, seed=0, features=4, distance=1.5):
 
 
 def fitted(name, X, y, care=None, seed=0):
-    return finish(fitting_averaged(name, X, y, seed, care or Care()))
+    return finish(fit_ensemble(name, X, y, seed, care or FitOptions()))
 
 
 @pytest.mark.parametrize("counts", [(40, 50), (40, 50, 30)])
@@ -43,9 +49,9 @@ def test_arrays_answer_as_scikit_learn_does(counts):
     boosted = HistGradientBoostingClassifier(max_iter=6, early_stopping=False).fit(X, y)
     regression = LogisticRegression().fit(X, y)
     pairs = [
-        (Forest.averaging(trees, len(counts)), trees),
-        (Forest.boosting(boosted, len(counts)), boosted),
-        (Linear.of(regression), regression),
+        (Forest.from_extra_trees(trees, len(counts)), trees),
+        (Forest.from_boosting(boosted, len(counts)), boosted),
+        (Linear.from_sklearn(regression), regression),
     ]
     for ours, theirs in pairs:
         np.testing.assert_allclose(
@@ -56,10 +62,10 @@ def test_arrays_answer_as_scikit_learn_does(counts):
 @pytest.mark.parametrize("name", NAMES)
 def test_what_is_stored_as_arrays_answers_the_same(name):
     X, y = clouds((40, 50, 30))
-    made = fitted(name, X, y)
-    again = Averaged.from_plain(made.plain(), X.shape[1], 3)
-    np.testing.assert_array_equal(again.predict_proba(X), made.predict_proba(X))
-    np.testing.assert_array_equal(again.predict(X), made.predict(X))
+    ensemble = fitted(name, X, y)
+    again = CalibratedEnsemble.from_plain(ensemble.plain(), X.shape[1], 3)
+    np.testing.assert_array_equal(again.predict_proba(X), ensemble.predict_proba(X))
+    np.testing.assert_array_equal(again.predict(X), ensemble.predict(X))
 
 
 def broken(plain, member, part, change):
@@ -115,23 +121,23 @@ DAMAGE = [
 def test_arrays_that_do_not_fit_are_refused_before_anything_follows_them(member, part, change):
     X, y = clouds((40, 50, 30))
     plain = fitted("ensemble", X, y).plain()
-    Averaged.from_plain(plain, 4, 3)
+    CalibratedEnsemble.from_plain(plain, 4, 3)
     with pytest.raises(ValueError, match="must"):
-        Averaged.from_plain(broken(plain, member, part, change), 4, 3)
+        CalibratedEnsemble.from_plain(broken(plain, member, part, change), 4, 3)
 
 
 @pytest.mark.parametrize("name", ["extra-trees", "boosting"])
 def test_a_forest_of_format_1_answers_the_same_and_is_kept_small(name):
     X, y = clouds((400, 500, 300), distance=0.5)
-    made = fitted(name, X, y)
-    older = made.plain() | {"members": [as_in_format_1(made.members[0])]}
-    again = Averaged.from_plain(older, 4, 3)
-    np.testing.assert_array_equal(again.predict_proba(X), made.predict_proba(X))
-    twice = Averaged.from_plain(again.plain(), 4, 3)
-    np.testing.assert_array_equal(twice.predict_proba(X), made.predict_proba(X))
+    ensemble = fitted(name, X, y)
+    older = ensemble.plain() | {"members": [as_in_format_1(ensemble.members[0])]}
+    again = CalibratedEnsemble.from_plain(older, 4, 3)
+    np.testing.assert_array_equal(again.predict_proba(X), ensemble.predict_proba(X))
+    twice = CalibratedEnsemble.from_plain(again.plain(), 4, 3)
+    np.testing.assert_array_equal(twice.predict_proba(X), ensemble.predict_proba(X))
     sizes = [
         sum(part.nbytes for part in one["members"][0].values() if isinstance(part, np.ndarray))
-        for one in (older, again.plain(), made.plain())
+        for one in (older, again.plain(), ensemble.plain())
     ]
     assert sizes[2] <= sizes[1] < sizes[0] / 3
 
@@ -157,9 +163,9 @@ def test_a_forest_of_format_1_that_does_not_fit_is_refused(part, change):
     X, y = clouds((40, 50, 30))
     plain = fitted("extra-trees", X, y).plain()
     older = plain | {"members": [as_in_format_1(Forest.from_plain(plain["members"][0], 4, 3))]}
-    Averaged.from_plain(older, 4, 3)
+    CalibratedEnsemble.from_plain(older, 4, 3)
     with pytest.raises(ValueError, match="must"):
-        Averaged.from_plain(broken(older, 0, part, change), 4, 3)
+        CalibratedEnsemble.from_plain(broken(older, 0, part, change), 4, 3)
 
 
 def test_a_forest_takes_little_and_little_more_before_it_is_asked():
@@ -194,7 +200,7 @@ def test_thresholds_part_float32_as_the_longer_ones_do():
 
 def test_with_a_single_demonstration_nothing_is_calibrated():
     X, y = clouds((20, 20), distance=0.5)
-    care = Care(groups=np.zeros(40, dtype=np.int64), calibrated=True)
+    care = FitOptions(groups=np.zeros(40, dtype=np.int64), calibrated=True)
     assert fitted("extra-trees", X, y, care).exponent == 1.0
 
 
@@ -204,8 +210,8 @@ def test_calibration_makes_an_overconfident_classifier_less_sure():
     groups = np.repeat(np.arange(8), 60)
     y = np.tile(np.repeat([0, 1], 30), 8)
     X = (y + 1.2 * random.normal(size=8)[groups])[:, None] + 0.05 * random.normal(size=(480, 1))
-    plain = fitted("boosting", X, y, Care(groups=groups))
-    calibrated = fitted("boosting", X, y, Care(groups=groups, calibrated=True))
+    plain = fitted("boosting", X, y, FitOptions(groups=groups))
+    calibrated = fitted("boosting", X, y, FitOptions(groups=groups, calibrated=True))
     assert calibrated.exponent < 0.8
     np.testing.assert_array_equal(calibrated.predict(X), plain.predict(X))
 
@@ -213,12 +219,12 @@ def test_calibration_makes_an_overconfident_classifier_less_sure():
 def test_sharpening_keeps_the_order_and_certainty_itself():
     P = np.array([[0.0, 1.0], [0.3, 0.7], [0.5, 0.5]])
     for exponent in (0.5, 2.0):
-        found = sharpened(P, exponent)
+        found = sharpen(P, exponent)
         np.testing.assert_allclose(found.sum(axis=1), 1.0)
         assert np.isfinite(found).all()
         assert found[0, 1] > 0.99
         assert found[2, 0] == pytest.approx(0.5)
-    assert sharpened(P, 2.0)[1, 1] == pytest.approx(0.49 / 0.58)
+    assert sharpen(P, 2.0)[1, 1] == pytest.approx(0.49 / 0.58)
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -226,7 +232,7 @@ def test_rare_actions_count_as_much_where_asked(name):
     X, y = clouds((400, 25), distance=1.0)
     fresh, truth = clouds((400, 400), distance=1.0, seed=1)
     shares = [
-        np.mean(fitted(name, X, y, Care(balanced=even)).predict(fresh)[truth == 1] == 1)
+        np.mean(fitted(name, X, y, FitOptions(balanced=even)).predict(fresh)[truth == 1] == 1)
         for even in (False, True)
     ]
     assert shares[1] > shares[0]
@@ -235,5 +241,5 @@ def test_rare_actions_count_as_much_where_asked(name):
 def test_of_too_many_samples_evenly_many_are_learnt_and_every_action(monkeypatch):
     monkeypatch.setattr(ensemble, "MOST", 50)
     y = np.repeat([0, 1, 2], [121, 80, 1])  # the last one falls between two that are taken
-    assert np.bincount(y[ensemble.thinned(y)]).tolist() == [25, 17, 1]
-    assert len(ensemble.thinned(y[95:145])) == 50  # as many as there may be: none is left out
+    assert np.bincount(y[ensemble.thin(y)]).tolist() == [25, 17, 1]
+    assert len(ensemble.thin(y[95:145])) == 50  # as many as there may be: none is left out

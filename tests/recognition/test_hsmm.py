@@ -11,17 +11,17 @@ from scipy.stats import lognorm
 
 from forcelab.errors import InputError
 from forcelab.recognition import hsmm as model
-from forcelab.recognition.hsmm import FINE, LENGTHS, Scores, decode, marginals
+from forcelab.recognition.hsmm import FINE, LENGTHS, HsmmParameters, decode, marginals
 from forcelab.recognition.live import FixedLag
-from forcelab.recognition.task_grammar import Choreography
+from forcelab.recognition.task_grammar import TaskGrammar
 
 USES = ("none", "durations", "order")
 STEP = 0.1
 
 
-def a_choreography(rng: np.random.Generator, K: int, median: float = 0.3) -> Choreography:
+def random_grammar(rng: np.random.Generator, K: int, median: float = 0.3) -> TaskGrammar:
     follow = rng.random((K, K)) * (1 - np.eye(K))
-    return Choreography(
+    return TaskGrammar(
         tuple(f"action {k}" for k in range(K)),
         rng.normal(math.log(median), 0.6, K),
         rng.uniform(0.2, 0.6, K),
@@ -31,9 +31,9 @@ def a_choreography(rng: np.random.Generator, K: int, median: float = 0.3) -> Cho
     )
 
 
-def some_logs(rng: np.random.Generator, n: int, K: int, sure: float = 0.5) -> np.ndarray:
+def some_logs(rng: np.random.Generator, n: int, K: int, confidence: float = 0.5) -> np.ndarray:
     with np.errstate(divide="ignore"):
-        return np.log(rng.dirichlet(np.full(K, sure), n) if n else np.empty((0, K)))
+        return np.log(rng.dirichlet(np.full(K, confidence), n) if n else np.empty((0, K)))
 
 
 def everywhere(logs: np.ndarray) -> np.ndarray:
@@ -53,11 +53,11 @@ def segmentations(n: int, K: int):
 class Plainly:
     """The model as its documentation states it, number by number."""
 
-    def __init__(self, choreography, logs, step, use, places=False, changes=None):
-        self.c, self.use, self.step = choreography, use, step
-        self.K = len(choreography.actions)
+    def __init__(self, grammar, logs, step, use, places=False, changes=None):
+        self.c, self.use, self.step = grammar, use, step
+        self.K = len(grammar.actions)
         floor = logs.max(axis=1, keepdims=True) + math.log(model.FLOOR)
-        prior = model.PRIOR * np.log(choreography.share)
+        prior = model.PRIOR * np.log(grammar.share)
         self.evidence = min(1, model.EVIDENCE * step / 0.02) * (np.maximum(logs, floor) - prior)
         self.emphasis = 0 if use == "none" else model.DURATION
         self.places = math.log(step / 0.02) if places else 0.0
@@ -65,7 +65,7 @@ class Plainly:
         if changes is not None and use != "none":
             near = model.CHANGE * (changes - model.LIKELIER)
         self.change = 0.5 * (near[:-1] + near[1:])  # of one after each step but the last
-        self.limits = Scores.of(choreography, step, use)
+        self.limits = HsmmParameters.from_grammar(grammar, step, use)
         self.whole, self.cut = self.lengths()
 
     def _lines(self, k, near, blocks=False):
@@ -83,11 +83,11 @@ class Plainly:
     def lengths(self):
         """Scores of whole and of cut off segments of 1, 2, ... steps, each shape (K, n)."""
         K, n = self.K, len(self.evidence)
-        whole = [self._lines(k, lambda d, s: d.logpdf(s) + math.log(0.5), True) for k in range(K)]
+        middle = [self._lines(k, lambda d, s: d.logpdf(s) + math.log(0.5), True) for k in range(K)]
         cut = [self._lines(k, lambda d, s: d.logsf(s)) for k in range(K)]
         short = np.arange(1, n + 1) < self.limits.shortest[:, None]
-        whole = np.where(short, -np.inf, self.emphasis * np.array(whole))
-        return whole, self.emphasis * np.array(cut)
+        middle = np.where(short, -np.inf, self.emphasis * np.array(middle))
+        return middle, self.emphasis * np.array(cut)
 
     def first(self, k):
         return math.log(self.c.start[k] if self.use == "order" else 1 / self.K)
@@ -121,22 +121,22 @@ def as_codes(edges, codes):
 @pytest.mark.parametrize(("n", "K"), [(1, 1), (5, 1), (1, 3), (6, 3), (8, 2)])
 def test_best_course_and_marginals_are_those_of_all_segmentations(n, K, use, known):
     rng = np.random.default_rng(100 * n + K)
-    choreography, logs = a_choreography(rng, K), some_logs(rng, n, K)
+    grammar, logs = random_grammar(rng, K), some_logs(rng, n, K)
     changes = rng.normal(0.5, 2.0, n) if known else None
     every = list(segmentations(n, K))
-    plain = Plainly(choreography, logs, STEP, use, changes=changes)
+    plain = Plainly(grammar, logs, STEP, use, changes=changes)
     best = max(every, key=lambda one: plain.score(*one))
-    codes = decode(logs, everywhere(logs), STEP, choreography, use, changes=changes)
+    codes = decode(logs, everywhere(logs), STEP, grammar, use, changes=changes)
     assert codes.dtype == np.int64
     assert codes.tolist() == as_codes(*best).tolist()
 
-    plain = Plainly(choreography, logs, STEP, use, places=True, changes=changes)
+    plain = Plainly(grammar, logs, STEP, use, places=True, changes=changes)
     scores = np.array([plain.score(*one) for one in every])
     shares = np.exp(scores - np.logaddexp.reduce(scores))
     expected = np.zeros((n, K))
     for share, one in zip(shares, every, strict=True):
         expected[np.arange(n), as_codes(*one)] += share
-    found = marginals(logs, everywhere(logs), STEP, choreography, use, changes=changes)
+    found = marginals(logs, everywhere(logs), STEP, grammar, use, changes=changes)
     np.testing.assert_allclose(found, expected, atol=1e-10)
 
 
@@ -174,40 +174,40 @@ def scored(plain: Plainly, codes: np.ndarray) -> float:
 )
 def test_no_course_is_better_where_segments_outlast_every_table(K, step, median, use):
     rng = np.random.default_rng(K)
-    choreography = a_choreography(rng, K, median)
+    grammar = random_grammar(rng, K, median)
     # Long quiet stretches, much longer than any duration that was seen, and busy ones between.
     truth = np.repeat(rng.integers(0, K, 12), rng.integers(5, 60, 12))
     truth[100:250] = 0
     logs = some_logs(rng, len(truth), K, 1.0) + 2.0 * np.eye(K)[truth]
     changes = rng.normal(-1.0, 1.0, len(truth))
-    codes = decode(logs, everywhere(logs), step, choreography, use, changes=changes)
-    plain = Plainly(choreography, logs, step, use, changes=changes)
+    codes = decode(logs, everywhere(logs), step, grammar, use, changes=changes)
+    plain = Plainly(grammar, logs, step, use, changes=changes)
     assert scored(plain, codes) == pytest.approx(viterbi(plain, len(codes)), abs=1e-8)
 
 
 @pytest.mark.parametrize("shortest", [1, 2, 3])
 def test_many_of_the_shortest_segments_in_a_row_are_found(shortest):
     rng = np.random.default_rng(shortest)
-    choreography = a_choreography(rng, 3, 0.1)
+    grammar = random_grammar(rng, 3, 0.1)
     # Each step speaks for an action loudly enough to pay for a change.
     truth = np.repeat(np.arange(150) % 3, shortest)
     truth[90:240] = rng.permutation(truth[90:240])
     logs = 20.0 * np.eye(3)[truth]
-    codes = decode(logs, everywhere(logs), 0.02, choreography, "none")
-    plain = Plainly(choreography, logs, 0.02, "none")
+    codes = decode(logs, everywhere(logs), 0.02, grammar, "none")
+    plain = Plainly(grammar, logs, 0.02, "none")
     assert scored(plain, codes) == pytest.approx(viterbi(plain, len(codes)), abs=1e-8)
     assert np.mean(codes == truth) > 0.9
 
 
 def test_marginals_where_evidence_lies_hundreds_of_nats_apart():
     rng = np.random.default_rng(6)
-    choreography = a_choreography(rng, 2, 12.0)
+    grammar = random_grammar(rng, 2, 12.0)
     truth = np.repeat([0, 1], [130, 130])
     logs = 20.0 * np.eye(2)[truth]
     logs[120:140] = some_logs(rng, 20, 2, 1.0)  # where one ends is not plain to see
-    assert Scores.of(choreography, 0.1, "order").longest.min() > FINE
-    found = marginals(logs, everywhere(logs), 0.1, choreography, "order")
-    plain = Plainly(choreography, logs, 0.1, "order", places=True)
+    assert HsmmParameters.from_grammar(grammar, 0.1, "order").longest.min() > FINE
+    found = marginals(logs, everywhere(logs), 0.1, grammar, "order")
+    plain = Plainly(grammar, logs, 0.1, "order", places=True)
     for t in (3, 121, 128, 133, 138, 250):
         sums = []
         for more in (-1e-4, 1e-4):
@@ -220,12 +220,12 @@ def test_marginals_where_evidence_lies_hundreds_of_nats_apart():
 @pytest.mark.parametrize("step", [0.0008, 0.0004])
 def test_marginals_of_lengths_told_apart_in_blocks_are_those_of_all_segmentations(step):
     rng = np.random.default_rng(4)
-    choreography = a_choreography(rng, 2, 0.1)
+    grammar = random_grammar(rng, 2, 0.1)
     truth = np.repeat([0, 1, 0], [80, 170, 60])
     logs = some_logs(rng, len(truth), 2, 1.0) + 2.0 * np.eye(2)[truth]
-    assert Scores.of(choreography, step, "order").longest.min() > FINE
-    found = marginals(logs, everywhere(logs), step, choreography, "order")
-    plain = Plainly(choreography, logs, step, "order", places=True)
+    assert HsmmParameters.from_grammar(grammar, step, "order").longest.min() > FINE
+    found = marginals(logs, everywhere(logs), step, grammar, "order")
+    plain = Plainly(grammar, logs, step, "order", places=True)
     for t, k in [(0, 0), (75, 1), (84, 0), (160, 1), (255, 0), (309, 1)]:
         # What a little more evidence there adds to the sum of all segmentations.
         sums = []
@@ -238,9 +238,9 @@ def test_marginals_of_lengths_told_apart_in_blocks_are_those_of_all_segmentation
 
 def test_marginals_are_the_same_whichever_way_time_runs():
     rng = np.random.default_rng(3)
-    choreography, logs = a_choreography(rng, 4, 0.2), some_logs(rng, 400, 4, 1.0)
-    found = marginals(logs, everywhere(logs), 0.02, choreography, "durations")
-    turned = marginals(logs[::-1], everywhere(logs), 0.02, choreography, "durations")
+    grammar, logs = random_grammar(rng, 4, 0.2), some_logs(rng, 400, 4, 1.0)
+    found = marginals(logs, everywhere(logs), 0.02, grammar, "durations")
+    turned = marginals(logs[::-1], everywhere(logs), 0.02, grammar, "durations")
     np.testing.assert_allclose(found, turned[::-1], atol=1e-9)
     np.testing.assert_allclose(found.sum(axis=1), 1.0, atol=1e-12)
     assert found.max() > 0.5
@@ -249,22 +249,22 @@ def test_marginals_are_the_same_whichever_way_time_runs():
 # --- what a user cares about ----------------------------------------------------------------------
 
 
-def a_known_one(K: int = 3) -> Choreography:
+def a_known_one(K: int = 3) -> TaskGrammar:
     """Actions of about a second that come one after the other."""
     follow = np.full((K, K), 0.02 / max(K - 2, 1))
     follow[np.arange(K), (np.arange(K) + 1) % K] = 0.98
     np.fill_diagonal(follow, 0.0)
     even = np.full(K, 1 / K)
     actions = tuple(map(str, range(K)))
-    return Choreography(actions, np.zeros(K), np.full(K, 0.3), even, even, follow)
+    return TaskGrammar(actions, np.zeros(K), np.full(K, 0.3), even, even, follow)
 
 
 @pytest.mark.parametrize("use", USES)
 def test_a_flickering_classifier_gives_whole_segments(use):
     rng = np.random.default_rng(0)
     truth = np.repeat([0, 1, 2, 0], 50)
-    seen = np.where(rng.random(200) < 0.2, rng.integers(0, 3, 200), truth)
-    logs = np.log(np.where(np.eye(3)[seen] > 0, 0.7, 0.15))
+    flickering = np.where(rng.random(200) < 0.2, rng.integers(0, 3, 200), truth)
+    logs = np.log(np.where(np.eye(3)[flickering] > 0, 0.7, 0.15))
     codes = decode(logs, everywhere(logs), 0.02, a_known_one(), use)
     assert codes[np.flatnonzero(np.diff(codes, prepend=-1))].tolist() == [0, 1, 2, 0]
     assert np.mean(codes == truth) > 0.95
@@ -302,19 +302,19 @@ def test_an_action_changes_where_that_is_seen_though_the_steps_beside_it_tell_no
 @pytest.mark.parametrize("use", USES)
 def test_gaps_are_unlabelled_and_part_what_is_decoded(use):
     rng = np.random.default_rng(5)
-    choreography, logs = a_known_one(), some_logs(rng, 90, 3)
+    grammar, logs = a_known_one(), some_logs(rng, 90, 3)
     valid = np.ones(90, dtype=bool)
     valid[:4] = valid[40:50] = False
     logs[60] = np.nan  # no number is no step
-    codes = decode(logs, valid, 0.02, choreography, use)
-    share = marginals(logs, valid, 0.02, choreography, use)
+    codes = decode(logs, valid, 0.02, grammar, use)
+    share = marginals(logs, valid, 0.02, grammar, use)
     valid[60] = False
     assert (codes[~valid] == -1).all()
     assert (codes[valid] >= 0).all()
     np.testing.assert_allclose(share.sum(axis=1), valid, atol=1e-12)
     noisy = logs.copy()
     noisy[50:60] = 0.0
-    other = decode(noisy, valid, 0.02, choreography, use)
+    other = decode(noisy, valid, 0.02, grammar, use)
     assert np.array_equal(other[:50], codes[:50])
     assert np.array_equal(other[61:], codes[61:])
 
@@ -348,10 +348,10 @@ def test_two_hundred_actions(monkeypatch):
     rng = np.random.default_rng(1)
     truth = np.repeat(rng.permutation(200)[:6], 20)
     logs = 4.0 * np.eye(200)[truth]
-    choreography = a_known_one(200)
-    codes = decode(logs, everywhere(logs), 0.02, choreography, "durations")
+    grammar = a_known_one(200)
+    codes = decode(logs, everywhere(logs), 0.02, grammar, "durations")
     assert np.array_equal(codes, truth)
-    share = marginals(logs, everywhere(logs), 0.02, choreography, "durations")
+    share = marginals(logs, everywhere(logs), 0.02, grammar, "durations")
     assert np.isfinite(share).all()
 
 
@@ -363,7 +363,7 @@ def test_one_action_alone_covers_everything():
 
 
 def test_no_action_decodes_nothing():
-    nobody = Choreography.learn([], ())
+    nobody = TaskGrammar.learn([], ())
     codes = decode(np.empty((3, 0)), np.ones(3, dtype=bool), 0.02, nobody, "order")
     assert codes.tolist() == [-1] * 3
 
@@ -373,19 +373,19 @@ def test_no_action_decodes_nothing():
 def test_numbering_of_actions_and_units_of_steps_play_no_part(seed, use):
     rng = np.random.default_rng(seed)
     n, K = int(rng.integers(1, 60)), int(rng.integers(1, 6))
-    choreography, logs = a_choreography(rng, K), some_logs(rng, n, K)
-    codes = decode(logs, everywhere(logs), STEP, choreography, use)
+    grammar, logs = random_grammar(rng, K), some_logs(rng, n, K)
+    codes = decode(logs, everywhere(logs), STEP, grammar, use)
     order = rng.permutation(K)
-    other = Choreography(
-        tuple(choreography.actions[k] for k in order),
-        *(getattr(choreography, name)[order] for name in ("mean", "sd", "share", "start")),
-        choreography.follow[np.ix_(order, order)],
+    other = TaskGrammar(
+        tuple(grammar.actions[k] for k in order),
+        *(getattr(grammar, name)[order] for name in ("mean", "sd", "share", "start")),
+        grammar.follow[np.ix_(order, order)],
     )
     permuted = decode(logs[:, order], everywhere(logs), STEP, other, use)
     assert np.array_equal(order[permuted], codes)
     # Densities instead of probabilities: each step has a factor of its own.
     shifted = logs + rng.normal(0, 50, (n, 1))
-    assert np.array_equal(decode(shifted, everywhere(logs), STEP, choreography, use), codes)
+    assert np.array_equal(decode(shifted, everywhere(logs), STEP, grammar, use), codes)
 
 
 @pytest.mark.parametrize("use", USES)
@@ -404,7 +404,7 @@ def test_finer_steps_that_say_the_same_decide_the_same(monkeypatch, use):
 
 
 @pytest.mark.parametrize(
-    ("wrong", "said"),
+    ("wrong", "message"),
     [
         ({"step": 0.0}, "longer than 0 s"),
         ({"use": "everything"}, "none, durations or order"),
@@ -412,34 +412,34 @@ def test_finer_steps_that_say_the_same_decide_the_same(monkeypatch, use):
         ({"valid": np.ones(4, dtype=bool)}, "5 steps"),
     ],
 )
-def test_what_cannot_be_decoded_is_refused(wrong, said):
+def test_what_cannot_be_decoded_is_refused(wrong, message):
     given_ = {
         "log_probabilities": np.zeros((5, 3)),
         "valid": np.ones(5, dtype=bool),
         "step": 0.02,
-        "choreography": a_known_one(),
+        "grammar": a_known_one(),
     }
-    with pytest.raises(InputError, match=said):
+    with pytest.raises(InputError, match=message):
         decode(**(given_ | wrong))
 
 
 # --- on a stream ----------------------------------------------------------------------------------
 
 
-def with_lag(logs, valid, t, lag, choreography, use):
+def with_lag(logs, valid, t, lag, grammar, use):
     """The plain definition: decode all that is seen by then, and look at the step in question."""
-    seen = slice(0, t + lag + 1)
-    return decode(logs[seen], valid[seen], 0.02, choreography, use)[t]
+    steps = slice(0, t + lag + 1)
+    return decode(logs[steps], valid[steps], 0.02, grammar, use)[t]
 
 
 @pytest.mark.parametrize(("use", "lag"), [("none", 3), ("durations", 0), ("order", 5)])
 def test_each_step_is_what_decoding_gives_it_after_the_lag(use, lag):
     rng = np.random.default_rng(lag)
-    choreography = a_choreography(rng, 3, 0.1)
+    grammar = random_grammar(rng, 3, 0.1)
     logs = some_logs(rng, 260, 3, 1.0)
     valid = np.ones(260, dtype=bool)
     valid[150:153] = False
-    stream = FixedLag(0.02, lag, choreography, use)
+    stream = FixedLag(0.02, lag, grammar, use)
     parts = [
         stream.push(logs[first : first + 7], valid[first : first + 7]) for first in range(0, 260, 7)
     ]
@@ -447,37 +447,37 @@ def test_each_step_is_what_decoding_gives_it_after_the_lag(use, lag):
     assert waiting == lag
     codes = np.concatenate([*parts, stream.finish()])
     for t in [*range(0, 260, 23), 148, 149, 152, 153, 259]:
-        assert codes[t] == with_lag(logs, valid, t, lag, choreography, use)
+        assert codes[t] == with_lag(logs, valid, t, lag, grammar, use)
 
 
 @settings(max_examples=25)
 @given(st.integers(1, 90), st.lists(st.integers(1, 40), min_size=1, max_size=6), st.integers(0, 99))
 def test_with_a_lag_that_covers_everything_it_is_the_offline_decoder(n, blocks, seed):
     rng = np.random.default_rng(seed)
-    choreography = a_choreography(rng, 4, 0.15)
+    grammar = random_grammar(rng, 4, 0.15)
     logs, valid = some_logs(rng, n, 4, 1.0), rng.random(n) > 0.05
     logs[rng.random((n, 4)) < 0.1] = -np.inf
-    stream = FixedLag(0.02, n, choreography, "order")
+    stream = FixedLag(0.02, n, grammar, "order")
     parts, first = [], 0
     while first < n:
         last = first + blocks[len(parts) % len(blocks)]
         parts.append(stream.push(logs[first:last], valid[first:last]))
         first = last
     codes = np.concatenate([*parts, stream.finish()])
-    assert codes.tolist() == decode(logs, valid, 0.02, choreography, "order").tolist()
+    assert codes.tolist() == decode(logs, valid, 0.02, grammar, "order").tolist()
 
 
 def test_a_stream_goes_on_without_growing_and_forgets_nothing_it_needs():
     rng = np.random.default_rng(9)
-    choreography = a_choreography(rng, 3, 0.08)
+    grammar = random_grammar(rng, 3, 0.08)
     truth = np.repeat(rng.integers(0, 3, 60), rng.integers(5, 25, 60))
     truth[300:520] = 1  # much longer than what is kept
     logs = some_logs(rng, len(truth), 3, 1.0) + 3 * np.eye(3)[truth]
-    stream = FixedLag(0.02, 12, choreography, "order")
+    stream = FixedLag(0.02, 12, grammar, "order")
     codes = np.concatenate([stream.push(logs), stream.finish()])
     assert len(codes) == len(truth)
     for t in range(20, len(truth) - 12, 231):
-        assert codes[t] == with_lag(logs, everywhere(logs), t, 12, choreography, "order")
+        assert codes[t] == with_lag(logs, everywhere(logs), t, 12, grammar, "order")
 
 
 def test_a_stream_that_ends_at_once_or_waits_backwards():

@@ -14,10 +14,10 @@ from forcelab.jobs import finish
 from forcelab.labels import Segment
 from forcelab.recognition import ensemble
 from forcelab.recognition.cross_validation import leave_one_out
-from forcelab.recognition.examples import Labelled, prepare
+from forcelab.recognition.examples import LabelledDemonstration, prepare_examples
 from forcelab.recognition.presets import preset
 from forcelab.recognition.settings import Settings
-from forcelab.recognition.storage import load, pack, save
+from forcelab.recognition.storage import load_recogniser, pack, save_recogniser
 from forcelab.recognition.training import train
 
 FAST, BEST = preset("fast"), preset("best")
@@ -33,7 +33,7 @@ def few_trees():
 
 @pytest.fixture(scope="module")
 def four():
-    return [Labelled(*pair) for pair in synthetic_set(4, rate=100.0)]
+    return [LabelledDemonstration(*pair) for pair in synthetic_set(4, rate=100.0)]
 
 
 @pytest.fixture(scope="module")
@@ -47,56 +47,56 @@ def accuracy(evaluation, which="filtered"):
 
 def changed(item, signals):
     old = item.demonstration
-    return Labelled(
+    return LabelledDemonstration(
         Demonstration(old.name, old.task, old.times, signals, old.channels), item.segments
     )
 
 
 def test_a_decoded_prediction_covers_every_stamp_with_probabilities(trained, four):
     unseen = four[3].demonstration
-    found = trained.predict(unseen, certainty=True)
+    found = trained.predict(unseen, probability_trace=True)
     n = len(unseen.times)
     assert found.times is unseen.times
     assert found.raw.shape == found.filtered.shape == (n,)
     assert found.probabilities.shape == (n, len(trained.actions))
     np.testing.assert_allclose(found.probabilities.sum(axis=1), 1.0)
     assert found.stages == {}
-    assert found.certainty.values.shape[1] == len(trained.actions)
+    assert found.probability_trace.values.shape[1] == len(trained.actions)
     # The decoder leaves no flicker: about as many segments as the human has.
     assert len(found.segments) <= len(four[3].segments) + 2
 
 
 def test_asking_for_certainty_changes_nothing_else(trained, four):
-    asked = trained.predict(four[3].demonstration, certainty=True)
+    asked = trained.predict(four[3].demonstration, probability_trace=True)
     plain = trained.predict(four[3].demonstration)
-    assert plain.certainty is None
+    assert plain.probability_trace is None
     np.testing.assert_array_equal(asked.filtered, plain.filtered)
     np.testing.assert_array_equal(asked.probabilities, plain.probabilities)
 
 
 @pytest.mark.parametrize("name", ["fast", "best"])
 def test_a_loaded_recogniser_decodes_to_the_bit_what_the_saved_one_did(four, tmp_path, name):
-    made = train(four[:2], preset(name))
-    save(made, tmp_path / "foam.skops")
-    loaded = load(tmp_path / "foam.skops")
-    before, after = (r.predict(four[3].demonstration) for r in (made, loaded))
+    recogniser = train(four[:2], preset(name))
+    save_recogniser(recogniser, tmp_path / "foam.skops")
+    loaded = load_recogniser(tmp_path / "foam.skops")
+    before, after = (r.predict(four[3].demonstration) for r in (recogniser, loaded))
     np.testing.assert_array_equal(after.filtered, before.filtered)
     np.testing.assert_array_equal(after.probabilities, before.probabilities)
-    assert loaded.settings == made.settings
-    assert loaded.choreography.to_json() == made.choreography.to_json()
+    assert loaded.settings == recogniser.settings
+    assert loaded.grammar.to_json() == recogniser.grammar.to_json()
 
 
 def test_a_decoder_without_choreography_is_refused(trained, tmp_path):
     path = tmp_path / "foam.skops"
-    path.write_bytes(pack(dataclasses.replace(trained, choreography=None)))
+    path.write_bytes(pack(dataclasses.replace(trained, grammar=None)))
     with pytest.raises(InputError, match="not a whole recogniser"):
-        load(path)
+        load_recogniser(path)
 
 
 def test_nothing_of_the_held_out_demonstration_is_seen(four):
     first = (four[0], four[1])
     clean = finish(leave_one_out([*first, four[3]], BEST))
-    poisoned = [*first, Labelled(four[3].demonstration, _nonsense(four[3]))]
+    poisoned = [*first, LabelledDemonstration(four[3].demonstration, _nonsense(four[3]))]
     after = finish(leave_one_out(poisoned, BEST))
     # Other labels of the one that is left out: its prediction stays to the bit.
     before, now = clean.tested[2], after.tested[2]
@@ -106,8 +106,8 @@ def test_nothing_of_the_held_out_demonstration_is_seen(four):
     assert edges[0] == edges[1]
     # Other forces there: what is predicted of it changes, the recogniser does not.
     rows = np.random.default_rng(0).normal(size=four[3].demonstration.signals.shape) * 1e3
-    examples = [prepare(item, BEST) for item in (*four[:3], changed(four[3], rows))]
-    again = [prepare(item, BEST) for item in four]
+    examples = [prepare_examples(item, BEST) for item in (*four[:3], changed(four[3], rows))]
+    again = [prepare_examples(item, BEST) for item in four]
     for one, other in zip(examples[:3], again[:3], strict=True):
         np.testing.assert_array_equal(one.features, other.features)
 
@@ -131,7 +131,7 @@ def test_shuffled_labels_give_chance(four):
         drawn = random.integers(len(names), size=24)
         cut = zip(edges[:-1], edges[1:], drawn, strict=True)
         shuffled.append(
-            Labelled(
+            LabelledDemonstration(
                 item.demonstration,
                 tuple(Segment(float(a), float(b), names[i]) for a, b, i in cut),
             )

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
-from stated_live import stated
+from live_reference import stated
 from synthetic import synthetic_set
 
 from forcelab.demonstration import Demonstration
 from forcelab.labels import UNLABELLED
-from forcelab.recognition.examples import Labelled
+from forcelab.recognition.examples import LabelledDemonstration
 from forcelab.recognition.features import ROUNDING
 from forcelab.recognition.live import OnlineRecogniser
 from forcelab.recognition.live_features import EVERY, LASTING, Floor, StreamingFeatures
@@ -23,7 +23,7 @@ RATE, N = 250.0, 900
 
 @pytest.fixture(scope="module")
 def trained():
-    items = [Labelled(*item) for item in synthetic_set(1, rate=RATE)]
+    items = [LabelledDemonstration(*item) for item in synthetic_set(1, rate=RATE)]
     return train(items, Settings(max_scale=16.0, stride=20))
 
 
@@ -83,12 +83,12 @@ def test_labels_are_those_stated_whatever_comes(trained, channels, kind, latency
     codes = np.concatenate([part.codes for part in parts])
     probabilities = np.concatenate([part.probabilities for part in parts])
     assert np.isfinite(probabilities).all()
-    wanted = stated(
+    expected = stated(
         trained, Demonstration("d", "t", times, values.astype(float), channels), latency
     )
     assert len(codes) == n
-    assert np.abs(probabilities - wanted.probabilities).max() < 1e-3
-    assert np.array_equal(codes, wanted.codes)
+    assert np.abs(probabilities - expected.probabilities).max() < 1e-3
+    assert np.array_equal(codes, expected.codes)
 
 
 def featured(x, transform):

@@ -3,29 +3,29 @@
 from dataclasses import replace
 
 import pytest
-from outcomes import drawn_outcome, outcome_of
+from factories import random_run_result, run_result
 
 from forcelab.label_map import MergeMap
-from forcelab.recognition.intervals import differences, look_up
-from forcelab.recognition.metrics import pool, timed_counts
+from forcelab.recognition.intervals import difference_intervals, look_up
+from forcelab.recognition.metrics import count_segments, pool
 from forcelab.recognition.settings import Settings
-from forcelab.review.run_comparison import compare, settings_that_differ
+from forcelab.review.run_comparison import compare_runs, settings_that_differ
 
 ACTIONS = ("grab", "hold", "release")
 
 
-def counted(outcome, ids):
+def counted(result, ids):
     return [
-        timed_counts(d.human, d.predicted, outcome.actions)
+        count_segments(d.human, d.predicted, result.actions)
         for id_ in ids
-        for d in outcome.tested
+        for d in result.tested
         if d.id == id_
     ]
 
 
 def test_pooled_scores_are_those_of_the_runs_where_both_tested_the_same():
-    one, other = drawn_outcome("abcd", ACTIONS), drawn_outcome("abcd", ACTIONS, right=0.9)
-    found = compare(one, other)
+    one, other = random_run_result("abcd", ACTIONS), random_run_result("abcd", ACTIONS, right=0.9)
+    found = compare_runs(one, other)
     assert found.shared == ("a", "b", "c", "d")
     for stage in ("raw", "filtered"):
         assert found.pooled[stage] == (one.scores[stage]["pooled"], other.scores[stage]["pooled"])
@@ -34,12 +34,12 @@ def test_pooled_scores_are_those_of_the_runs_where_both_tested_the_same():
 
 
 def test_what_only_one_run_tested_is_left_out_of_both():
-    one, other = drawn_outcome("abcd", ACTIONS), drawn_outcome("dcxb", ACTIONS, seed=1)
-    found = compare(one, other)
+    one, other = random_run_result("abcd", ACTIONS), random_run_result("dcxb", ACTIONS, seed=1)
+    found = compare_runs(one, other)
     assert found.shared == ("b", "c", "d")
     expected = [pool("pooled", counted(run, "bcd")).to_json() for run in (one, other)]
     assert list(found.pooled["filtered"]) == expected
-    paired = differences(counted(one, "bcd"), counted(other, "bcd"), one.settings.seed)
+    paired = difference_intervals(counted(one, "bcd"), counted(other, "bcd"), one.settings.seed)
     assert found.intervals["filtered"] == paired
     low, high = paired["accuracy"]
     between = look_up(expected[1], "accuracy") - look_up(expected[0], "accuracy")
@@ -47,14 +47,14 @@ def test_what_only_one_run_tested_is_left_out_of_both():
 
 
 def test_runs_with_nothing_in_common_have_no_scores():
-    found = compare(drawn_outcome("ab", ACTIONS), drawn_outcome("cd", ACTIONS))
+    found = compare_runs(random_run_result("ab", ACTIONS), random_run_result("cd", ACTIONS))
     assert found.shared == ()
     assert found.pooled["filtered"][1] == {}
     assert "needs 3 demonstrations" in found.intervals["filtered"].reason
 
 
-def test_only_settings_that_differ_are_told():
-    one = drawn_outcome("ab", ACTIONS)
+def test_only_settings_that_differ_are_listed():
+    one = random_run_result("ab", ACTIONS)
     assert settings_that_differ(one, one) == ()
     other = replace(one, settings=Settings(median=None, seed=7), author="Bob")
     assert settings_that_differ(one, other) == (
@@ -64,28 +64,28 @@ def test_only_settings_that_differ_are_told():
     )
 
 
-def test_what_differs_is_told_in_words():
-    one = drawn_outcome("ab", ACTIONS)
+def test_settings_that_differ_are_written_as_text():
+    one = random_run_result("ab", ACTIONS)
     changed = one.settings.replace(merge=MergeMap({"grap": "grab"}), phase=False)
     other = replace(one, settings=changed, tasks=("foam", "soft"), test_task="pen")
-    told = {name: values for name, *values in settings_that_differ(one, other)}
-    assert told["phase"] == ["yes", "no"]
-    assert told["merge"] == ["–", "grap → grab"]
-    assert told["tasks"][1] == "foam + soft"
-    assert told["test task"] == ["–", "pen"]
+    different = {name: values for name, *values in settings_that_differ(one, other)}
+    assert different["phase"] == ["yes", "no"]
+    assert different["merge"] == ["–", "grap → grab"]
+    assert different["tasks"][1] == "foam + soft"
+    assert different["test task"] == ["–", "pen"]
 
 
 def test_labels_that_changed_between_the_runs_are_named():
-    one = drawn_outcome("abc", ACTIONS)
+    one = random_run_result("abc", ACTIONS)
     changed = replace(one.tested[1], human=one.tested[1].human[:-1])
-    other = outcome_of([one.tested[0], changed, one.tested[2]], ACTIONS)
-    assert compare(one, other).relabelled == ("b",)
-    assert compare(one, one).relabelled == ()
+    other = run_result([one.tested[0], changed, one.tested[2]], ACTIONS)
+    assert compare_runs(one, other).relabelled == ("b",)
+    assert compare_runs(one, one).relabelled == ()
 
 
 @pytest.mark.parametrize("number", [1, 2])
 def test_few_demonstrations_are_compared_without_an_interval(number):
     ids = "ab"[:number]
-    found = compare(drawn_outcome(ids, ACTIONS), drawn_outcome(ids, ACTIONS, seed=2))
+    found = compare_runs(random_run_result(ids, ACTIONS), random_run_result(ids, ACTIONS, seed=2))
     assert found.intervals["filtered"]["accuracy"] is None
     assert found.pooled["filtered"][0]["accuracy"] is not None

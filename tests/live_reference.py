@@ -13,8 +13,8 @@ from forcelab.labels import UNLABELLED
 from forcelab.recognition.features import REACH, REST
 from forcelab.recognition.live import (
     TOLERANCE,
-    Decided,
     FixedLag,
+    LiveLabels,
     budget_of,
     classify,
     limits_of,
@@ -34,7 +34,7 @@ from forcelab.recognition.live_features import (
     Floor,
     rows_of,
 )
-from forcelab.recognition.live_model import hop_of, needs_whole
+from forcelab.recognition.live_model import live_hop, needs_live_model
 from forcelab.signals.channels import channel_map
 from forcelab.signals.streaming import Kernel, StreamingCwt
 
@@ -51,7 +51,7 @@ def stated(recogniser, demonstration, latency):
     steps += grid.finish()
     budget = budget_of(recogniser, latency, grid.step, grid.lag)
     signals = channels.apply(steps.signals)
-    if needs_whole(recogniser.settings):
+    if needs_live_model(recogniser.settings):
         return by_part(recogniser, steps, signals, budget, grid.step)
     features = wavelet_features(recogniser.settings, signals, budget.features)
     probe = getattr(recogniser.classifier, "predict_proba", None)
@@ -62,7 +62,7 @@ def stated(recogniser, demonstration, latency):
     limits = limits_of(recogniser)
     if limits:
         codes = dropped(codes, steps.times, limits, grid.step, budget.drop)
-    return Decided(steps.times, codes, probabilities)
+    return LiveLabels(steps.times, codes, probabilities)
 
 
 def wavelet_features(settings, channels, delay):
@@ -123,20 +123,20 @@ def dropped(codes, times, limits, period, ahead):
 
 def by_part(recogniser, steps, channels, budget, period):
     """The labels of a part for streams: of features as it has learnt from, decoded at once."""
-    hop, n = hop_of(recogniser.settings, 1.0 / period), len(steps)
-    looks = [round(part.windows.look / period) for part in recogniser.live]
-    part = recogniser.live[looks.index(budget.features)]
+    hop, n = live_hop(recogniser.settings, 1.0 / period), len(steps)
+    looks = [round(part.windows.look / period) for part in recogniser.live_models]
+    part = recogniser.live_models[looks.index(budget.features)]
     features = part.windows.of(channels, 1.0 / period, hop)
     valid = steps.valid[np.minimum(np.arange(len(features)) * hop + hop // 2, n - 1)]
     known = np.zeros((len(features), len(recogniser.actions)))
     found = part.classifier.predict_proba(features[valid])
     known[np.ix_(valid, part.classifier.classes_)] = found
     use = recogniser.settings.choreography
-    decoder = FixedLag(hop * period, budget.decoder // hop, recogniser.choreography, use)
+    decoder = FixedLag(hop * period, budget.decoder // hop, recogniser.grammar, use)
     with np.errstate(divide="ignore"):
         codes = np.concatenate([decoder.push(np.log(known), valid), decoder.finish()])
     around = np.minimum(np.arange(n) // hop, len(features) - 1)
-    return Decided(
+    return LiveLabels(
         steps.times,
         np.where(steps.valid, codes[around], UNLABELLED),
         np.where(steps.valid[:, None], known[around], 0.0),

@@ -4,15 +4,20 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from stated_live import stated
+from live_reference import stated
 from synthetic import synthetic_set
 
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError
 from forcelab.labels import UNLABELLED
 from forcelab.recognition import filters
-from forcelab.recognition.examples import Labelled
-from forcelab.recognition.live import CausalDrop, CausalMedian, OnlineRecogniser, prober
+from forcelab.recognition.examples import LabelledDemonstration
+from forcelab.recognition.live import (
+    CausalDrop,
+    CausalMedian,
+    OnlineRecogniser,
+    probability_function,
+)
 from forcelab.recognition.live_features import PATIENCE, CausalGrid, Steps
 from forcelab.recognition.settings import Settings
 from forcelab.recognition.training import train
@@ -21,7 +26,7 @@ from forcelab.signals.grid import on_grid
 
 @pytest.fixture(scope="module")
 def three():
-    return [Labelled(*item) for item in synthetic_set(3, rate=250.0)]
+    return [LabelledDemonstration(*item) for item in synthetic_set(3, rate=250.0)]
 
 
 @pytest.fixture(scope="module")
@@ -57,11 +62,11 @@ def changed(demonstration, times=None, signals=None):
 @pytest.mark.parametrize("latency", [0.0, 0.05, 0.3, 2.0])
 @pytest.mark.parametrize("blocks", [[5], [1000], [1, 40, 3, 700]])
 def test_labels_are_those_stated_for_the_latency(trained, three, latency, blocks):
-    wanted = stated(trained, three[2].demonstration, latency)
+    expected = stated(trained, three[2].demonstration, latency)
     times, codes, probabilities = streamed(trained, three[2].demonstration, latency, blocks)
-    assert np.array_equal(times, wanted.times)
-    assert np.array_equal(codes, wanted.codes)
-    assert np.abs(probabilities - wanted.probabilities).max() < 1e-3
+    assert np.array_equal(times, expected.times)
+    assert np.array_equal(codes, expected.codes)
+    assert np.abs(probabilities - expected.probabilities).max() < 1e-3
 
 
 def test_with_time_enough_labels_are_those_of_offline_recognition(trained, three):
@@ -105,8 +110,8 @@ def test_a_gap_is_bridged_and_never_labelled(trained, three):
         assert np.all(codes[400:460] == UNLABELLED)
         assert np.mean(codes == offline.filtered) > 0.99
         for latency in (0.1, 3.0):
-            wanted = stated(trained, holed, latency)
-            assert np.array_equal(streamed(trained, holed, latency, blocks)[1], wanted.codes)
+            expected = stated(trained, holed, latency)
+            assert np.array_equal(streamed(trained, holed, latency, blocks)[1], expected.codes)
 
 
 def test_after_days_unplugged_it_goes_on(trained, three):
@@ -139,17 +144,17 @@ def test_what_a_board_prints_where_it_knows_nothing_is_bridged(trained, three, n
     demonstration = three[2].demonstration
     signals = demonstration.signals.copy()
     signals[400] = np.nan
-    wanted = streamed(trained, changed(demonstration, signals=signals), 0.1, [5])
+    expected = streamed(trained, changed(demonstration, signals=signals), 0.1, [5])
     signals[400] = nonsense
     # Not changed(), as no demonstration holds such numbers.
     online = OnlineRecogniser(trained, 0.1, demonstration.channels, 250.0)
     parts = [online.push(demonstration.times, signals), online.finish()]
-    assert np.array_equal(np.concatenate([part.codes for part in parts]), wanted[1])
+    assert np.array_equal(np.concatenate([part.codes for part in parts]), expected[1])
 
 
 def test_stamps_that_stand_still_or_go_back_are_left_out(trained, three):
     demonstration = three[2].demonstration
-    wanted = streamed(trained, demonstration, 0.1, [50])
+    expected = streamed(trained, demonstration, 0.1, [50])
     online = OnlineRecogniser(trained, 0.1, demonstration.channels)
     codes = []
     for i in range(0, len(demonstration.times), 50):
@@ -159,7 +164,7 @@ def test_stamps_that_stand_still_or_go_back_are_left_out(trained, three):
                 demonstration.times[block], demonstration.signals[block]
             ).codes.tolist()
     codes += online.finish().codes.tolist()
-    assert codes == wanted[1].tolist()
+    assert codes == expected[1].tolist()
 
 
 @pytest.mark.parametrize("rate", [250.0, 500.0, 333.0, 100.0])
@@ -168,17 +173,17 @@ def test_another_device_rate_is_brought_to_the_recognisers_grid_as_offline(rate)
     times = np.arange(n) / rate
     signals = np.column_stack([np.sin(2 * np.pi * 8 * times), np.cumsum(np.ones(n)) / n])
     demonstration = Demonstration("d", "t", times, signals, (Channel("a"), Channel("b")))
-    wanted = on_grid(demonstration, 250.0)
+    expected = on_grid(demonstration, 250.0)
     for size in (1, 17, n):
         grid = CausalGrid(2, 250.0)
         parts = [grid.push(times[i : i + size], signals[i : i + size]) for i in range(0, n, size)]
         parts.append(grid.finish())
         found = sum(parts[1:], parts[0])
-        assert abs(len(found) - len(wanted.times)) <= 1
-        count = min(len(found), len(wanted.times))
-        assert np.allclose(found.signals[:count], wanted.signals[:count], atol=1e-9)
+        assert abs(len(found) - len(expected.times)) <= 1
+        count = min(len(found), len(expected.times))
+        assert np.allclose(found.signals[:count], expected.signals[:count], atol=1e-9)
         inside = slice(0, count - 1)  # stamps behind the last sample are its own
-        assert np.allclose(found.times[inside], wanted.times[inside], atol=1e-9)
+        assert np.allclose(found.times[inside], expected.times[inside], atol=1e-9)
         assert found.valid.all()
 
 
@@ -240,14 +245,14 @@ def test_the_drop_heuristic_that_may_look_ahead_is_the_offline_one(runs, sizes, 
     places = list(cut(np.arange(len(codes)), sizes))
     parts = [drop.push(times[place], codes[place]) for place in places]
     found = np.concatenate([*parts, drop.finish()])
-    wanted = filters.drop_short(codes, times, shortest, 1 / 8)
-    assert found.tolist() == wanted.tolist()
+    expected = filters.drop_short(codes, times, shortest, 1 / 8)
+    assert found.tolist() == expected.tolist()
 
 
 def test_the_fast_way_through_the_mlp_is_scikit_learns(trained, three):
     random = np.random.default_rng(0)
     features = random.normal(0, 30, (200, trained.classifier.n_features_in_))
-    fast = prober(trained.classifier)(features)
+    fast = probability_function(trained.classifier)(features)
     assert np.allclose(fast, trained.classifier.predict_proba(features), atol=1e-12)
 
 
@@ -266,7 +271,7 @@ def test_other_classifiers_and_settings_stream_too(three, classifier):
     assert (parts[0].probabilities is None) == (classifier == "svm")
 
 
-def test_what_is_estimated_is_said(trained, three):
+def test_early_scales_are_listed_with_their_errors(trained, three):
     channels = three[2].demonstration.channels
     soon = OnlineRecogniser(trained, 0.05, channels).early
     assert [early.scale for early in soon][-1] == 32.0

@@ -6,25 +6,25 @@ from contextlib import closing
 from dataclasses import replace
 
 import pytest
-from trained_project import CHOICE, FAST, make
+from factories import BAYES_SETTINGS, FOAM_SELECTION, make_labelled_project
 
 from forcelab.errors import InputError
 from forcelab.formats.archive import read_archive, write_archive
 from forcelab.jobs import finish
 from forcelab.project import Project
 from forcelab.recognition.experiments import evaluate_tasks
-from forcelab.recognition.probability_trace import Certainty
-from forcelab.review.run_result import edits_since, latest, load
-from forcelab.review.training import reviewing
+from forcelab.recognition.probabilities import ProbabilityTrace
+from forcelab.review.run_result import edits_since, latest_run, load_run
+from forcelab.review.training import review_job
 
 
 @pytest.fixture(scope="module")
 def path(tmp_path_factory):
     """A project with a run of the window (1) and one of the command line (2)."""
-    path = make(tmp_path_factory.mktemp("outcome") / "foam.forcelab")
-    finish(reviewing(path, FAST, CHOICE, "foam"))
+    path = make_labelled_project(tmp_path_factory.mktemp("outcome") / "foam.forcelab")
+    finish(review_job(path, BAYES_SETTINGS, FOAM_SELECTION, "foam"))
     with Project.open(path) as project:
-        finish(evaluate_tasks(project, FAST.replace(stride=4), CHOICE))
+        finish(evaluate_tasks(project, BAYES_SETTINGS.replace(stride=4), FOAM_SELECTION))
     return path
 
 
@@ -58,9 +58,9 @@ def test_a_run_without_a_digest_has_an_empty_one(tmp_path):
 
 
 def test_the_latest_is_that_of_the_tasks(project):
-    assert latest(project).number == 2
-    assert latest(project, ["foam"]).number == 2
-    assert latest(project, ["foam", "soft"]) is None
+    assert latest_run(project).number == 2
+    assert latest_run(project, ["foam"]).number == 2
+    assert latest_run(project, ["foam", "soft"]) is None
 
 
 def test_the_latest_of_a_task_tells_of_its_own_demonstrations_if_any_does(path):
@@ -81,44 +81,44 @@ def test_the_latest_of_a_task_tells_of_its_own_demonstrations_if_any_does(path):
 
         added = [add("foam", "soft"), add("hard", "soft"), add("foam", "wet")]
         try:
-            assert latest(project).number == added[2]
-            assert latest(project, ["foam"]).number == 2
-            assert latest(project, ["soft"]).number == added[1]
-            assert latest(project, ["hard"]).number == added[1]
+            assert latest_run(project).number == added[2]
+            assert latest_run(project, ["foam"]).number == 2
+            assert latest_run(project, ["soft"]).number == added[1]
+            assert latest_run(project, ["hard"]).number == added[1]
         finally:
             for number in added:
                 project.runs.remove(number)
 
 
 def test_a_printed_run_tells_what_it_is_in_a_few_lines(project):
-    outcome = latest(project)
+    outcome = latest_run(project)
     assert "title='foam'" in repr(outcome)
     assert len(repr(outcome)) < 2000
 
 
 def test_a_run_of_the_command_line_can_be_reviewed_too(project):
-    outcome = load(project, 2)
+    outcome = load_run(project, 2)
     assert (outcome.recogniser, outcome.proposals) == ("", ())
-    assert outcome.settings == FAST.replace(stride=4)
+    assert outcome.settings == BAYES_SETTINGS.replace(stride=4)
     assert outcome.author == "Ada"
     for item in outcome.tested:
-        assert item.certainty is None
+        assert item.probability_trace is None
         assert set(item.stages) == {"raw", "filtered"}
         demonstration = project.demonstrations.load(item.id)
         assert (item.start, item.end) == (demonstration.start, demonstration.end)
 
 
 def test_a_certainty_survives_its_way_through_the_store(project):
-    outcome = load(project, 1)
+    outcome = load_run(project, 1)
     plain = project.runs.get(1).result["certainty"]
     for item in outcome.tested:
-        again = Certainty.from_json(item.certainty.to_json())
-        assert (again.values == item.certainty.values).all()
-        assert plain[item.id] == item.certainty.to_json()
-    damaged = item.certainty.to_json()
+        again = ProbabilityTrace.from_json(item.probability_trace.to_json())
+        assert (again.values == item.probability_trace.values).all()
+        assert plain[item.id] == item.probability_trace.to_json()
+    damaged = item.probability_trace.to_json()
     for change in ({"count": 3}, {"values": "no base64!"}, {"values": "AAAA"}):
         with pytest.raises(ValueError):  # noqa: PT011 - whatever numpy, zlib or base64 call it
-            Certainty.from_json(damaged | change)
+            ProbabilityTrace.from_json(damaged | change)
 
 
 DAMAGE = {
@@ -150,17 +150,17 @@ def test_a_damaged_run_is_refused_in_a_sentence_and_the_others_are_not(tmp_path,
         connection.execute(f"UPDATE run SET {change} WHERE id = 1")
     with Project.open(copy) as project:
         with pytest.raises(InputError, match=sentence) as caught:
-            load(project, 1)
+            load_run(project, 1)
         assert str(caught.value).count(". ") == 0
-        assert latest(project).number == 2
+        assert latest_run(project).number == 2
         assert len(project.runs.summaries()) == 2
 
 
 def test_edits_are_counted_by_the_track_that_was_used(tmp_path):
-    path = make(tmp_path / "p.forcelab", labelled=2, bare=1)
+    path = make_labelled_project(tmp_path / "p.forcelab", labelled=2, bare=1)
     with Project.open(path) as project:
-        finish(evaluate_tasks(project, FAST, CHOICE))
-        outcome = latest(project)
+        finish(evaluate_tasks(project, BAYES_SETTINGS, FOAM_SELECTION))
+        outcome = latest_run(project)
         first, _, bare = (info.id for info in project.demonstrations.infos())
         segments = project.tracks.get(first, "Ada").segments
         assert edits_since(project, outcome) == 0
@@ -175,14 +175,14 @@ def test_edits_are_counted_by_the_track_that_was_used(tmp_path):
 def test_a_run_outlives_a_demonstration_that_it_tested(tmp_path, path):
     copy = shutil.copytree(path, tmp_path / "study.forcelab")
     with Project.open(copy) as project:
-        before = latest(project)
+        before = latest_run(project)
         gone = before.tested[0].id
         heads = {
             name: project.tracks.head(gone, name)
             for name in project.demonstrations.info(gone).authors
         }
         project.demonstrations.remove_all({gone: heads})
-        after = load(project, before.number)
+        after = load_run(project, before.number)
         assert [one.id for one in after.tested] == [one.id for one in before.tested[1:]]
         assert after.scores["filtered"]["pooled"] == before.scores["filtered"]["pooled"]
         for stage in ("raw", "filtered"):

@@ -12,23 +12,23 @@ from forcelab.formats.recording import ReadOptions
 from forcelab.jobs import finish
 from forcelab.labels import Segment
 from forcelab.recognition import ensemble
-from forcelab.recognition.examples import Labelled, actions_of
+from forcelab.recognition.examples import LabelledDemonstration, actions_of
 from forcelab.recognition.presets import preset
-from forcelab.recognition.probability_trace import Certainty
+from forcelab.recognition.probabilities import ProbabilityTrace
 from forcelab.recognition.settings import Settings
-from forcelab.recognition.training import fit_examples, preparing
-from forcelab.review.differences import compared
-from forcelab.review.label_errors import SUSPECT, heard, suspect_edges, suspects
-from forcelab.review.queue import arranging
-from forcelab.review.run_result import Outcome, Reviewed
+from forcelab.recognition.training import fit_examples, prepare_all
+from forcelab.review.differences import find_differences
+from forcelab.review.label_errors import SUSPECT, gather_evidence, suspect_edges, suspect_segments
+from forcelab.review.queue import arrange_queue
+from forcelab.review.run_result import DemonstrationResult, RunResult
 
 TONGS = Path(__file__).resolve().parents[2] / "../shared/data/tongs"
 ORDER = ("still", "grab", "hold", "release", "still")
 ACTIONS = ORDER[:4]
 
 
-def outcome_of(tested, actions=ACTIONS):
-    return Outcome(
+def run_result_of(tested, actions=ACTIONS):
+    return RunResult(
         1,
         datetime.now(timezone.utc),
         "foam",
@@ -43,38 +43,38 @@ def outcome_of(tested, actions=ACTIONS):
     )
 
 
-def certain(segments, actions, sure, random):
+def certain(segments, actions, confidence, random):
     """What a recogniser says that sees the true segments."""
     times = np.arange(int(segments[-1].end * 200)) / 200
-    probabilities = np.full((len(times), len(actions)), (1 - sure) / (len(actions) - 1))
+    probabilities = np.full((len(times), len(actions)), (1 - confidence) / (len(actions) - 1))
     for s in segments:
         inside = (times >= s.start) & (times < s.end)
-        probabilities[inside, actions.index(s.action)] = sure
+        probabilities[inside, actions.index(s.action)] = confidence
     noise = random.dirichlet(np.ones(len(actions)), len(times))
-    return Certainty.of(times, 0.9 * probabilities + 0.1 * noise, actions)
+    return ProbabilityTrace.from_probabilities(times, 0.9 * probabilities + 0.1 * noise, actions)
 
 
-def recording(number, order=ORDER, actions=ACTIONS, seen=None, sure=0.9):
+def recording(number, order=ORDER, actions=ACTIONS, predicted_as=None, confidence=0.9):
     """A demonstration, and what is seen of each of its actions."""
     random = np.random.default_rng(number)
     ends = np.cumsum(random.uniform(0.5, 1.5, len(order))).tolist()
     starts = [0.0, *ends[:-1]]
     truth = tuple(Segment(*row) for row in zip(starts, ends, order, strict=True))
-    sees = tuple(replace(s, action=(seen or {}).get(s.action, s.action)) for s in truth)
-    certainty = certain(sees, actions, sure, random)
+    sees = tuple(replace(s, action=(predicted_as or {}).get(s.action, s.action)) for s in truth)
+    trace = certain(sees, actions, confidence, random)
     stages = {"raw": sees, "filtered": sees}
     name = f"{number:02d}"
-    return Reviewed(name, name, "foam", 0.0, ends[-1], truth, stages, certainty)
+    return DemonstrationResult(name, name, "foam", 0.0, ends[-1], truth, stages, trace)
 
 
-def listed(outcome, tracks):
+def listed(run, tracks):
     """What is suspected of segments, the most suspect first."""
-    labelled = [one for one in outcome.tested if tracks.get(one.id)]
+    labelled = [one for one in run.tested if tracks.get(one.id)]
     all_heard = []
     for one in labelled:
-        found = compared(one.id, tracks[one.id], one.predicted, one.certainty)
-        all_heard.append(heard(one, tracks[one.id], outcome.actions, found))
-    return suspects(all_heard, outcome.actions)
+        found = find_differences(one.id, tracks[one.id], one.predicted, one.probability_trace)
+        all_heard.append(gather_evidence(one, tracks[one.id], run.actions, found))
+    return suspect_segments(all_heard, run.actions)
 
 
 def relabelled(segments, index, action):
@@ -86,11 +86,11 @@ def relabelled(segments, index, action):
 def test_swapped_labels_are_found_with_what_they_were(probabilities):
     tested = [recording(i) for i in range(6)]
     if not probabilities:
-        tested = [replace(one, certainty=None) for one in tested]
+        tested = [replace(one, probability_trace=None) for one in tested]
     tracks = {one.id: one.human for one in tested}
     for id_, index, action in [("01", 1, "still"), ("03", 2, "release"), ("04", 4, "hold")]:
         tracks[id_] = relabelled(tracks[id_], index, action)
-    found = [d for d in listed(outcome_of(tested), tracks) if d.suspicion >= SUSPECT]
+    found = [d for d in listed(run_result_of(tested), tracks) if d.suspicion >= SUSPECT]
     assert {(d.demonstration, d.human, d.predicted) for d in found} == {
         ("01", "still", "grab"),
         ("03", "release", "hold"),
@@ -101,20 +101,20 @@ def test_swapped_labels_are_found_with_what_they_were(probabilities):
 
 def test_labels_without_errors_raise_no_suspicion():
     tested = [recording(i) for i in range(6)]
-    found = listed(outcome_of(tested), {one.id: one.human for one in tested})
+    found = listed(run_result_of(tested), {one.id: one.human for one in tested})
     assert all(d.suspicion < 0.1 for d in found)
 
 
 def test_a_confusion_that_occurs_everywhere_is_the_models_weakness():
-    tested = [recording(i, seen={"release": "grab"}) for i in range(6)]
-    found = listed(outcome_of(tested), {one.id: one.human for one in tested})
+    tested = [recording(i, predicted_as={"release": "grab"}) for i in range(6)]
+    found = listed(run_result_of(tested), {one.id: one.human for one in tested})
     assert all(d.suspicion < 0.5 for d in found)
 
 
 def test_an_unusual_order_that_the_model_sees_as_well_is_no_error():
     tested = [recording(i) for i in range(6)]
-    tested.append(recording(9, ("still", "hold", "grab", "release", "still"), sure=1.0))
-    found = listed(outcome_of(tested), {one.id: one.human for one in tested})
+    tested.append(recording(9, ("still", "hold", "grab", "release", "still"), confidence=1.0))
+    found = listed(run_result_of(tested), {one.id: one.human for one in tested})
     assert all(d.suspicion < SUSPECT for d in found)
 
 
@@ -132,13 +132,13 @@ def test_where_the_model_sees_what_the_coder_sees_the_order_alone_raises_no_susp
         float,
     )
     unsure[(times >= odd.human[1].start) & (times < odd.human[1].end)] = [0.0, 0.35, 0.65, 0.0]
-    certainty = Certainty.of(times, unsure, ACTIONS)
-    outcome = outcome_of([*tested, replace(odd, certainty=certainty)])
-    found = listed(outcome, {one.id: one.human for one in outcome.tested})
+    trace = ProbabilityTrace.from_probabilities(times, unsure, ACTIONS)
+    run = run_result_of([*tested, replace(odd, probability_trace=trace)])
+    found = listed(run, {one.id: one.human for one in run.tested})
     assert not [d for d in found if d.suspicion >= SUSPECT]
     # And where it contradicts, what it is said to see is what it does see.
     wrong = relabelled(odd.human, 1, "grab")
-    (suspect, *_) = listed(outcome, {"20": wrong, **{one.id: one.human for one in tested}})
+    (suspect, *_) = listed(run, {"20": wrong, **{one.id: one.human for one in tested}})
     assert (suspect.demonstration, suspect.human, suspect.predicted) == ("20", "grab", "hold")
 
 
@@ -149,7 +149,7 @@ def test_in_any_order_the_model_alone_decides():
     old = tracks["02"][3].action
     new = next(a for a in ACTIONS if a != old)
     tracks["02"] = relabelled(tracks["02"], 3, new)
-    first = listed(outcome_of(tested), tracks)[0]
+    first = listed(run_result_of(tested), tracks)[0]
     assert (first.demonstration, first.start, first.human, first.predicted) == (
         "02",
         tracks["02"][3].start,
@@ -162,19 +162,19 @@ def test_actions_that_the_outcome_does_not_know_are_passed_over():
     tested = [recording(i) for i in range(4)]
     tracks = {one.id: one.human for one in tested}
     tracks["00"] = relabelled(tracks["00"], 2, "polish")
-    found = listed(outcome_of(tested), tracks)
+    found = listed(run_result_of(tested), tracks)
     assert all(d.human != "polish" for d in found)
-    assert listed(outcome_of(tested), {}) == ()
+    assert listed(run_result_of(tested), {}) == ()
 
 
 def test_of_actions_that_it_never_learnt_the_model_is_no_witness():
     # Trained on a task without "release", which looks like "grab" to it, but not every time.
     learnt = ("still", "grab", "hold")
-    seen = [{"release": "grab" if i else "hold"} for i in range(6)]
-    tested = [recording(i, actions=learnt, seen=one) for i, one in enumerate(seen)]
+    confusions = [{"release": "grab" if i else "hold"} for i in range(6)]
+    tested = [recording(i, actions=learnt, predicted_as=one) for i, one in enumerate(confusions)]
     tracks = {one.id: one.human for one in tested}
     tracks["03"] = relabelled(tracks["03"], 2, "grab")  # it was "hold", as the model sees
-    found = listed(outcome_of(tested), tracks)
+    found = listed(run_result_of(tested), tracks)
     assert all("release" not in (d.human, d.predicted) for d in found)
     assert (found[0].demonstration, found[0].human, found[0].predicted) == ("03", "grab", "hold")
 
@@ -183,7 +183,7 @@ def test_an_edge_is_suspect_if_it_lies_far_from_where_a_sure_model_puts_it():
     found, certainties = [], {}
     for i in range(6):
         one = recording(i)
-        certainties[one.id] = one.certainty
+        certainties[one.id] = one.probability_trace
         edge = one.human[1].end
         moved = edge - (0.12 if i == 4 else 0.02)  # grab ends early; everybody's does a little
         human = (
@@ -192,7 +192,7 @@ def test_an_edge_is_suspect_if_it_lies_far_from_where_a_sure_model_puts_it():
             replace(one.human[2], start=moved),
             *one.human[3:],
         )
-        found += compared(one.id, human, one.predicted, one.certainty)
+        found += find_differences(one.id, human, one.predicted, one.probability_trace)
     assert {d.kind for d in found} == {"boundary"}
     suspicions = {d.demonstration: d.suspicion for d in suspect_edges(found, certainties)}
     assert suspicions.pop("04") >= SUSPECT
@@ -211,10 +211,10 @@ def ended_early(one, share=0.4):
 def test_of_a_segment_that_is_wrong_in_part_that_part_is_suspected(probabilities):
     tested = [recording(i) for i in range(6)]
     if not probabilities:
-        tested = [replace(one, certainty=None) for one in tested]
+        tested = [replace(one, probability_trace=None) for one in tested]
     tracks = {one.id: one.human for one in tested}
     tracks["03"] = ended_early(tested[3])
-    first, *others = listed(outcome_of(tested), tracks)
+    first, *others = listed(run_result_of(tested), tracks)
     assert (first.demonstration, first.human, first.predicted) == ("03", "release", "hold")
     assert (first.start, first.end) == (tracks["03"][3].start, tested[3].human[2].end)
     assert first.suspicion >= SUSPECT
@@ -225,7 +225,7 @@ def test_a_suspected_part_stands_once_in_the_queue():
     tested = [recording(i) for i in range(6)]
     tracks = {one.id: one.human for one in tested}
     tracks["03"] = ended_early(tested[3])
-    found, _ = finish(arranging(outcome_of(tested), tracks, ()))
+    found, _ = finish(arrange_queue(run_result_of(tested), tracks, ()))
     (part,) = found.open
     assert found.suspected == (part,)
     assert (part.start, part.end) == (tracks["03"][3].start, tested[3].human[2].end)
@@ -238,15 +238,15 @@ def test_a_short_action_that_was_overlooked_within_another_is_suspected():
     chosen = max(tested, key=lambda one: one.human[3].duration)
     still, grab, hold, slip, again, *rest = chosen.human
     tracks[chosen.id] = (still, grab, replace(hold, end=again.end), *rest)
-    first = listed(outcome_of(tested, (*ACTIONS, "slip")), tracks)[0]
+    first = listed(run_result_of(tested, (*ACTIONS, "slip")), tracks)[0]
     assert (first.demonstration, first.predicted) == (chosen.id, "slip")
     assert (first.start, first.end) == (slip.start, slip.end)
     assert first.suspicion >= SUSPECT
 
 
-def test_an_action_that_the_model_always_ends_late_makes_nobody_suspicious():
+def test_an_action_that_the_model_always_ends_late_is_not_suspicious():
     tested = [recording(i) for i in range(6)]
-    found = listed(outcome_of(tested), {one.id: ended_early(one) for one in tested})
+    found = listed(run_result_of(tested), {one.id: ended_early(one) for one in tested})
     assert all(d.suspicion < SUSPECT for d in found)
 
 
@@ -257,7 +257,7 @@ def test_an_edge_that_is_displaced_by_a_few_hundredths_is_not_suspected_as_a_par
     hold, release = replace(hold, end=hold.end - 0.05), replace(release, start=release.start - 0.05)
     sliver = replace(release, end=release.start + 0.1)  # so short that 0.05 s of it is no edge
     tracks["01"] = (still, grab, hold, sliver, after)
-    found = listed(outcome_of(tested), tracks)
+    found = listed(run_result_of(tested), tracks)
     assert any(d.demonstration == "01" and 0 < d.suspicion < 0.1 for d in found)
     assert all(d.suspicion < 0.1 for d in found)
 
@@ -272,9 +272,9 @@ def test_a_part_that_breaks_the_usual_order_is_hardly_suspect():
         replace(still, start=last),
         *rest,
     )
-    certainty = certain(sees, ACTIONS, 0.7, np.random.default_rng(1))
-    other = replace(one, stages={"filtered": sees}, certainty=certainty)
-    found = listed(outcome_of([*others, other]), {r.id: r.human for r in (*others, one)})
+    trace = certain(sees, ACTIONS, 0.7, np.random.default_rng(1))
+    other = replace(one, stages={"filtered": sees}, probability_trace=trace)
+    found = listed(run_result_of([*others, other]), {r.id: r.human for r in (*others, one)})
     assert all(d.suspicion < 0.2 for d in found)
 
 
@@ -300,18 +300,20 @@ def swapped(items, seed):
 
 def evaluated(items, settings):
     """Each demonstration as a recogniser of all others sees it."""
-    examples = finish(preparing(items, settings))
+    examples = finish(prepare_all(items, settings))
     actions = actions_of(examples)
     tested = []
     for i, (item, example) in enumerate(zip(items, examples, strict=True)):
         others = examples[:i] + examples[i + 1 :]
         prediction = finish(fit_examples(others, settings)).predict_examples(example)
-        certainty = Certainty.of(example.times, prediction.probabilities, prediction.actions)
+        trace = ProbabilityTrace.from_probabilities(
+            example.times, prediction.probabilities, prediction.actions
+        )
         id_, name = item.demonstration.id, item.demonstration.name
         stages = {"filtered": prediction.segments}
         ends = example.times[-1]
-        tested.append(Reviewed(id_, name, "", 0, ends, item.segments, stages, certainty))
-    return outcome_of(tested, actions)
+        tested.append(DemonstrationResult(id_, name, "", 0, ends, item.segments, stages, trace))
+    return run_result_of(tested, actions)
 
 
 @pytest.mark.real
@@ -328,11 +330,11 @@ def test_three_swapped_labels_are_among_the_first_five_of_real_recordings(
     monkeypatch.setattr(ensemble, "TREES", 10)  # of 50, which find them no worse
     recordings = pdl.read(TONGS / file, ReadOptions())
     items, places = swapped(
-        [Labelled(r.demonstration, r.tracks[0].segments) for r in recordings], 1
+        [LabelledDemonstration(r.demonstration, r.tracks[0].segments) for r in recordings], 1
     )
-    outcome = evaluated(items, settings)
+    run = evaluated(items, settings)
     tracks = {item.demonstration.id: item.segments for item in items}
-    first = listed(outcome, tracks)[:5]
+    first = listed(run, tracks)[:5]
     assert places <= {(d.demonstration, d.start) for d in first}
 
 
@@ -341,9 +343,9 @@ def test_three_swapped_labels_are_among_the_first_five_of_real_recordings(
 def test_the_part_of_a_real_segment_over_which_the_pen_is_held_still_is_suspected(monkeypatch):
     monkeypatch.setattr(ensemble, "TREES", 10)
     recordings = pdl.read(TONGS / "JPen_sig.pdl", ReadOptions())
-    items = [Labelled(r.demonstration, r.tracks[0].segments) for r in recordings]
-    outcome = evaluated(items, preset("fast"))
-    found = listed(outcome, {item.demonstration.id: item.segments for item in items})
+    items = [LabelledDemonstration(r.demonstration, r.tracks[0].segments) for r in recordings]
+    run = evaluated(items, preset("fast"))
+    found = listed(run, {item.demonstration.id: item.segments for item in items})
     # Coded still from 2.75 s on; 3.9 N are held until 4.04 s.
     assert [d for d in found[:3] if d.start == 2.75 and abs(d.end - 4.04) < 0.05]
     assert sum(d.suspicion >= SUSPECT for d in found) <= 6

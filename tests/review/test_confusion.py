@@ -11,66 +11,70 @@ from synthetic import synthetic_set
 from forcelab.jobs import finish
 from forcelab.labels import Segment, Track, from_codes
 from forcelab.project import Incoming, Project
-from forcelab.recognition.dataset import Choice
+from forcelab.recognition.dataset import DataSelection
 from forcelab.recognition.experiments import evaluate_tasks
 from forcelab.recognition.metrics import count
-from forcelab.recognition.probability_trace import Certainty
+from forcelab.recognition.probabilities import ProbabilityTrace
 from forcelab.recognition.settings import Settings
-from forcelab.review.confusion import crossing, shares
-from forcelab.review.run_result import Outcome, Reviewed, load
+from forcelab.review.confusion import count_confusion, normalise
+from forcelab.review.run_result import DemonstrationResult, RunResult, load_run
 
 ACTIONS = ("grab", "hold", "pull")
 
 
-def reviewed(id_, human, predicted, raw=None, certainty=None):
+def reviewed(id_, human, predicted, raw=None, probability_trace=None):
     stages = {"filtered": tuple(predicted)} | ({} if raw is None else {"raw": tuple(raw)})
-    return Reviewed(id_, f"pen {id_}", "pen", 0.0, 10.0, tuple(human), stages, certainty)
+    return DemonstrationResult(
+        id_, f"pen {id_}", "pen", 0.0, 10.0, tuple(human), stages, probability_trace
+    )
 
 
-def outcome(*tested, actions=ACTIONS):
+def run(*tested, actions=ACTIONS):
     now = datetime(2026, 1, 1, tzinfo=timezone.utc)
-    return Outcome(1, now, "pen", ("pen",), None, "Ada", False, Settings(), actions, (), tested)
+    return RunResult(1, now, "pen", ("pen",), None, "Ada", False, Settings(), actions, (), tested)
 
 
 def certain(**probabilities):
     """Constant probabilities over ten seconds."""
     values = np.tile([round(255 * probabilities.get(a, 0.0)) for a in ACTIONS], (500, 1))
-    return Certainty(0.0, 50.0, ACTIONS, values.astype(np.uint8))
+    return ProbabilityTrace(0.0, 50.0, ACTIONS, values.astype(np.uint8))
 
 
 def one():
-    return outcome(
+    return run(
         reviewed(
             "1",
             [Segment(0, 4, "grab"), Segment(4, 6, "hold"), Segment(7, 8, "grab")],
             [Segment(0, 2.5, "grab"), Segment(2.5, 5, "hold"), Segment(6, 7.25, "pull")],
             raw=[Segment(0, 8, "grab")],
-            certainty=certain(grab=0.2, hold=0.6, pull=0.9),
+            probability_trace=certain(grab=0.2, hold=0.6, pull=0.9),
         ),
-        reviewed("2", [Segment(0, 2, "grab")], [Segment(0, 2, "hold")], certainty=certain(hold=1)),
+        reviewed(
+            "2", [Segment(0, 2, "grab")], [Segment(0, 2, "hold")], probability_trace=certain(hold=1)
+        ),
     )
 
 
 def test_time_is_summed_where_the_human_labelled_and_missed_time_stands_last():
-    matrix = finish(crossing(one())).matrix("time")
+    matrix = finish(count_confusion(one())).matrix("time")
     expected = [[2.5, 1.5 + 2, 0.25, 0.75], [0, 1, 0, 1], [0, 0, 0, 0]]
     assert matrix == pytest.approx(np.array(expected))
 
 
 def test_a_segment_counts_for_what_covers_most_of_it():
-    matrix = finish(crossing(one())).matrix("segments")
+    matrix = finish(count_confusion(one())).matrix("segments")
     # Half of the hold is seen as hold, half missed: of two that cover as much, the action.
     assert matrix.tolist() == [[1, 1, 0, 1], [0, 1, 0, 0], [0, 0, 0, 0]]
 
 
 def test_raw_is_counted_where_it_was_kept():
-    cells = finish(crossing(one(), "raw"))
+    cells = finish(count_confusion(one(), "raw"))
     assert [d.id for d in cells.demonstrations] == ["1"]
     assert cells.matrix().tolist() == [[5, 0, 0, 0], [2, 0, 0, 0], [0, 0, 0, 0]]
 
 
-def places(outcome, *cell):
-    return finish(crossing(outcome)).places(*cell)
+def places(run, *cell):
+    return finish(count_confusion(run)).places(*cell)
 
 
 def test_places_come_by_duration_times_confidence():
@@ -79,10 +83,15 @@ def test_places_come_by_duration_times_confidence():
     assert [p.confidence for p in found] == pytest.approx([1.0, 0.6])
     assert {(p.human, p.predicted) for p in found} == {("grab", "hold")}
     # Half as confident, one and a half times as long: second.
-    swapped = outcome(
-        reviewed("long", [Segment(0, 3, "grab")], [Segment(0, 3, "hold")], certainty=certain()),
+    swapped = run(
         reviewed(
-            "sure", [Segment(0, 2, "grab")], [Segment(0, 2, "hold")], certainty=certain(hold=1)
+            "long", [Segment(0, 3, "grab")], [Segment(0, 3, "hold")], probability_trace=certain()
+        ),
+        reviewed(
+            "sure",
+            [Segment(0, 2, "grab")],
+            [Segment(0, 2, "hold")],
+            probability_trace=certain(hold=1),
         ),
     )
     assert [p.demonstration for p in places(swapped, "grab", "hold")] == ["sure", "long"]
@@ -98,13 +107,13 @@ def test_missed_time_has_no_confidence_and_the_longest_comes_first():
 def test_no_more_places_are_listed_than_asked_for_the_longest():
     human = [Segment(i, i + 0.1 * (i + 1), "grab") for i in range(5)]
     predicted = [Segment(s.start, s.end, "hold") for s in human]
-    cells = finish(crossing(outcome(reviewed("1", human, predicted))))
+    cells = finish(count_confusion(run(reviewed("1", human, predicted))))
     assert [p.start for p in cells.places("grab", "hold", most=2)] == [4, 3]
     assert cells.numbers("time")[0, 1] == 5
 
 
 def test_nothing_tested_is_an_empty_matrix():
-    cells = finish(crossing(outcome()))
+    cells = finish(count_confusion(run()))
     assert cells.matrix("time").tolist() == [[0] * 4] * 3
     assert cells.places("grab", "hold") == ()
 
@@ -125,7 +134,7 @@ def test_time_is_that_of_the_counted_samples_and_places_add_up_to_their_cell(dra
         samples += count(human, predicted, times, ACTIONS).confusion
         segments = (from_codes(codes, times, ACTIONS) for codes in (human, predicted))
         tested.append(reviewed(str(number), *segments))
-    cells = finish(crossing(outcome(*tested)))
+    cells = finish(count_confusion(run(*tested)))
     assert cells.matrix("time") == pytest.approx(samples * period, abs=1e-4)
     humans = sum(len(item.human) for item in tested)
     assert cells.matrix("segments").sum() == humans
@@ -139,25 +148,25 @@ def test_time_is_that_of_the_counted_samples_and_places_add_up_to_their_cell(dra
 
 def test_shares_of_rows_and_columns_sum_to_one_and_of_nothing_to_nothing():
     matrix = np.array([[3.0, 1.0, 0.0], [0.0, 0.0, 0.0]])
-    assert shares(matrix, "row").tolist() == [[0.75, 0.25, 0], [0, 0, 0]]
-    assert shares(matrix, "column").tolist() == [[1, 1, 0], [0, 0, 0]]
-    assert shares(matrix, "counts").tolist() == [[1, 1 / 3, 0], [0, 0, 0]]
-    assert shares(np.zeros((0, 1)), "counts").shape == (0, 1)
+    assert normalise(matrix, "row").tolist() == [[0.75, 0.25, 0], [0, 0, 0]]
+    assert normalise(matrix, "column").tolist() == [[1, 1, 0], [0, 0, 0]]
+    assert normalise(matrix, "counts").tolist() == [[1, 1 / 3, 0], [0, 0, 0]]
+    assert normalise(np.zeros((0, 1)), "counts").shape == (0, 1)
 
 
 def test_the_matrix_of_a_stored_run_is_the_confusion_that_evaluate_counted(tmp_path):
     with Project.create(tmp_path / "p.forcelab") as project:
-        made = synthetic_set(3, rate=100.0)
+        pairs = synthetic_set(3, rate=100.0)
         project.demonstrations.add_all(
-            [Incoming(d, (Track("Ada", segments),)) for d, segments in made]
+            [Incoming(d, (Track("Ada", segments),)) for d, segments in pairs]
         )
         settings_ = Settings(classifier="naive-bayes", max_scale=32)
-        finish(evaluate_tasks(project, settings_, Choice(("foam",))))
+        finish(evaluate_tasks(project, settings_, DataSelection(("foam",))))
         number = project.runs.summaries("evaluate")[-1].id
-        found = load(project, number)
+        found = load_run(project, number)
         stored = project.runs.get(number).result
     for stage in ("raw", "filtered"):
-        cells = finish(crossing(found, stage))
+        cells = finish(count_confusion(found, stage))
         counted = np.array(stored[stage]["pooled"]["confusion"])
         assert counted.sum() > 1000
         assert cells.matrix("time") == pytest.approx(counted / 100.0, abs=0.01)

@@ -12,10 +12,10 @@ from forcelab.labels import Segment
 from forcelab.project import Project
 from forcelab.project.track_editor import TrackEditor
 from forcelab.recognition.settings import Settings
-from forcelab.review.differences import compared
-from forcelab.review.queue import queue
-from forcelab.review.run_result import Outcome, Reviewed
-from forcelab.review.verdicts import action_for, judge, report, withdraw
+from forcelab.review.differences import find_differences
+from forcelab.review.queue import review_queue
+from forcelab.review.run_result import DemonstrationResult, RunResult
+from forcelab.review.verdicts import count_verdicts, model_action, record_verdict, withdraw_verdict
 
 HUMAN = (Segment(0, 2, "grab"), Segment(2, 6, "hold"), Segment(6, 8, "release"))
 SEEN = (
@@ -38,10 +38,10 @@ def study():
         one = demonstration()
         project.demonstrations.add(one)
         project.tracks.edit(one.id, "Ann", (), HUMAN, "made")
-        tested = Reviewed(one.id, one.name, "foam", 0, 10, HUMAN, {"filtered": SEEN})
+        tested = DemonstrationResult(one.id, one.name, "foam", 0, 10, HUMAN, {"filtered": SEEN})
         yield (
             project,
-            Outcome(
+            RunResult(
                 0,
                 datetime.now(timezone.utc),
                 "foam",
@@ -62,19 +62,19 @@ def spans(section):
 
 
 def test_each_kind_has_its_section(study):
-    found = queue(*study)
+    found = review_queue(*study)
     assert spans(found.actions) == [(3, 4.5)]
     assert spans(found.missed) == [(4.5, 5)]
     assert spans(found.boundaries) == [(2, 2.1)]
     assert found.invented == ()
-    assert spans(queue(*study, invented=True).invented) == [(8.5, 9)]
+    assert spans(review_queue(*study, invented=True).invented) == [(8.5, 9)]
 
 
 def test_within_a_section_the_longest_and_most_confident_come_first(study):
-    project, outcome = study
-    seen = (Segment(0, 0.5, "hold"), Segment(1, 2, "grab"), Segment(2.5, 6, "release"))
-    reviewed = replace(outcome.tested[0], stages={"filtered": seen})
-    found = queue(project, replace(outcome, tested=(reviewed,)))
+    project, run = study
+    segments = (Segment(0, 0.5, "hold"), Segment(1, 2, "grab"), Segment(2.5, 6, "release"))
+    reviewed = replace(run.tested[0], stages={"filtered": segments})
+    found = review_queue(project, replace(run, tested=(reviewed,)))
     lengths = [d.duration for d in found.actions]
     assert lengths == sorted(lengths, reverse=True)
     assert len(lengths) == 2
@@ -82,70 +82,72 @@ def test_within_a_section_the_longest_and_most_confident_come_first(study):
 
 @pytest.mark.parametrize("verdict", ["human", "ambiguous"])
 def test_what_is_judged_leaves_the_open_queue_until_it_is_withdrawn(study, verdict):
-    project, outcome = study
-    before = queue(project, outcome)
-    judge(project, outcome, before.actions[0], verdict, "Ann")
-    after = queue(project, outcome)
+    project, run = study
+    before = review_queue(project, run)
+    record_verdict(project, run, before.actions[0], verdict, "Ann")
+    after = review_queue(project, run)
     assert after.actions == ()
     assert [(v.start, v.end, v.verdict) for v in after.judged] == [(3, 4.5, verdict)]
     assert after.missed == before.missed
-    withdraw(project, after.judged[0], "Ann")
-    assert queue(project, outcome) == before
+    withdraw_verdict(project, after.judged[0], "Ann")
+    assert review_queue(project, run) == before
     assert [v.verdict for v in project.coding.verdict_events()] == [verdict, "withdrawn"]
 
 
 def test_if_the_model_is_right_the_change_makes_both_agree_and_undo_opens_it_again(study):
-    project, outcome = study
-    before = queue(project, outcome)
+    project, run = study
+    before = review_queue(project, run)
     wrong = before.actions[0]
-    assert (wrong.start, wrong.end, action_for(outcome, wrong)) == (3, 4.5, "release")
-    track = TrackEditor(project, outcome.tested[0].id, "Ann")
-    track.paint(wrong.start, wrong.end, action_for(outcome, wrong))
-    judge(project, outcome, wrong, "model", "Ann")
-    after = queue(project, outcome)
+    assert (wrong.start, wrong.end, model_action(run, wrong)) == (3, 4.5, "release")
+    track = TrackEditor(project, run.tested[0].id, "Ann")
+    track.paint(wrong.start, wrong.end, model_action(run, wrong))
+    record_verdict(project, run, wrong, "model", "Ann")
+    after = review_queue(project, run)
     assert after.actions == ()
     assert len(after.judged) == 1
     track.undo()
-    again = queue(project, outcome)
+    again = review_queue(project, run)
     assert (again.actions, again.judged) == (before.actions, ())
 
 
-def test_somebody_else_who_finds_the_model_right_closes_it_without_an_edit(study):
-    project, outcome = study
-    judge(project, outcome, queue(project, outcome).actions[0], "model", "Bob")
-    assert queue(project, outcome).actions == ()
+def test_another_author_who_finds_the_model_right_closes_it_without_an_edit(study):
+    project, run = study
+    record_verdict(project, run, review_queue(project, run).actions[0], "model", "Bob")
+    assert review_queue(project, run).actions == ()
 
 
 def test_a_verdict_speaks_also_of_what_the_next_recogniser_finds_a_bit_beside(study):
-    project, outcome = study
-    judge(project, outcome, queue(project, outcome).actions[0], "human", "Ann")
+    project, run = study
+    record_verdict(project, run, review_queue(project, run).actions[0], "human", "Ann")
     moved = tuple(
         replace(s, start=3.2, end=4.5) if s.start == 3 else replace(s, end=3.2) if s.end == 3 else s
         for s in SEEN
     )
-    reviewed = replace(outcome.tested[0], stages={"filtered": moved})
-    assert queue(project, replace(outcome, tested=(reviewed,))).actions == ()
+    reviewed = replace(run.tested[0], stages={"filtered": moved})
+    assert review_queue(project, replace(run, tested=(reviewed,))).actions == ()
     other = tuple(replace(s, action="grab") if s.start == 3 else s for s in SEEN)
-    reviewed = replace(outcome.tested[0], stages={"filtered": other})
-    assert len(queue(project, replace(outcome, tested=(reviewed,))).actions) == 1
+    reviewed = replace(run.tested[0], stages={"filtered": other})
+    assert len(review_queue(project, replace(run, tested=(reviewed,))).actions) == 1
 
 
 def test_a_change_is_spelt_as_the_coder_spells_it(study):
-    _, outcome = study
-    outcome = replace(outcome, apart=True)
-    one = outcome.tested[0]
-    (found,) = compared(one.id, (Segment(0, 1, "hold_foam"),), (Segment(0, 1, "grab_foam"),), None)
-    assert action_for(outcome, found) == "grab"
-    assert action_for(outcome, replace(found, predicted=None)) is None
+    _, run = study
+    run = replace(run, apart=True)
+    one = run.tested[0]
+    (found,) = find_differences(
+        one.id, (Segment(0, 1, "hold_foam"),), (Segment(0, 1, "grab_foam"),), None
+    )
+    assert model_action(run, found) == "grab"
+    assert model_action(run, replace(found, predicted=None)) is None
 
 
 def test_the_report_counts_who_was_right_by_pair(study):
-    project, outcome = study
-    found = queue(project, outcome)
-    judge(project, outcome, found.actions[0], "human", "Ann")
-    judge(project, outcome, found.missed[0], "ambiguous", "Ann")
-    judge(project, outcome, found.actions[0], "ambiguous", "Ann")  # a second thought counts
-    told = {(p.human, p.predicted): p for p in report(project.coding.verdicts())}
-    pair = told["hold", "release"]
+    project, run = study
+    found = review_queue(project, run)
+    record_verdict(project, run, found.actions[0], "human", "Ann")
+    record_verdict(project, run, found.missed[0], "ambiguous", "Ann")
+    record_verdict(project, run, found.actions[0], "ambiguous", "Ann")  # a second thought counts
+    counts = {(p.human, p.predicted): p for p in count_verdicts(project.coding.verdicts())}
+    pair = counts["hold", "release"]
     assert (pair.human_right, pair.model_right, pair.ambiguous) == (0, 0, 1)
-    assert told["hold", None].total == 1
+    assert counts["hold", None].total == 1

@@ -20,8 +20,8 @@ from forcelab.label_map import MergeMap
 from forcelab.labels import Segment, from_codes, to_codes
 from forcelab.recognition import cross_validation
 from forcelab.recognition import groups as grouping
-from forcelab.recognition.cross_validation import across, leave_one_out
-from forcelab.recognition.examples import Labelled, kept_apart
+from forcelab.recognition.cross_validation import leave_one_out, train_and_test
+from forcelab.recognition.examples import LabelledDemonstration, suffix_actions
 from forcelab.recognition.metrics import score
 from forcelab.recognition.settings import Settings
 from forcelab.recognition.training import fit_examples, train
@@ -34,7 +34,7 @@ RAW = FAST.replace(threshold=None, median=None, drop=None)
 
 @pytest.fixture(scope="module")
 def six():
-    return [Labelled(*pair) for pair in synthetic_set(6, rate=100.0)]
+    return [LabelledDemonstration(*pair) for pair in synthetic_set(6, rate=100.0)]
 
 
 @pytest.fixture(scope="module")
@@ -45,7 +45,9 @@ def evaluation(six):
 def relabelled(item, actions):
     """The same segments under other names."""
     pairs = zip(item.segments, actions, strict=True)
-    return Labelled(item.demonstration, tuple(Segment(s.start, s.end, a) for s, a in pairs))
+    return LabelledDemonstration(
+        item.demonstration, tuple(Segment(s.start, s.end, a) for s, a in pairs)
+    )
 
 
 def as_actions(tested, which):
@@ -96,12 +98,14 @@ def test_as_many_groups_as_demonstrations_are_each_one_by_itself(six, evaluation
     assert without_seconds(found) == without_seconds(evaluation)
 
 
-def test_an_action_of_a_single_group_is_told(six):
+def test_an_action_of_a_single_group_is_remarked_on(six):
     juggled = [relabelled(six[i], ["juggle", "still", "grab", "juggle", "hold"]) for i in (0, 3)]
     items = [juggled[0], *six[1:3], juggled[1], *six[4:]]
     name = six[0].demonstration.name
-    (told,) = [r for r in finish(leave_one_out(items, FAST, folds=3)).remarks if "juggle" in r]
-    assert told == f"Cannot be recognised when its only group is left out: juggle (only in {name})."
+    (remark,) = [r for r in finish(leave_one_out(items, FAST, folds=3)).remarks if "juggle" in r]
+    assert (
+        remark == f"Cannot be recognised when its only group is left out: juggle (only in {name})."
+    )
     assert not any("juggle" in r for r in finish(leave_one_out(items, FAST)).remarks)
 
 
@@ -131,10 +135,10 @@ def test_labels_without_a_meaning_are_recognised_no_better_than_by_chance(six, e
     random = np.random.default_rng(0)
     shuffled = [relabelled(item, random.permutation(ACTIONS)[[0, 1, 2, 3, 0]]) for item in six]
     chance = finish(leave_one_out(shuffled, RAW)).scores("raw")[0]
-    meant = evaluation.scores("raw")[0]
+    scores = evaluation.scores("raw")[0]
     assert chance.balanced_accuracy < 0.4
-    assert meant.balanced_accuracy > 0.8
-    assert meant.accuracy > 0.8
+    assert scores.balanced_accuracy > 0.8
+    assert scores.accuracy > 0.8
 
 
 def test_two_evaluations_of_one_seed_differ_in_their_run_times_only(six):
@@ -146,9 +150,9 @@ def test_two_evaluations_of_one_seed_differ_in_their_run_times_only(six):
 def test_progress_counts_the_folds(six):
     progress = []
     finish(leave_one_out(six[:3], FAST), progress.append)
-    told = [(step.text, step.done, step.total) for step in progress]
-    assert told[:3] == [("features", 1, 3), ("features", 2, 3), ("features", 3, 3)]
-    assert told[3:] == [("fit 1 of 3", 1, 1), ("fit 2 of 3", 1, 1), ("fit 3 of 3", 1, 1)]
+    steps = [(step.text, step.done, step.total) for step in progress]
+    assert steps[:3] == [("features", 1, 3), ("features", 2, 3), ("features", 3, 3)]
+    assert steps[3:] == [("fit 1 of 3", 1, 1), ("fit 2 of 3", 1, 1), ("fit 3 of 3", 1, 1)]
 
 
 # One process a fold is started for real: warnings, results and the end of the program.
@@ -158,9 +162,9 @@ sys.path.insert(0, "tests")
 from synthetic import synthetic_set
 from forcelab.jobs import finish
 from forcelab.recognition.cross_validation import leave_one_out
-from forcelab.recognition.examples import Labelled
+from forcelab.recognition.examples import LabelledDemonstration
 from forcelab.recognition.settings import Settings
-items = [Labelled(*pair) for pair in synthetic_set(6, rate=100.0)][:3]
+items = [LabelledDemonstration(*pair) for pair in synthetic_set(6, rate=100.0)][:3]
 settings = Settings.from_json(json.loads(sys.argv[1]))
 print(json.dumps(finish(leave_one_out(items, settings, jobs=2)).to_json()))
 stopped = leave_one_out(items, settings, jobs=2)
@@ -192,14 +196,14 @@ def test_two_processes_give_what_one_gives_to_the_bit_and_the_program_ends(six):
 
 @pytest.mark.parametrize("count", [0, 1])
 def test_fewer_than_two_labelled_demonstrations_are_refused(six, count):
-    items = [*six[:count], *(Labelled(item.demonstration) for item in six[count:])]
+    items = [*six[:count], *(LabelledDemonstration(item.demonstration) for item in six[count:])]
     with pytest.raises(InputError, match="two labelled ones; there (is 1|are none)"):
         finish(leave_one_out(items, FAST))
 
 
 @pytest.mark.parametrize(("count", "sentence"), [(1, "1 demonstration "), (2, "2 demonstrations ")])
 def test_demonstrations_without_labels_are_left_out_with_a_remark(six, count, sentence):
-    bare = [Labelled(item.demonstration) for item in six[:count]]
+    bare = [LabelledDemonstration(item.demonstration) for item in six[:count]]
     with_bare = finish(leave_one_out([*bare, *six[2:5]], FAST))
     without = finish(leave_one_out(six[2:5], FAST))
     (remark,) = with_bare.remarks
@@ -219,7 +223,9 @@ def test_a_fold_without_two_actions_is_refused_in_a_sentence(six):
 def test_demonstrations_of_different_channels_are_refused(six):
     old = six[0].demonstration
     channels = tuple(Channel(f"strain {i}") for i in range(6))
-    other = Labelled(Demonstration("gauge", "", old.times, old.signals, channels), six[0].segments)
+    other = LabelledDemonstration(
+        Demonstration("gauge", "", old.times, old.signals, channels), six[0].segments
+    )
     with pytest.raises(InputError, match=r"'gauge' has .*strain 0"):
         finish(leave_one_out([*six[:2], other], FAST))
 
@@ -228,7 +234,7 @@ def test_demonstrations_of_different_channels_are_refused(six):
 
 
 def test_a_task_is_recognised_by_what_was_trained_on_another(six):
-    result = finish(across(six[:3], six[3:], FAST, "A to B"))
+    result = finish(train_and_test(six[:3], six[3:], FAST, "A to B"))
     recogniser = train(six[:3], FAST)
     assert [t.name for t in result.tested] == [i.demonstration.name for i in six[3:]]
     for item, tested in zip(six[3:], result.tested, strict=True):
@@ -240,8 +246,11 @@ def test_a_task_is_recognised_by_what_was_trained_on_another(six):
 
 
 def test_what_is_tested_at_another_rate_does_not_move_the_grid(six):
-    fast = [Labelled(*synthetic_demonstration(seed, rate=400.0)) for seed in (11, 12, 13, 14)]
-    result = finish(across(six[:2], fast, RAW))
+    fast = [
+        LabelledDemonstration(*synthetic_demonstration(seed, rate=400.0))
+        for seed in (11, 12, 13, 14)
+    ]
+    result = finish(train_and_test(six[:2], fast, RAW))
     recogniser = train(six[:2], RAW)
     for item, tested in zip(fast, result.tested, strict=True):
         predicted = recogniser.predict(item.demonstration)
@@ -268,14 +277,16 @@ def test_scores_of_different_grids_count_the_same_samples(six):
 def test_a_demonstration_that_is_there_twice_is_refused(six):
     twin = Demonstration("twin", "other", *demonstration_parts(six[0].demonstration))
     with pytest.raises(InputError, match="is there twice"):
-        finish(leave_one_out([*six[:2], Labelled(twin, six[0].segments)], RAW))
+        finish(leave_one_out([*six[:2], LabelledDemonstration(twin, six[0].segments)], RAW))
 
 
 def later(item, name):
     """The same recording with other stamps, under another name."""
     times, signals, channels = demonstration_parts(item.demonstration)
     segments = tuple(Segment(s.start + 5, s.end + 5, s.action) for s in item.segments)
-    return Labelled(Demonstration(name, "foam", times + 5.0, signals, channels), segments)
+    return LabelledDemonstration(
+        Demonstration(name, "foam", times + 5.0, signals, channels), segments
+    )
 
 
 def names_of(items, fold):
@@ -285,7 +296,7 @@ def names_of(items, fold):
 @pytest.mark.parametrize("count", [None, 2, 3, 4])
 def test_a_recording_that_is_there_twice_is_left_out_as_a_whole(six, count):
     items = [*six[:3], later(six[0], "twin"), six[3], later(six[2], "again")]
-    parts = grouping.groups([item.demonstration for item in items], count)
+    parts = grouping.fold_groups([item.demonstration for item in items], count)
     assert sorted(i for part in parts for i in part) == list(range(len(items)))
     assert len(parts) == (count or 4)
     for first, second in ((0, 3), (2, 5)):
@@ -302,8 +313,8 @@ def test_a_recording_that_is_there_twice_is_left_out_as_a_whole(six, count):
     assert [tested.name for tested in found.tested] == names_of(items, range(len(items)))
     every = set(names_of(items, range(len(items))))
     assert fitted == [every - set(names_of(items, part)) for part in parts]
-    told = [remark for remark in found.remarks if "left out together" in remark]
-    assert [remark.split(" hold the same recording")[0] for remark in told] == [
+    remarks = [remark for remark in found.remarks if "left out together" in remark]
+    assert [remark.split(" hold the same recording")[0] for remark in remarks] == [
         " and ".join(names_of(items, same)) for same in ((0, 3), (2, 5))
     ]
 
@@ -312,7 +323,7 @@ def test_a_recording_that_is_there_twice_is_left_out_as_a_whole(six, count):
 @pytest.mark.parametrize("groups", [None, 0, 2, 3, 5, 99])
 def test_neighbours_are_left_out_in_different_groups(count, groups):
     items = [d for d, _ in synthetic_set(count, rate=50.0)]
-    parts = grouping.groups(items, groups)
+    parts = grouping.fold_groups(items, groups)
     assert len(parts) == min(groups or count, count)
     assert sorted(i for part in parts for i in part) == list(range(count))
     assert max(map(len, parts)) - min(map(len, parts)) <= 1
@@ -325,15 +336,15 @@ def test_a_number_of_groups_that_nothing_can_be_left_out_in_is_refused(six, grou
         finish(leave_one_out(six[:3], FAST, folds=groups))
 
 
-def test_a_recording_that_is_trained_on_under_another_name_is_told(six):
+def test_a_recording_that_is_trained_on_under_another_name_is_remarked_on(six):
     twin = later(six[0], "twin")
-    (said,) = [
+    (remark,) = [
         remark
-        for remark in finish(across(six[:3], [*six[3:5], twin], FAST)).remarks
+        for remark in finish(train_and_test(six[:3], [*six[3:5], twin], FAST)).remarks
         if "same recording" in remark
     ]
-    assert said.startswith(f"'twin' holds the same recording as '{six[0].demonstration.name}'")
-    clean = finish(across(six[:3], six[3:5], FAST)).remarks
+    assert remark.startswith(f"'twin' holds the same recording as '{six[0].demonstration.name}'")
+    clean = finish(train_and_test(six[:3], six[3:5], FAST)).remarks
     assert not any("same recording" in remark for remark in clean)
 
 
@@ -343,7 +354,7 @@ def demonstration_parts(demonstration):
 
 def test_actions_that_were_never_trained_count_as_wrong_and_are_named(six):
     strange = [relabelled(item, ["still", "juggle", "hold", "pull", "still"]) for item in six[3:]]
-    plain, result = (finish(across(six[:3], test, RAW)) for test in (six[3:], strange))
+    plain, result = (finish(train_and_test(six[:3], test, RAW)) for test in (six[3:], strange))
     assert result.remarks == ("Tested but never trained: juggle, pull.",)
     assert set(result.actions) == {*ACTIONS, "juggle", "pull"}
     pooled = result.scores("raw")[0]
@@ -356,22 +367,22 @@ def test_actions_that_were_never_trained_count_as_wrong_and_are_named(six):
 
 @pytest.mark.parametrize("side", ["train", "test"])
 def test_a_side_without_labels_is_refused(six, side):
-    bare = [Labelled(item.demonstration) for item in six[:2]]
+    bare = [LabelledDemonstration(item.demonstration) for item in six[:2]]
     sides = (bare, six[2:]) if side == "train" else (six[2:], bare)
     with pytest.raises(InputError, match=f"no labelled demonstration to {side} on"):
-        finish(across(*sides, FAST))
+        finish(train_and_test(*sides, FAST))
 
 
 def test_a_demonstration_that_was_trained_on_is_not_tested(six):
     with pytest.raises(InputError, match="'foam 03' is trained on and so cannot be tested"):
-        finish(across(six[:3], six[2:], FAST))
+        finish(train_and_test(six[:3], six[2:], FAST))
 
 
 # --- actions: kept apart, merged ----------------------------------------------------------------
 
 
 def test_actions_of_two_tasks_are_kept_apart_by_a_suffix(six):
-    apart = kept_apart(six[:2], ["soft", "ncart"])
+    apart = suffix_actions(six[:2], ["soft", "ncart"])
     assert [s.action for s in apart[0].segments][:2] == ["still_soft", "grab_soft"]
     assert [s.action for s in apart[1].segments][:2] == ["still_ncart", "grab_ncart"]
     for before, after in zip(six, apart, strict=False):
@@ -379,7 +390,7 @@ def test_actions_of_two_tasks_are_kept_apart_by_a_suffix(six):
         assert [(s.start, s.end) for s in after.segments] == [
             (s.start, s.end) for s in before.segments
         ]
-    together = finish(leave_one_out(kept_apart(six[:4], ["a", "a", "b", "b"]), FAST))
+    together = finish(leave_one_out(suffix_actions(six[:4], ["a", "a", "b", "b"]), FAST))
     assert set(together.actions) == {f"{action}_{task}" for action in ACTIONS for task in "ab"}
 
 
@@ -387,7 +398,7 @@ def test_no_merge_map_takes_away_what_keeps_actions_apart(six):
     spellings = MergeMap({f"{action}_soft": action for action in ACTIONS})  # as of the real set
     items = [relabelled(item, [f"{s.action}_soft" for s in item.segments]) for item in six[:4]]
     merged = [item.merged(spellings) for item in items]
-    apart = kept_apart(merged, ["soft", "soft", "hard", "hard"])
+    apart = suffix_actions(merged, ["soft", "soft", "hard", "hard"])
     found = finish(leave_one_out(apart, FAST.replace(merge=spellings)))
     assert set(found.actions) == {
         f"{action}_{task}" for action in ACTIONS for task in ("soft", "hard")
@@ -471,7 +482,7 @@ def test_the_papers_method_scores_on_real_recordings_what_an_independent_program
     file, stride, expected, tolerance
 ):
     recordings = pdl.read(TONGS / file, ReadOptions())
-    items = [Labelled(r.demonstration, r.tracks[0].segments) for r in recordings]
+    items = [LabelledDemonstration(r.demonstration, r.tracks[0].segments) for r in recordings]
     # The longer recordings score the same with half as many samples to train on, in half the time.
     paper = Settings(stride=stride, threshold=None, median=None, drop=None)
     result = finish(leave_one_out(items, paper))

@@ -9,19 +9,19 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from forcelab.labels import from_codes
-from forcelab.live.recognition import Growing, Recent
-from forcelab.recognition.live import Decided
+from forcelab.live.recognition import SegmentBuilder, SnapshotBuffer
+from forcelab.recognition.live import LiveLabels
 
 ACTIONS = ("grab", "pull")
 PERIOD = 0.01
 
 
 def growing():
-    return Growing(SimpleNamespace(step=PERIOD, actions=ACTIONS))
+    return SegmentBuilder(SimpleNamespace(step=PERIOD, actions=ACTIONS))
 
 
 def decided(times, codes, probabilities=None):
-    return Decided(np.asarray(times), np.asarray(codes, dtype=np.int64), probabilities)
+    return LiveLabels(np.asarray(times), np.asarray(codes, dtype=np.int64), probabilities)
 
 
 @settings(max_examples=40, deadline=None)
@@ -36,9 +36,9 @@ def test_segments_are_those_of_all_labels_at_once(codes, cuts):
     assert one.until == pytest.approx(times[-1] + PERIOD)
     present = one.present
     found += one.finish()
-    whole = from_codes(np.asarray(codes), times, ACTIONS)
-    assert [s.segment.action for s in found] == [s.action for s in whole]
-    for mine, theirs in zip(found, whole, strict=True):
+    expected = from_codes(np.asarray(codes), times, ACTIONS)
+    assert [s.segment.action for s in found] == [s.action for s in expected]
+    for mine, theirs in zip(found, expected, strict=True):
         assert (mine.start, mine.end) == pytest.approx((theirs.start, theirs.end))
     assert (present is None) == (codes[-1] < 0)
 
@@ -54,7 +54,7 @@ def test_a_gap_parts_segments_of_one_action():
 
 
 def test_what_is_seen_has_the_mean_probability_of_each_stretch_and_forgets_the_old():
-    one, recent = growing(), Recent(ACTIONS)
+    one, recent = growing(), SnapshotBuffer(ACTIONS)
     rng = np.random.default_rng(1)
     times = 100.0 + PERIOD * np.arange(4000)
     share = rng.random(4000)
@@ -64,21 +64,21 @@ def test_what_is_seen_has_the_mean_probability_of_each_stretch_and_forgets_the_o
         part = slice(first, first + 37)
         block = decided(times[part], codes[part], table[part])
         recent.take(block, one.take(block))
-    seen = recent.glimpse(one, 0.1)
-    assert seen.action == ACTIONS[codes[-1]]
-    assert seen.probabilities == pytest.approx(tuple(table[-1]))
-    assert seen.segments[-1].end == pytest.approx(seen.until)
-    assert min(s.end for s in seen.segments) > times[-1] - 16.0
+    snapshot = recent.snapshot(one, 0.1)
+    assert snapshot.action == ACTIONS[codes[-1]]
+    assert snapshot.probabilities == pytest.approx(tuple(table[-1]))
+    assert snapshot.segments[-1].end == pytest.approx(snapshot.until)
+    assert min(s.end for s in snapshot.segments) > times[-1] - 16.0
     start, end = times[-1] - 2.0, times[-1] - 1.0
     inside = (times >= start) & (times < end)
-    assert seen.certainty.of_action("grab", start, end) == pytest.approx(
+    assert snapshot.probability_trace.of_action("grab", start, end) == pytest.approx(
         share[inside].mean(), abs=0.02
     )
-    assert seen.certainty.start >= times[-1] - 16.0
+    assert snapshot.probability_trace.start >= times[-1] - 16.0
 
 
 def test_nothing_is_known_before_the_first_label():
-    seen = Recent(ACTIONS).glimpse(growing(), 0.0)
-    assert math.isnan(seen.until)
-    assert seen.certainty is None
-    assert seen.segments == ()
+    snapshot = SnapshotBuffer(ACTIONS).snapshot(growing(), 0.0)
+    assert math.isnan(snapshot.until)
+    assert snapshot.probability_trace is None
+    assert snapshot.segments == ()

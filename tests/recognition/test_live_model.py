@@ -6,25 +6,25 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from stated_live import stated, window_features
+from live_reference import stated, window_features
 from synthetic import synthetic_set
 
 from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.labels import UNLABELLED
-from forcelab.live.recognition import promised
+from forcelab.live.recognition import latency_budget
 from forcelab.recognition import cross_validation, ensemble
 from forcelab.recognition.cross_validation import leave_one_out_live
-from forcelab.recognition.ensemble import sharpened
-from forcelab.recognition.examples import Labelled
+from forcelab.recognition.ensemble import sharpen
+from forcelab.recognition.examples import LabelledDemonstration
 from forcelab.recognition.hsmm import decode
 from forcelab.recognition.live import OnlineRecogniser
 from forcelab.recognition.live_features import CausalWindows, StreamingWindows
-from forcelab.recognition.live_model import LOOKS, LivePart
+from forcelab.recognition.live_model import LOOKS, LiveModel
 from forcelab.recognition.presets import preset
-from forcelab.recognition.storage import load, save
-from forcelab.recognition.training import train, training
+from forcelab.recognition.storage import load_recogniser, save_recogniser
+from forcelab.recognition.training import train, training_job
 
 RATE = 250.0
 WINDOWS = preset("fast").windows
@@ -32,7 +32,7 @@ WINDOWS = preset("fast").windows
 
 @pytest.fixture(scope="module")
 def three():
-    return [Labelled(*item) for item in synthetic_set(3, rate=RATE)]
+    return [LabelledDemonstration(*item) for item in synthetic_set(3, rate=RATE)]
 
 
 @pytest.fixture(scope="module")
@@ -76,10 +76,10 @@ def test_features_are_those_of_each_window_by_itself(hop, look, own):
     n = 60 * hop + 13 % hop
     signals = np.cumsum(np.random.default_rng(hop).standard_normal((2, n)), axis=1)
     what = CausalWindows((0.0005, *WINDOWS), look, np.array([1.0, 30.0]), own)
-    wanted = window_features(what, signals, RATE, hop)
+    expected = window_features(what, signals, RATE, hop)
     found = what.of(signals, RATE, hop)
-    assert found.shape == wanted.shape
-    assert np.allclose(found, wanted, atol=1e-9, rtol=1e-9)
+    assert found.shape == expected.shape
+    assert np.allclose(found, expected, atol=1e-9, rtol=1e-9)
 
 
 def test_a_window_seen_whole_is_the_gaussian_one():
@@ -92,7 +92,7 @@ def test_a_window_seen_whole_is_the_gaussian_one():
     assert rms == pytest.approx(slope * 0.04, rel=2e-3)  # of four standard deviations
 
 
-def test_own_units_forget_how_strong_somebody_is_and_keep_what_rest_is():
+def test_own_units_forget_a_person_s_strength_and_keep_the_level_at_rest():
     rate = 250.0
     times = np.arange(60 * int(rate)) / rate
     press = 5.0 + np.where(times > 1, 1 + np.sin(2 * np.pi * times), 0.0)
@@ -127,17 +127,17 @@ def test_own_units_hear_nothing_of_a_glitch_once_it_has_passed(size, rate, hop, 
 @pytest.mark.parametrize("latency", [0.0, 0.03, 0.1, 1.0])
 def test_labels_are_those_stated_for_the_latency(trained, three, latency):
     demonstration = three[2].demonstration
-    wanted = stated(trained, demonstration, latency)
-    assert np.array_equal(wanted.times, demonstration.times)
+    expected = stated(trained, demonstration, latency)
+    assert np.array_equal(expected.times, demonstration.times)
     for blocks in ([5], [1, 40, 3, 700]):
         times, codes, probabilities = streamed(trained, demonstration, latency, blocks)
-        assert np.array_equal(times, wanted.times)
-        assert np.array_equal(codes, wanted.codes)
-        assert np.allclose(probabilities, wanted.probabilities, atol=1e-6)
+        assert np.array_equal(times, expected.times)
+        assert np.array_equal(codes, expected.codes)
+        assert np.allclose(probabilities, expected.probabilities, atol=1e-6)
 
 
 def test_labels_do_not_depend_on_the_blocks(trained, three):
-    whole = three[2].demonstration
+    demonstration = three[2].demonstration
 
     @settings(max_examples=15, deadline=None)
     @given(
@@ -148,7 +148,14 @@ def test_labels_do_not_depend_on_the_blocks(trained, three):
     def check(sizes, latency, length):
         piece = slice(500, 500 + length)
         short = [
-            streamed_pieces(trained, whole.times[piece], whole.signals[piece], latency, cuts, whole)
+            streamed_pieces(
+                trained,
+                demonstration.times[piece],
+                demonstration.signals[piece],
+                latency,
+                cuts,
+                demonstration,
+            )
             for cuts in (sizes, [length])
         ]
         for one, other in zip(*short, strict=True):
@@ -181,9 +188,9 @@ def test_a_label_is_what_the_decoder_says_of_all_that_the_latency_lets_it_see(tr
     with np.errstate(divide="ignore"):
         logs = np.log(steps)
     for step in range(0, len(steps) - lag, 7):
-        seen = logs[: step + lag + 1]
-        wanted = decode(seen, np.ones(len(seen), dtype=bool), 0.02, trained.choreography)
-        assert codes[step * hop + hop // 2] == wanted[step]
+        past = logs[: step + lag + 1]
+        expected = decode(past, np.ones(len(past), dtype=bool), 0.02, trained.grammar)
+        assert codes[step * hop + hop // 2] == expected[step]
 
 
 def test_a_label_comes_no_later_than_the_latency_and_needs_no_later_sample(trained, three):
@@ -215,12 +222,14 @@ def test_devices_whose_clocks_differ_a_little_are_learnt_from_together(monkeypat
     # Of 2.498 and of 2.502 samples a time step: two of one device, three of the other.
     monkeypatch.setattr(ensemble, "TREES", 4)
     slow, quick = (
-        Labelled(changed(demonstration, demonstration.times * 125 / rate), segments)
+        LabelledDemonstration(changed(demonstration, demonstration.times * 125 / rate), segments)
         for (demonstration, segments), rate in zip(
             synthetic_set(2, rate=125.0), (124.9, 125.1), strict=True
         )
     )
-    one, other = (train(order, preset("fast")).live for order in ([slow, quick], [quick, slow]))
+    one, other = (
+        train(order, preset("fast")).live_models for order in ([slow, quick], [quick, slow])
+    )
     for part, same in zip(one, other, strict=True):
         assert np.allclose(part.classifier.mean, same.classifier.mean, rtol=1e-9, atol=1e-12)
 
@@ -234,10 +243,10 @@ def test_a_gap_is_never_labelled(trained, three):
     signals[600:640, 0] = np.nan
     holed = changed(demonstration, demonstration.times[keep], signals[keep])
     for latency in (0.0, 0.1):
-        wanted = stated(trained, holed, latency)
+        expected = stated(trained, holed, latency)
         for blocks in ([7], [5000]):
             times, codes, known = streamed(trained, holed, latency, blocks)
-            assert np.array_equal(codes, wanted.codes)
+            assert np.array_equal(codes, expected.codes)
             bare = ((times > 1.6) & (times < 1.839)) | ((times >= 2.4) & (times < 2.559))
             assert np.all(codes[bare] == UNLABELLED)
             assert np.all(known[bare] == 0)
@@ -291,7 +300,7 @@ def test_what_no_sensor_reads_counts_as_missing(trained, three, value):
 
 def test_memory_stays_the_same(trained, three):
     demonstration = three[2].demonstration
-    windows = StreamingWindows(trained.live[0].windows, RATE, 5)
+    windows = StreamingWindows(trained.live_models[0].windows, RATE, 5)
     sizes = []
     rows = np.zeros((50, len(trained.channels)))
     for _ in range(60):
@@ -311,9 +320,9 @@ def test_memory_stays_the_same(trained, three):
 
 
 def test_a_file_keeps_what_follows_streams(trained, three, tmp_path):
-    save(trained, tmp_path / "r.skops")
-    again = load(tmp_path / "r.skops")
-    assert [part.windows.look for part in again.live] == list(LOOKS)
+    save_recogniser(trained, tmp_path / "r.skops")
+    again = load_recogniser(tmp_path / "r.skops")
+    assert [part.windows.look for part in again.live_models] == list(LOOKS)
     demonstration = three[2].demonstration
     for one, other in zip(
         streamed(trained, demonstration, 0.1, [50]),
@@ -328,7 +337,7 @@ def test_what_does_not_fit_is_refused(trained):
         finish(leave_one_out_live([], trained.settings, -1.0))
     with pytest.raises(InputError, match="needs two labelled ones"):
         finish(leave_one_out_live([], trained.settings, 0.1))
-    part = trained.live[1]
+    part = trained.live_models[1]
     plain = part.plain() | {"usual": np.array([1.0, -1.0, 1.0, 1.0])}
     for wrong in (
         plain,
@@ -337,7 +346,7 @@ def test_what_does_not_fit_is_refused(trained):
         part.plain() | {"own": 1},
     ):
         with pytest.raises(ValueError, match="must|windows"):
-            LivePart.from_plain(wrong, 4, len(trained.actions))
+            LiveModel.from_plain(wrong, 4, len(trained.actions))
 
 
 def test_an_evaluation_as_a_stream_leaves_each_demonstration_out(three, monkeypatch):
@@ -360,11 +369,11 @@ def test_a_recording_that_is_there_twice_is_left_out_as_a_whole_as_a_stream(thre
 
     def watched(labelled, settings):
         trained_on.append([item.demonstration.name for item in labelled])
-        return training(labelled, settings)
+        return training_job(labelled, settings)
 
     monkeypatch.setattr(ensemble, "TREES", 2)
-    monkeypatch.setattr(cross_validation, "training", watched)
-    items = [*three, Labelled(twin, moved)]
+    monkeypatch.setattr(cross_validation, "training_job", watched)
+    items = [*three, LabelledDemonstration(twin, moved)]
     found = finish(leave_one_out_live(items, preset("fast"), 0.1))
     _, second, third = (item.demonstration.name for item in three)
     first = old.name
@@ -380,15 +389,15 @@ def test_probabilities_of_a_stream_are_calibrated_where_those_offline_are(three,
     monkeypatch.setattr(ensemble, "TREES", 4)
     plain = preset("fast").replace(stride=1)
     bare, calibrated = (train(three, plain.replace(calibrated=on)) for on in (False, True))
-    assert {part.classifier.exponent for part in bare.live} == {1.0}
-    (exponent,) = {part.classifier.exponent for part in calibrated.live}
+    assert {part.classifier.exponent for part in bare.live_models} == {1.0}
+    (exponent,) = {part.classifier.exponent for part in calibrated.live_models}
     assert exponent != 1.0
-    assert [part.windows.look for part in calibrated.live] == list(LOOKS)
+    assert [part.windows.look for part in calibrated.live_models] == list(LOOKS)
     # Only how sure it is changes: what learns is the same.
-    X = np.random.default_rng(0).standard_normal((50, bare.live[0].windows.width))
-    for one, other in zip(bare.live, calibrated.live, strict=True):
+    X = np.random.default_rng(0).standard_normal((50, bare.live_models[0].windows.width))
+    for one, other in zip(bare.live_models, calibrated.live_models, strict=True):
         known = one.classifier.predict_proba(X)
-        assert np.allclose(other.classifier.predict_proba(X), sharpened(known, exponent))
+        assert np.allclose(other.classifier.predict_proba(X), sharpen(known, exponent))
 
 
 def test_an_evaluation_as_a_stream_says_how_far_to_rely_on_its_probabilities(three, monkeypatch):
@@ -399,7 +408,7 @@ def test_an_evaluation_as_a_stream_says_how_far_to_rely_on_its_probabilities(thr
 
 
 def test_a_recogniser_from_before_says_what_to_do(trained, three):
-    old = dataclasses.replace(trained, live=())
+    old = dataclasses.replace(trained, live_models=())
     with pytest.raises(InputError, match="train it again"):
         OnlineRecogniser(old, 0.1, three[2].demonstration.channels)
     plain = dataclasses.replace(old, settings=trained.settings.replace(decoder="filters"))
@@ -408,12 +417,12 @@ def test_a_recogniser_from_before_says_what_to_do(trained, three):
 
 
 def test_more_latency_looks_farther_ahead_and_what_is_promised_is_what_is_done(trained):
-    looks = []
+    looks_ahead = []
     for latency in (0.0, 0.05, 0.1, 0.3, 3.0):
-        promise = promised(trained, latency)
-        looks.append(promise.ahead)
+        promise = latency_budget(trained, latency)
+        looks_ahead.append(promise.ahead)
         assert promise.ahead + promise.filters <= latency
         assert promise.early == ()
-    assert looks == sorted(looks)
-    assert looks[0] == 0.0
-    assert looks[-1] == pytest.approx(LOOKS[-1], abs=0.5 / RATE)
+    assert looks_ahead == sorted(looks_ahead)
+    assert looks_ahead[0] == 0.0
+    assert looks_ahead[-1] == pytest.approx(LOOKS[-1], abs=0.5 / RATE)

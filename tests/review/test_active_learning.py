@@ -1,0 +1,273 @@
+"""Which demonstration to label next, against counts made by hand; odd ones are told apart."""
+
+import tracemalloc
+from datetime import datetime, timezone
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from forcelab.labels import Segment
+from forcelab.recognition.examples import Examples
+from forcelab.recognition.probabilities import ProbabilityTrace
+from forcelab.recognition.settings import Settings
+from forcelab.review.active_learning import (
+    BINS,
+    STEPS,
+    ConfidenceCalibration,
+    _pool_adjacent_violators,
+    acceptable_segments,
+    calibrate_confidence,
+    rank_proposals,
+    sample_steps,
+    typicality,
+    weighs_typicality,
+)
+from forcelab.review.run_result import DemonstrationResult, RunResult
+
+ACTIONS = ("grab", "hold")
+
+
+def trace_of(*parts, rate=10.0):
+    """Certainty of stretches (seconds, probability of grab) at ten values a second."""
+    grab = np.concatenate([np.full(round(seconds * rate), p) for seconds, p in parts])
+    values = np.rint(np.stack([grab, 1 - grab], axis=1) * 255).astype(np.uint8)
+    return ProbabilityTrace(0.0, rate, ACTIONS, values)
+
+
+def reviewed(name, probability_trace, human=(), predicted=(), typicality=None):
+    end = len(probability_trace.values) / probability_trace.rate if probability_trace else 10.0
+    stages = {"filtered": predicted}
+    return DemonstrationResult(
+        name, name, "foam", 0.0, end, human, stages, probability_trace, typicality
+    )
+
+
+def run(tested=(), proposed=()):
+    return RunResult(
+        number=1,
+        time=datetime(2026, 1, 1, tzinfo=timezone.utc),
+        title="foam",
+        tasks=("foam",),
+        test_task=None,
+        author="Ann",
+        apart=False,
+        settings=Settings(),
+        actions=ACTIONS,
+        labels=(),
+        tested=tuple(tested),
+        proposals=tuple(proposed),
+    )
+
+
+def test_the_calibration_counts_how_often_it_was_right_when_so_sure():
+    # 4 s at 0.75 for grab of which the human says grab in 3 s, and 2 s at 0.95, all right.
+    trace = trace_of((4, 0.75), (2, 0.95))
+    human = (Segment(0, 3, "grab"), Segment(3, 4, "hold"), Segment(4, 6, "grab"))
+    known = calibrate_confidence(run([reviewed("01", trace, human)]))
+    assert known.seconds == pytest.approx(6.0)
+    assert known.accuracy[7] == pytest.approx(0.75)
+    assert known.accuracy[9] == pytest.approx(1.0)
+    assert known.accuracy[8] == pytest.approx(0.875)  # never met: between its neighbours
+    assert known.accuracy[5] == pytest.approx(0.75)  # below all that was met: like the lowest
+
+
+def test_what_is_unlabelled_or_in_a_gap_counts_for_nothing():
+    trace = trace_of((2, 0.75), (2, 0.75))
+    trace.values[25:] = 0
+    known = calibrate_confidence(run([reviewed("01", trace, (Segment(0, 1, "grab"),))]))
+    assert known.seconds == pytest.approx(1.0)
+
+
+def test_an_action_that_the_recogniser_never_met_was_predicted_wrong():
+    human = (Segment(0, 2, "slip"),)
+    known = calibrate_confidence(run([reviewed("01", trace_of((2, 0.95)), human)]))
+    assert known.accuracy[9] == 0.0
+
+
+def test_the_most_uncertain_demonstration_comes_first_with_what_it_would_bring():
+    tested = [reviewed("01", trace_of((4, 0.75)), (Segment(0, 3, "grab"), Segment(3, 4, "hold")))]
+    unsure = reviewed("02", trace_of((8, 0.75)))
+    certain = reviewed("03", trace_of((20, 0.95)))
+    found = rank_proposals(run(tested, [certain, unsure]))
+    assert [one.name for one in found] == ["02", "03"]
+    assert found[0].uncertainty == pytest.approx(0.25, abs=0.01)
+    assert found[0].wrong == pytest.approx(8 * 0.25, abs=0.01)  # a quarter was wrong when tested
+
+
+def test_the_least_certain_of_the_typical_comes_first():
+    odd = reviewed("02", trace_of((8, 0.6)), typicality=0.2)
+    usual = reviewed("03", trace_of((8, 0.75)), typicality=0.9)
+    certain = reviewed("04", trace_of((8, 0.95)), typicality=1.0)
+    found = rank_proposals(run([], [certain, odd, usual]))
+    assert [one.name for one in found] == ["03", "02", "04"]
+    assert weighs_typicality(found)
+
+
+@pytest.mark.parametrize("stored", [None, 0.9])
+def test_where_a_typicality_was_not_kept_the_least_certain_comes_first(stored):
+    odd = reviewed("02", trace_of((8, 0.6)), typicality=None)
+    usual = reviewed("03", trace_of((8, 0.75)), typicality=stored)
+    found = rank_proposals(run([], [usual, odd]))
+    assert [one.name for one in found] == ["02", "03"]
+    assert not weighs_typicality(found)
+
+
+def test_without_anything_tested_the_probabilities_are_taken_at_their_word():
+    found = rank_proposals(run([], [reviewed("02", trace_of((8, 0.75)))]))
+    assert found[0].wrong == pytest.approx(8 * 0.25, abs=0.05)
+
+
+def test_the_place_is_where_it_knows_least():
+    place = rank_proposals(run([], [reviewed("02", trace_of((3, 0.95), (1, 0.55), (4, 0.9)))]))[
+        0
+    ].place
+    assert (place.start, place.end) == pytest.approx((3.0, 4.0))
+    assert place.demonstration == "02"
+    assert place.predicted == "grab"
+    assert place.confidence == pytest.approx(0.55, abs=0.01)
+    assert place.human is None
+
+
+def test_a_gap_is_no_place_to_label():
+    trace = trace_of((3, 0.95), (3, 0.55), (3, 0.9))
+    trace.values[30:60] = 0
+    (found,) = rank_proposals(run([], [reviewed("02", trace)]))
+    assert found.place.start >= 6.0 - 0.05
+    assert found.uncertainty < 0.1
+
+
+def test_a_recording_shorter_than_a_stretch_is_one_place():
+    (found,) = rank_proposals(run([], [reviewed("02", trace_of((0.4, 0.6)))]))
+    assert (found.place.start, found.place.end) == pytest.approx((0.0, 0.4))
+
+
+def test_what_has_no_probabilities_cannot_be_ranked():
+    assert rank_proposals(run([], [reviewed("02", None)])) == ()
+
+
+def test_only_what_is_probable_enough_is_acceptable():
+    predicted = (Segment(0, 2, "grab"), Segment(2, 4, "hold"), Segment(4, 6, "grab"))
+    one = reviewed("02", trace_of((2, 0.95), (2, 0.3), (2, 0.6)), predicted=predicted)
+    assert acceptable_segments(one, 0, 6) == predicted
+    assert acceptable_segments(one, 0, 6, 0.9) == predicted[:1]
+    assert acceptable_segments(one, 0, 6, 0.65) == predicted[:2]
+    assert (
+        acceptable_segments(one, 2, 4) == predicted[1:2]
+    )  # those that only touch it are not meant
+    assert acceptable_segments(reviewed("03", None, predicted=predicted), 0, 6, 0.9) == ()
+
+
+@given(
+    accuracy=st.lists(st.floats(0, 1), min_size=BINS, max_size=BINS),
+    confidence=st.lists(st.floats(0, 1), min_size=1, max_size=20),
+)
+def test_what_is_wrong_is_always_a_share(accuracy, confidence):
+    wrong = ConfidenceCalibration(np.array(accuracy), 1.0).wrong(np.array(confidence))
+    assert np.all((wrong >= 0) & (wrong <= 1))
+
+
+@given(
+    bins=st.lists(
+        st.tuples(st.floats(0, 1), st.floats(0.5, 100)), min_size=1, max_size=BINS, unique=True
+    )
+)
+def test_what_is_surer_is_never_taken_for_less_often_right(bins):
+    values, weights = (np.array(column) for column in zip(*bins, strict=True))
+    n = len(values)
+
+    def mean(first, last):
+        return np.average(values[first : last + 1], weights=weights[first : last + 1])
+
+    # The minimax formula of isotonic regression (Robertson, Wright and Dykstra 1988, 1.4.9).
+    expected = [max(min(mean(j, k) for k in range(i, n)) for j in range(i + 1)) for i in range(n)]
+    np.testing.assert_allclose(_pool_adjacent_violators(values, weights), expected, atol=1e-9)
+
+
+def test_of_values_farther_apart_than_a_second_the_least_certain_one_is_looked_at_first():
+    slow = trace_of((5, 0.9), (5, 0.5), (10, 0.9), rate=0.2)
+    (proposal,) = rank_proposals(run(proposed=[reviewed("slow", slow)]))
+    assert (proposal.place.start, proposal.place.end) == (5.0, 10.0)
+
+
+def steps(level, seed, count=200, spread=1.0):
+    """Time steps of a demonstration whose two features lie around a level."""
+    return np.random.default_rng(seed).normal(level, spread, (count, 2)).astype(np.float32)
+
+
+def examples(features, valid=None):
+    n = len(features)
+    valid = np.ones(n, dtype=bool) if valid is None else valid
+    return Examples("01", np.arange(n) / 100, features, valid, (), ("normal 1",), 100.0)
+
+
+def test_the_odd_one_is_the_least_typical_and_the_others_are_all_alike():
+    found = typicality([steps(0, 1), steps(0, 2), steps(8, 3), steps(0, 4, count=900)])
+    assert found.argmin() == 2
+    assert found[2] < 0.6 * found[[0, 1, 3]].min()
+    assert np.ptp(found[[0, 1, 3]]) < 0.05
+
+
+def test_a_demonstration_of_the_same_level_but_another_spread_is_odd_too():
+    found = typicality([steps(0, 1), steps(0, 2), steps(0, 3), steps(0, 4, spread=6.0)])
+    assert found.argmin() == 3
+
+
+def test_against_the_formula_by_hand():
+    # One feature of plus and minus 1: mean 0, scale 1, and no spread within a demonstration. Both
+    # are 2 asinh 1 apart, which is the median distance: each is like itself and 1/e like the other.
+    found = typicality([np.full((5, 1), -1.0, np.float32), np.full((5, 1), 1.0, np.float32)])
+    assert found == pytest.approx([(1 + np.exp(-1)) / 2] * 2)
+
+
+def test_units_of_the_features_do_not_matter():
+    several = [steps(0, 1), steps(1, 2), steps(4, 3)]
+    scale = np.array([1000, 0.01], dtype=np.float32)
+    assert typicality([one * scale for one in several]) == pytest.approx(
+        typicality(several), rel=1e-3
+    )
+
+
+@pytest.mark.parametrize("count", [1, 3])
+def test_what_is_all_the_same_is_wholly_typical(count):
+    assert typicality([steps(0, 1)] * count).tolist() == [1.0] * count
+
+
+def test_a_demonstration_that_is_one_gap_is_not_typical_of_anything():
+    empty = sample_steps(examples(np.ones((50, 2)), np.zeros(50, dtype=bool)))
+    assert len(empty) == 0
+    assert typicality([steps(0, 1), empty, steps(0, 1)]).tolist() == [1.0, 0.0, 1.0]
+    assert typicality([empty]).tolist() == [0.0]
+    assert len(typicality([])) == 0
+
+
+def test_only_some_steps_outside_of_gaps_are_looked_at_and_they_reach_to_the_end():
+    n = 10 * STEPS + 7
+    features = np.arange(n, dtype=float)[:, np.newaxis]
+    valid = np.arange(n) >= n // 2
+    found = sample_steps(examples(features, valid))[:, 0]
+    assert STEPS / 2 < len(found) <= STEPS
+    assert found[0] == n // 2
+    assert found[-1] > n - 10
+    assert len(np.unique(np.diff(found))) == 1
+
+
+def test_features_that_no_single_precision_holds_make_the_demonstration_odd_and_nothing_else():
+    huge = sample_steps(examples(np.full((50, 2), 1e200)))
+    found = typicality([steps(0, 1), huge, steps(0, 2)])
+    assert np.isfinite(found).all()
+    assert found.argmin() == 1
+
+
+def test_a_thousand_demonstrations_take_no_more_memory_than_their_distances():
+    many = [steps(0, seed, count=2) for seed in range(1000)]
+    many = [np.tile(one, 50) for one in many]  # a hundred features
+    tracemalloc.start()
+    try:
+        found = typicality(many)
+        _, peak = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    assert len(found) == 1000
+    assert peak < 100e6  # the differences of all pairs would be 1.6 GB
