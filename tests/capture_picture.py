@@ -16,7 +16,7 @@ import cv2
 
 from forcelab.capture import camera
 from forcelab.capture.emulator import VirtualCamera
-from forcelab.capture.replay import Replay, sensors_of
+from forcelab.capture.replay import Replay, extract_sensors
 from forcelab.formats.calibration import read_calibrations
 from forcelab.project import Project
 from forcelab.resources import asset
@@ -59,7 +59,7 @@ def draw(path: Path, picture: Path) -> None:
     with Project.open(path) as project:
         info = next(one for one in project.demonstrations() if one.name == DEMONSTRATION)
         demonstration, truth = project.load(info.id), project.truth(info.id)
-    sensors = sensors_of(demonstration, read_calibrations(calibration))
+    sensors = extract_sensors(demonstration, read_calibrations(calibration))
     film = Film(demonstration.video.path)
     camera.open_camera = lambda _: film
     application = QApplication([])

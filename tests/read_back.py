@@ -7,19 +7,19 @@ import struct
 import numpy as np
 
 from forcelab.capture.emulator import BITS
-from forcelab.capture.journal import Contents, Samples
+from forcelab.capture.journal import JournalReader, SampleBuffer
 
 
 def block_of(payload):
     """The block of samples in the payload of a journal's record."""
-    samples = Samples(struct.unpack_from("<IH", payload)[1])
+    samples = SampleBuffer(struct.unpack_from("<IH", payload)[1])
     samples.add(payload)
     return samples.block()
 
 
 def parsed(data):
     """The contents of a journal whose bytes are all there."""
-    return Contents(lambda: iter((data,)), "test")
+    return JournalReader(lambda: iter((data,)), "test")
 
 
 def frame_number(picture):

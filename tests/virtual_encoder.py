@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from forcelab.capture.emulator import BURST, Readings, Run, VirtualSampler
+from forcelab.capture.emulator import BURST, Readings, SamplingRun, VirtualSampler
 
 #: Registers of the encoder's adapter: how much its count has to change to be sent, how often it
 #: looks, its clock, its count, what it is, and how it replies.
@@ -54,7 +54,7 @@ class VirtualEncoder(VirtualSampler):
         #: All commands it was given.
         self.commands: list[str] = []
         self._end, self._serial = "!" if bang else "", serial
-        self._asked = ""
+        self._received = ""
         self._current_item = 0.0
         self._reset()
 
@@ -83,12 +83,12 @@ class VirtualEncoder(VirtualSampler):
                 out += self._reply("s", COUNT, self._count)
         return out
 
-    def _heard(self, data: bytes) -> bytes:
-        *lines, self._asked = (self._asked + data.decode("ascii", "replace")).split("\n")
+    def _answer(self, data: bytes) -> bytes:
+        *lines, self._received = (self._received + data.decode("ascii", "replace")).split("\n")
         commands = [line.strip().upper() for line in lines]
-        return b"".join(self._answer(command) for command in commands if command)
+        return b"".join(self._reply_to(command) for command in commands if command)
 
-    def _answer(self, command: str) -> bytes:
+    def _reply_to(self, command: str) -> bytes:
         """What it replies to one command."""
         self.commands.append(command)
         verb, register, digits = command[:1], command[1:3], command[3:]
@@ -114,7 +114,9 @@ class VirtualEncoder(VirtualSampler):
             last = self._runs[-1]
             sent = np.array([self._sent])
             start, device = float(last.host_times(sent)[0]), float(last.device_times(sent)[0])
-            self._runs.append(Run(self._sent, start, device, STAMP_RATE / number, self._pace))
+            self._runs.append(
+                SamplingRun(self._sent, start, device, STAMP_RATE / number, self._pace)
+            )
         elif register == CLOCK:
             self._clock = self._current_item
 

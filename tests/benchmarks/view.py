@@ -30,7 +30,7 @@ from PySide6.QtGui import QImage
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QAbstractItemView, QApplication, QVBoxLayout, QWidget
 
-from forcelab.capture.emulator import VirtualOptoForce, rows
+from forcelab.capture.emulator import VirtualOptoForce, table_source
 from forcelab.demonstration import Channel, Demonstration, VideoReference
 from forcelab.errors import InputError
 from forcelab.gui import theme
@@ -1159,7 +1159,7 @@ def measuring_capture(
     counts = np.round(COUNTS * np.asarray(performances[0][0].signals)).astype(np.int64)
     found: list[Latency] = []
     with ExitStack() as stack:
-        daqs = [VirtualOptoForce(rows(counts[:, i : i + 3], CAPTURED_RATE)) for i in (0, 3)]
+        daqs = [VirtualOptoForce(table_source(counts[:, i : i + 3], CAPTURED_RATE)) for i in (0, 3)]
         for daq in daqs:
             stack.enter_context(daq)
         window = stack.enter_context(shown(project, size))

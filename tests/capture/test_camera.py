@@ -14,11 +14,11 @@ from forcelab.capture.camera import (
     CameraReader,
     MatroskaWriter,
     OpenCvCamera,
-    _lasting,
     open_camera,
     open_cameras,
+    persistent_link,
 )
-from forcelab.capture.journal_writer import JournalWriter
+from forcelab.capture.journal import JournalWriter
 from forcelab.capture.recorder import Recorder
 from forcelab.capture.save import recover
 from forcelab.errors import InputError
@@ -97,7 +97,7 @@ def test_dropped_frames_are_counted_by_the_cameras_own_stamps():
 
 
 def test_a_camera_that_falls_silent_is_said_once(monkeypatch):
-    monkeypatch.setattr("forcelab.capture.camera.SILENT", 0.05)
+    monkeypatch.setattr("forcelab.capture.camera.SILENT_SECONDS", 0.05)
     fake = FakeCamera()
     camera = CameraReader(0, fake, "camera 0")
     try:
@@ -123,7 +123,7 @@ def test_a_recording_cut_off_has_its_video_when_it_is_recovered(project):
         camera._writer, camera._path = None, None
     recorder.close()
     (found,) = recover(project)
-    assert found.kept is not None
+    assert found.recording is not None
     with Project.open(project) as opened, VideoReader(opened.load("LEGO 01").video.path) as video:
         assert len(video) >= 20
 
@@ -200,9 +200,9 @@ def test_a_video_cut_anywhere_gives_all_whole_pictures(tmp_path_factory, cut, st
 
 def test_a_camera_that_was_away_is_a_gap_in_its_one_video(project, monkeypatch):
     # Shorter than in earnest.
-    monkeypatch.setattr("forcelab.capture.camera.SILENT", 0.3)
+    monkeypatch.setattr("forcelab.capture.camera.SILENT_SECONDS", 0.3)
     monkeypatch.setattr("forcelab.capture.camera._RETRY", 0.01)
-    monkeypatch.setattr("forcelab.capture.assemble.SILENT", 0.3)
+    monkeypatch.setattr("forcelab.capture.assemble.SILENT_SECONDS", 0.3)
     camera = FakeCamera(rate=200)
     with Recorder(project, [FakeDevice()], [("camera 0", camera)]) as recorder:
         recorder.start("LEGO")
@@ -308,9 +308,9 @@ def test_a_camera_keeps_its_name_whatever_number_it_gets(tmp_path):
     device.touch()
     link.parent.mkdir()
     link.symlink_to(device)
-    assert _lasting(str(device), link.parent) == link
-    assert _lasting(str(tmp_path / "video4"), link.parent) is None
-    assert _lasting("0", tmp_path / "none") is None
+    assert persistent_link(str(device), link.parent) == link
+    assert persistent_link(str(tmp_path / "video4"), link.parent) is None
+    assert persistent_link("0", tmp_path / "none") is None
 
 
 def test_a_camera_is_opened_again_from_its_file(tmp_path):

@@ -8,7 +8,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from forcelab.capture.clock import ArrivalClock
-from forcelab.capture.clock_smoother import stamped
+from forcelab.capture.clock_smoother import fit_timestamps
 
 MS = 1e-3
 
@@ -56,7 +56,7 @@ def test_live_stamps_are_within_two_milliseconds_after_ten_minutes(ppm, block):
 @pytest.mark.parametrize("ppm", [200, -200])
 def test_afterwards_the_first_stamps_are_as_good_as_the_last(ppm):
     true, ticks, arrived = made(600, 1000, ppm)
-    found = stamped(arrived, ticks)
+    found = fit_timestamps(arrived, ticks)
     off = np.abs(found.host - true)
     assert off.max() < 1 * MS
     assert off[:1000].max() < 1 * MS
@@ -77,7 +77,7 @@ def test_nothing_accumulates_in_hours_of_a_crystal_that_warms_up():
     assert np.abs(live[200:]).max() < 4 * MS
     assert np.percentile(np.abs(live), 99) < 2 * MS
     assert np.abs(live[-36_000:]).mean() < np.abs(live[:36_000]).mean() + 1 * MS
-    off = np.abs(stamped(arrived, ticks).host - true)
+    off = np.abs(fit_timestamps(arrived, ticks).host - true)
     assert off.max() < 2 * MS
     assert off[-36_000:].max() < off[:36_000].max() + 1 * MS
 
@@ -91,7 +91,7 @@ def test_a_jump_of_the_counter_begins_a_new_stretch_on_the_same_clock(jump):
     assert clock.stretches == 2
     assert np.percentile(np.abs(live[2000:]), 99) < 2 * MS * 8  # a burst at worst, at the jump
     assert np.abs(live[-10_000:]).max() < 2 * MS
-    found = stamped(arrived, ticks)
+    found = fit_timestamps(arrived, ticks)
     assert found.stretches.tolist() == [0, 30_000]
     assert np.abs(found.host - true).max() < 2 * MS
 
@@ -100,7 +100,7 @@ def test_a_counter_that_stands_still_is_a_gap_and_no_lateness():
     true, ticks, arrived = made(60, 1000, 100)
     true[30_000:] += 0.3
     arrived = delivered(true, np.random.default_rng(3))
-    found = stamped(arrived, ticks)
+    found = fit_timestamps(arrived, ticks)
     assert found.stretches.tolist() == [0, 30_000]
     assert np.abs(found.host - true).max() < 2 * MS
     clock = ArrivalClock(1000)
@@ -118,7 +118,7 @@ def test_lost_samples_are_no_jump():
     live = run_live(clock, arrived, ticks, 25) - true
     assert clock.stretches == 1
     assert np.percentile(np.abs(live[2000:]), 99) < 2 * MS
-    found = stamped(arrived, ticks)
+    found = fit_timestamps(arrived, ticks)
     assert found.stretches.tolist() == [0]
     assert np.abs(found.host - true).max() < 1 * MS
 
@@ -130,7 +130,7 @@ def test_a_backlog_at_the_start_does_not_bend_the_line():
     live = run_live(clock, arrived, ticks, 25) - true
     assert np.abs(live[-16_000:]).max() < 2 * MS
     assert clock.residual < 1 * MS
-    assert np.abs(stamped(arrived, ticks).host - true).max() < 2 * MS
+    assert np.abs(fit_timestamps(arrived, ticks).host - true).max() < 2 * MS
 
 
 def test_restarting_after_plugging_in_keeps_the_hosts_clock():
@@ -144,7 +144,7 @@ def test_restarting_after_plugging_in_keeps_the_hosts_clock():
     second = run_live(clock, arrived[20_000:], ticks[20_000:], 25)
     off = np.concatenate([first, second]) - true
     assert np.abs(off[-10_000:]).max() < 2 * MS
-    found = stamped(arrived, ticks, np.array([20_000]))
+    found = fit_timestamps(arrived, ticks, np.array([20_000]))
     assert np.abs(found.host - true).max() < 2 * MS
 
 
@@ -207,7 +207,7 @@ def test_short_stretches_after_replugging_have_the_rate_of_the_device(seed):
     ticks = np.concatenate([np.arange(n) for n in lengths])
     breaks = np.cumsum(lengths)[:-1]
     arrived = late(true, seed, 30 * MS)
-    found = stamped(arrived, ticks, breaks, told=1000)
+    found = fit_timestamps(arrived, ticks, breaks, configured=1000)
     assert found.stretches.tolist() == [0, *breaks.tolist()]
     for first, last in zip(found.stretches, [*breaks, len(ticks)], strict=True):
         off = (found.host - true)[first:last]
@@ -225,7 +225,7 @@ def test_a_short_stretch_after_a_long_one_has_its_rate_whatever_was_told():
     slow = late(true[tail], 1, 40 * MS)
     kept = slice(0, 60_400)
     arrived = np.concatenate([arrived[:60_000], slow])
-    found = stamped(arrived, ticks[kept], np.array([60_000]), told=1000)
+    found = fit_timestamps(arrived, ticks[kept], np.array([60_000]), configured=1000)
     off = (found.host - true[kept])[60_000:]
     assert np.ptp(off) < 0.1 * MS
     assert np.abs(off - (slow - true[tail]).min()).max() < 4 * MS
@@ -239,7 +239,7 @@ def test_a_starved_machine_is_no_counter_that_stands_still(seed):
     busy = (true > true[0] + 30) & (true < true[0] + 30 + 1.5 * (1 + seed))
     arrived[busy] = np.maximum(arrived[busy], late(true[busy] + 0.05, seed, 40 * MS))
     arrived = np.maximum.accumulate(arrived)
-    found = stamped(arrived, ticks, told=1000)
+    found = fit_timestamps(arrived, ticks, configured=1000)
     assert found.stretches.tolist() == [0]
     assert np.abs(found.host - true).max() < 2 * MS
 
@@ -277,7 +277,7 @@ def test_stamps_increase_and_err_by_no_more_than_a_burst_whether_or_not_a_rate_w
     kept[0] = True
     true, ticks, arrived = true[kept], ticks[kept], arrived[kept]
     for told in (rate, 0):
-        found = stamped(arrived, ticks, told=told)
+        found = fit_timestamps(arrived, ticks, configured=told)
         assert np.isfinite(found.host).all()
         for first, last in zip(found.stretches, [*found.stretches[1:], len(ticks)], strict=True):
             assert (np.diff(found.host[first:last]) > 0).all()
@@ -337,7 +337,7 @@ def test_a_backlog_of_five_seconds_moves_no_line(rate, begin, told):
     # A rate that is told 0.8 % wrong and not learnt yet is that wrong for the time of the stall.
     assert off[arrived > true[0] + 0.3].max() < (10 * MS if told == 1 else 90 * MS)
     assert off[arrived > end + 12].max() < 5 * MS
-    found = stamped(arrived, np.arange(len(true)))
+    found = fit_timestamps(arrived, np.arange(len(true)))
     assert np.abs(found.host - true).max() < 5 * MS
 
 
@@ -350,7 +350,7 @@ def test_lines_that_a_stall_lost_and_nobody_counted_are_found_out_within_seconds
     assert off.max() < 5.1  # never by more than what came was late
     # What is left of a window, a second of pace, and two windows that are cut by ticks.
     assert off[arrived > end + (2.0 if begin > 1 else 3.5)].max() < 10 * MS
-    found = stamped(arrived, np.arange(len(true)))
+    found = fit_timestamps(arrived, np.arange(len(true)))
     assert np.abs(found.host - true).max() < 5 * MS
 
 
@@ -359,13 +359,13 @@ def test_pairs_that_are_only_near_a_rate_that_was_told_wrong_tell_no_rate(told):
     true = np.arange(80 * 8) / 80
     rng = np.random.default_rng(0)
     arrived = np.maximum.accumulate(np.ceil(true / 0.016) * 0.016 + rng.exponential(3e-4, 640))
-    found = stamped(arrived, np.arange(640), None, 80 * told, counted=False)
-    untold = stamped(arrived, np.arange(640))
+    found = fit_timestamps(arrived, np.arange(640), None, 80 * told, counted=False)
+    untold = fit_timestamps(arrived, np.arange(640))
     np.testing.assert_allclose(found.host, untold.host, atol=5e-3)
 
 
 def test_slow_lines_that_arrive_at_once_are_one_stretch():
     true, arrived, _ = stalled(30, 10, 10.0, 5.0, 1e6, 0.0)
-    found = stamped(arrived, np.arange(len(true)))
+    found = fit_timestamps(arrived, np.arange(len(true)))
     assert found.stretches.tolist() == [0]
     assert np.abs(found.host - true).max() < 10 * MS

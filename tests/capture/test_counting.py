@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from forcelab.capture.sample_counter import SampleCounter
+from forcelab.capture.text_device import SampleCounter
 
 
 def test_lost_samples_are_counted_by_the_stamps():

@@ -5,7 +5,13 @@ from types import SimpleNamespace
 import pytest
 
 from forcelab.capture import discovery
-from forcelab.capture.discovery import FoundPort, find_ports, optoforce_ports, port_like, port_of
+from forcelab.capture.discovery import (
+    FoundPort,
+    find_ports,
+    only_port,
+    optoforce_ports,
+    relocate_port,
+)
 from forcelab.cli.commands import capture
 from forcelab.errors import InputError
 
@@ -58,30 +64,30 @@ def test_devices_are_known_by_what_usb_tells(plugged):
 
 def test_the_only_device_of_a_kind_is_found_without_its_port(plugged):
     plugged(PORTS)
-    assert port_of("encoder") == "/dev/ttyUSB0"
+    assert only_port("encoder") == "/dev/ttyUSB0"
     with pytest.raises(InputError, match="3 devices that may be 'text'"):
-        port_of("text")
+        only_port("text")
     plugged([])
     with pytest.raises(InputError, match="No device of kind 'optoforce' is plugged in"):
-        port_of("optoforce")
+        only_port("optoforce")
 
 
 def test_a_device_is_found_again_by_its_serial_number_at_another_port():
     known = found("/dev/ttyUSB0", serial="A1")
     others = [found("/dev/ttyUSB0", serial="B2"), found("/dev/ttyUSB1", serial="A1")]
-    assert port_like(known, others) == "/dev/ttyUSB1"
-    assert port_like(known, others[:1]) is None
+    assert relocate_port(known, others) == "/dev/ttyUSB1"
+    assert relocate_port(known, others[:1]) is None
 
 
 def test_a_device_without_a_serial_number_is_found_at_its_own_port_only(tmp_path):
     known = found("/dev/ttyUSB0")
-    assert port_like(known, [found("/dev/ttyUSB0")]) == "/dev/ttyUSB0"
-    assert port_like(known, [found("/dev/ttyUSB0", usb=(3, 4))]) is None
-    assert port_like(known, [found("/dev/ttyUSB1")]) is None
+    assert relocate_port(known, [found("/dev/ttyUSB0")]) == "/dev/ttyUSB0"
+    assert relocate_port(known, [found("/dev/ttyUSB0", usb=(3, 4))]) is None
+    assert relocate_port(known, [found("/dev/ttyUSB1")]) is None
     link = tmp_path / "tty"
-    assert port_like(found(str(link), usb=None), []) is None
+    assert relocate_port(found(str(link), usb=None), []) is None
     link.symlink_to("/dev/null")
-    assert port_like(found(str(link), usb=None), []) == str(link)
+    assert relocate_port(found(str(link), usb=None), []) == str(link)
 
 
 def test_the_list_shows_what_to_say_and_what_it_is(plugged, capsys):
@@ -99,17 +105,17 @@ def test_the_list_shows_what_to_say_and_what_it_is(plugged, capsys):
 
 def test_where_there_is_nothing_one_sentence_says_so(plugged, capsys, monkeypatch):
     plugged([])
-    monkeypatch.setattr(capture, "cameras", lambda: ())
+    monkeypatch.setattr(capture, "find_cameras", lambda: ())
     capture.list_devices(argparse.Namespace(json=False))
     assert capsys.readouterr().out == capture.NOTHING_FOUND + "\n"
 
 
 def test_cameras_are_listed_by_the_number_that_is_said(plugged, capsys, monkeypatch):
-    from forcelab.capture.discovery import Camera
+    from forcelab.capture.discovery import FoundCamera
 
     plugged([])
-    films = (Camera("/dev/video2", "Webcam", usable=False),)
-    monkeypatch.setattr(capture, "cameras", lambda: films)
+    films = (FoundCamera("/dev/video2", "Webcam", usable=False),)
+    monkeypatch.setattr(capture, "find_cameras", lambda: films)
     capture.list_devices(argparse.Namespace(json=False))
     told = capsys.readouterr().out
     assert "--camera 2" in told

@@ -74,7 +74,7 @@ def test_by_its_own_stamps_every_frame_is_known_whenever_it_arrived():
 
 def test_what_it_did_not_see_while_it_was_away_it_did_not_drop():
     count = counted(np.arange(30) / RATE)
-    count.interrupted()
+    count.interrupt()
     for i in range(30):
         count.count(20 + i / RATE)
     assert count.dropped == 0

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from forcelab.capture.assemble import BRIDGE, LiveMarks
+from forcelab.capture.assemble import AUTOREPEAT_SECONDS, LiveMarks
 
 
 def told(marks, now, since=0.0):
@@ -43,7 +43,7 @@ def test_a_key_that_repeats_while_it_is_held_is_one_segment(below):
 
 def test_a_key_that_is_pressed_again_makes_another_segment():
     marks = LiveMarks()
-    for start in (1.0, 1.5 + 2 * BRIDGE):
+    for start in (1.0, 1.5 + 2 * AUTOREPEAT_SECONDS):
         marks.press("hold", True, start)
         marks.press("hold", False, start + 0.5)
     marks.end(3.0)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from forcelab.capture.replay import sensors_of
+from forcelab.capture.replay import extract_sensors
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.formats.calibration import read_calibrations
 from forcelab.resources import asset
@@ -13,7 +13,7 @@ def test_a_reading_beyond_all_numbers_is_clipped_and_keeps_its_sign():
     signals[7, 0], signals[9, 1] = 1e300, -1e300
     channels = tuple(Channel(name, "N") for name in ("fx1", "fy1", "fz1"))
     demonstration = Demonstration("tongs 01", "tongs", np.arange(20) / 1000, signals, channels)
-    (sensor,) = sensors_of(
+    (sensor,) = extract_sensors(
         demonstration, read_calibrations(asset("calibrations", "3-axis-40N.toml"))
     )
     assert sensor.clipped == 2

@@ -7,13 +7,13 @@ import pytest
 from fake_devices import eventually
 from read_back import parsed
 
-from forcelab.capture.assemble import gather
-from forcelab.capture.clock_smoother import spread
+from forcelab.capture.assemble import assemble
+from forcelab.capture.clock_smoother import spread_deliveries
 from forcelab.capture.device import Block
-from forcelab.capture.emulator import VirtualTextLine
-from forcelab.capture.journal import Kind, block_bytes, encoded, header_bytes
+from forcelab.capture.emulator import VirtualTextDevice
+from forcelab.capture.journal import RecordKind, encode_block, encode_header, encode_record
 from forcelab.capture.recorder import Recorder
-from forcelab.capture.text_device import TextLine, TextParser
+from forcelab.capture.text_device import TextDevice, TextParser
 from forcelab.project import Project
 
 
@@ -27,7 +27,7 @@ def torn(line, rng):
     return line[:cut] + (b"\r\n" if rng.random() < 0.5 else b"")
 
 
-class TearingBoard(VirtualTextLine):
+class TearingBoard(VirtualTextDevice):
     """Prints its sample's number and what goes with it; tears a share of the lines."""
 
     def __init__(self, share, seed=0, burst=0.004):
@@ -85,11 +85,11 @@ def gathered(share, seconds, bursts, tmp_path):
         lines = parser.feed(data)
         if lines is not None:
             block = Block(np.full(len(lines), arrived), lines.numbers, lines.values)
-            records.append(encoded(Kind.BLOCK, block_bytes(block), 0))
+            records.append(encode_record(RecordKind.BLOCK, encode_block(block), 0))
     device = {"name": "b", "channels": [["n", ""], ["s", ""]], "rate": 1000.0, "holds": False}
     header = {"name": "x", "task": "t", "author": "a", "cameras": []}
     header["devices"] = [device | {"counted": False}]
-    return gather(parsed(header_bytes(header) + b"".join(records)), tmp_path), whole
+    return assemble(parsed(encode_header(header) + b"".join(records)), tmp_path), whole
 
 
 @pytest.mark.parametrize("bursts", [(), ((3.0, 0.3), (5.0, 0.3), (6.5, 0.3))])
@@ -115,7 +115,7 @@ def test_every_whole_line_is_stored_at_its_time(share, bursts, tmp_path):
 
 def test_samples_of_one_delivery_are_spread_over_the_time_since_the_last_one():
     arrived = np.repeat([10.0, 10.1, 10.4, 10.5], [10, 10, 30, 10])
-    host, bound = spread(arrived, np.empty(0, np.int64))
+    host, bound = spread_deliveries(arrived, np.empty(0, np.int64))
     np.testing.assert_allclose(np.diff(host), 0.01, atol=1e-9)
     assert host[-1] == 10.5
     assert bound == pytest.approx(0.3)
@@ -123,7 +123,7 @@ def test_samples_of_one_delivery_are_spread_over_the_time_since_the_last_one():
 
 def test_a_device_that_was_silent_did_not_take_its_samples_meanwhile():
     arrived = np.repeat([10.0, 10.1, 20.0, 20.1], 10)
-    host, _ = spread(arrived, np.empty(0, np.int64))
+    host, _ = spread_deliveries(arrived, np.empty(0, np.int64))
     assert host[20] > 19.7
     assert (np.diff(host) > 0).all()
 
@@ -158,7 +158,7 @@ def test_what_three_tearing_boards_print_is_stored_and_told(project):
     try:
         for board in boards:
             board.open()
-        devices = [TextLine(board.port, ports=lambda: ()) for board in boards]
+        devices = [TextDevice(board.port, ports=lambda: ()) for board in boards]
         with Recorder(project, devices) as recorder:
             recorder.start("tear")
             eventually(lambda: recorder.state().devices[0].samples > 400)

@@ -13,8 +13,8 @@ from fake_devices import eventually
 from read_back import block_of
 
 from forcelab.capture.emulator import Faults, VirtualOptoForce
-from forcelab.capture.journal import Kind, header_bytes, read
-from forcelab.capture.save import CAPTURES, unfinished
+from forcelab.capture.journal import RecordKind, encode_header, read_journal
+from forcelab.capture.save import CAPTURES, unfinished_journals
 from forcelab.project import Project
 from forcelab.resources import asset
 
@@ -95,8 +95,8 @@ def test_killed_it_loses_at_most_a_second_and_is_recovered(forcelab, daq, tmp_pa
     killed = time.monotonic()
     process.kill()
     process.communicate(timeout=60)
-    (journal,) = unfinished(project)
-    blocks = [block_of(r.payload) for r in read(journal) if r.kind == Kind.BLOCK]
+    (journal,) = unfinished_journals(project)
+    blocks = [block_of(r.payload) for r in read_journal(journal) if r.kind == RecordKind.BLOCK]
     ticks = np.concatenate([block.ticks for block in blocks])
     assert (np.diff(ticks) == 1).all()
     assert killed - blocks[-1].arrived[-1] < 1.0
@@ -112,7 +112,7 @@ def test_killed_it_loses_at_most_a_second_and_is_recovered(forcelab, daq, tmp_pa
     with Project.open(project) as opened:
         d = opened.load("LEGO 01")
     assert len(d.times) == len(ticks)
-    assert unfinished(project) == ()
+    assert unfinished_journals(project) == ()
 
 
 def test_ctrl_c_keeps_one_demonstration_though_unplugged_and_plugged_in_again(tmp_path):
@@ -161,7 +161,7 @@ def test_what_the_disk_does_not_take_is_kept_elsewhere_and_can_be_recovered(
     assert f"'{project / CAPTURES}'" in told
     assert "--recover" in told
     away.rename(project)
-    for part in unfinished(project):  # as far as the disk took it
+    for part in unfinished_journals(project):  # as far as the disk took it
         part.unlink()
     saved.rename(project / CAPTURES / saved.name)
     said = forcelab("capture", project, "--recover", "--json")
@@ -190,7 +190,7 @@ def test_a_recording_without_samples_is_said_once_and_gone(forcelab, tmp_path):
         project = made.path
     (project / CAPTURES).mkdir()
     none = project / CAPTURES / "pull 01.journal"
-    none.write_bytes(header_bytes({"name": "pull 01", "cameras": []}))
+    none.write_bytes(encode_header({"name": "pull 01", "cameras": []}))
     torn = none.with_stem("pull 02")
     torn.write_bytes(none.read_bytes() + b"half a block")
     said = forcelab("capture", project, "--recover")

@@ -12,10 +12,10 @@ from fake_devices import FakeDevice, FakeEncoder
 from synthetic import synthetic_set
 from trained_project import FAST
 
-from forcelab.capture.emulator import VirtualOptoForce, rows
-from forcelab.capture.reader import Ring
-from forcelab.capture.replay import sensors_of
-from forcelab.capture.save import unfinished
+from forcelab.capture.emulator import VirtualOptoForce, table_source
+from forcelab.capture.reader import RingBuffer
+from forcelab.capture.replay import extract_sensors
+from forcelab.capture.save import unfinished_journals
 from forcelab.capture.stream_merger import StreamMerger
 from forcelab.formats.calibration import read_calibrations
 from forcelab.labels import to_codes
@@ -53,8 +53,8 @@ def tongs(demonstration):
     """Two virtual DAQs that play a demonstration; gives what capture is told of them."""
     with ExitStack() as stack:
         words = []
-        for sensor in sensors_of(demonstration, read_calibrations(CALIBRATION)):
-            daq = VirtualOptoForce(rows(sensor.counts, 1000.0), serial=sensor.serial)
+        for sensor in extract_sensors(demonstration, read_calibrations(CALIBRATION)):
+            daq = VirtualOptoForce(table_source(sensor.counts, 1000.0), serial=sensor.serial)
             stack.enter_context(daq)
             words += ["--device", f"optoforce:{daq.port}?calibration={CALIBRATION}"]
         yield words
@@ -145,7 +145,7 @@ def test_a_recogniser_that_fails_costs_its_track_and_not_the_recording(
     )
     assert said.json["name"] == "foam 01"
     assert "recognised" not in said.json
-    assert unfinished(project) == ()
+    assert unfinished_journals(project) == ()
     with Project.open(project) as opened:
         assert opened.load("foam 01").duration > 0.4
 
@@ -192,7 +192,7 @@ class Rings:
 
     def __init__(self, *devices):
         self.devices = devices
-        self.rings = [Ring(10_000, len(device.channels)) for device in devices]
+        self.rings = [RingBuffer(10_000, len(device.channels)) for device in devices]
         self.following = StreamMerger(devices, lambda i, number: self.rings[i].since(number))
 
     def give(self, device, times, values):

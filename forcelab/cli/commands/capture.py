@@ -33,12 +33,17 @@ from typing import Any, TextIO, TypeVar
 
 from forcelab.capture.camera import open_cameras
 from forcelab.capture.device import Device
-from forcelab.capture.devices import devices_named
-from forcelab.capture.discovery import cameras, find_ports
-from forcelab.capture.optoforce_device import counting, uncalibrated
-from forcelab.capture.reader import RecorderState
-from forcelab.capture.recorder import Recorder
-from forcelab.capture.save import CAPTURES, Recovered, SavedRecording, recover, unfinished
+from forcelab.capture.device_names import parse_devices
+from forcelab.capture.discovery import find_cameras, find_ports
+from forcelab.capture.optoforce import sends_raw_counts, uncalibrated_warning
+from forcelab.capture.recorder import Recorder, RecorderState
+from forcelab.capture.save import (
+    CAPTURES,
+    RecoveredRecording,
+    SavedRecording,
+    recover,
+    unfinished_journals,
+)
 from forcelab.cli.interrupts import uninterrupted
 from forcelab.cli.options import PROJECT, UsageError, json_flag, name_of
 from forcelab.cli.output import json_text, printable, table
@@ -54,7 +59,7 @@ NOTHING_FOUND = "No serial port and no camera is plugged in, or this user may no
 
 def list_devices(arguments: argparse.Namespace) -> None:
     """Print the serial ports and cameras, and what they seem to be."""
-    ports, films = find_ports(), cameras()
+    ports, films = find_ports(), find_cameras()
     if arguments.json:
         content = {
             "ports": [
@@ -283,7 +288,7 @@ def _check(arguments: argparse.Namespace) -> None:
 def _record(arguments: argparse.Namespace) -> int:
     """Record into a project, and recognise meanwhile where that is asked for; 1 if that failed."""
     recogniser = None if arguments.recogniser is None else load(arguments.recogniser)
-    devices = devices_named(arguments.device)
+    devices = parse_devices(arguments.device)
     live = recognition = None
     recorder = Recorder(arguments.project, devices, open_cameras(arguments.camera))
     with _naming_journal(recorder), recorder:
@@ -343,7 +348,7 @@ def _naming_journal(recorder: Recorder) -> Iterator[None]:
 
 def _warnings(devices: Sequence[Device], live: LiveRecognition | None) -> list[str]:
     """What is to be known before it is recorded: forces without a unit, or not the learnt one."""
-    found = [uncalibrated(device.name) for device in devices if counting(device)]
+    found = [uncalibrated_warning(device.name) for device in devices if sends_raw_counts(device)]
     return found if live is None else [*found, *live.remarks]
 
 
@@ -351,7 +356,7 @@ def _ready(path: Path) -> None:
     """Make the project where there is none, and tell of recordings that were not finished."""
     if Project.vacant(path):
         Project.create(path).close()
-    left = unfinished(path)
+    left = unfinished_journals(path)
     if left:
         _print_notice(
             f"{counted(len(left), 'unfinished recording')} of an earlier start "
@@ -471,18 +476,20 @@ def _recover(path: Path, json: bool) -> int:
         print(json_text({"recovered": [_recovery(one) for one in found]}))
     else:
         for one in found:
-            if one.kept is None:
-                print(printable(one.trouble))
+            if one.recording is None:
+                print(printable(one.problem))
                 continue
-            for remark in one.kept.remarks:
+            for remark in one.recording.remarks:
                 print(printable(remark))
-            print(f"{printable(one.kept.added.name)}: {one.kept.seconds:.2f} s recovered.")
-        good = sum(one.kept is not None for one in found)
+            print(
+                f"{printable(one.recording.added.name)}: {one.recording.seconds:.2f} s recovered."
+            )
+        good = sum(one.recording is not None for one in found)
         print(f"{counted(len(found), 'unfinished recording')}: {good} recovered.")
-    return int(any(one.kept is None and not one.removed for one in found))
+    return int(any(one.recording is None and not one.removed for one in found))
 
 
-def _recovery(one: Recovered) -> dict[str, Any]:
+def _recovery(one: RecoveredRecording) -> dict[str, Any]:
     """What became of an unfinished recording, as plain values."""
-    kept = {"trouble": one.trouble} if one.kept is None else _saved_json(one.kept)
+    kept = {"trouble": one.problem} if one.recording is None else _saved_json(one.recording)
     return {"journal": str(one.path)} | kept

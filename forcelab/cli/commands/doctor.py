@@ -151,9 +151,9 @@ def _codecs() -> Iterator[Check]:
 
 def _devices() -> Iterator[Check]:
     """Cameras and serial ports, and whether this user may use them."""
-    from forcelab.capture.discovery import cameras, find_ports
+    from forcelab.capture.discovery import find_cameras, find_ports
 
-    seen = cameras()
+    seen = find_cameras()
     for camera in seen:
         cure = "" if camera.usable else "sudo usermod -aG video $USER, then log in again"
         yield Check(f"camera {camera.device}", camera.name, camera.usable, cure)

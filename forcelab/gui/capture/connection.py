@@ -20,7 +20,7 @@ from forcelab.errors import InputError
 if TYPE_CHECKING:
     from forcelab.capture.device import Device
     from forcelab.capture.recorder import Recorder
-    from forcelab.capture.save import Recovered, SavedRecording
+    from forcelab.capture.save import RecoveredRecording, SavedRecording
     from forcelab.demonstration import Channel
     from forcelab.live.recognition import LiveRecognition, LiveSnapshot
     from forcelab.live.scalogram import LiveScalogram, RollingImage
@@ -200,14 +200,14 @@ class Connection:
     ) -> Generator[None, None, None]:
         """Open devices and cameras for a project."""
         from forcelab.capture.camera import open_cameras
-        from forcelab.capture.devices import devices_named
+        from forcelab.capture.device_names import parse_devices
         from forcelab.capture.recorder import Recorder
 
         yield
         with self._lock:
             if self._gone:  # the window was closed meanwhile
                 return
-            devices = devices_named(names)
+            devices = parse_devices(names)
             recorder = Recorder(path, devices, open_cameras(cameras))
             recorder.open()
             self.recorder, self._devices = recorder, devices
@@ -323,9 +323,9 @@ class Connection:
         return (None, "") if recorder is None else _keep_and_close(recorder, self.track)
 
     @property
-    def holding(self) -> bool:
+    def has_recording(self) -> bool:
         """Whether a recording runs, or has ended and is not kept yet."""
-        return self.recorder is not None and self.recorder.holding
+        return self.recorder is not None and self.recorder.has_recording
 
     @contextmanager
     def _ending(self) -> Iterator[None]:
@@ -333,7 +333,7 @@ class Connection:
         try:
             yield
         finally:
-            if not self.holding:
+            if not self.has_recording:
                 self._recording = False
                 self.track.anew(keeping=False)
 
@@ -344,7 +344,7 @@ class Connection:
         return self.recorder
 
 
-def recovering(path: Path) -> Generator[None, None, tuple[Recovered, ...]]:
+def recovering(path: Path) -> Generator[None, None, tuple[RecoveredRecording, ...]]:
     """Make demonstrations of the unfinished recordings of a project."""
     from forcelab.capture.save import recover
 
@@ -372,7 +372,7 @@ def _keep_and_close(recorder: Recorder, track: LiveTrack) -> UnfinishedRecording
     """Keep what is being recorded and let go of the devices."""
     kept, trouble = None, ""
     try:
-        if recorder.holding:
+        if recorder.has_recording:
             kept = _stopped(recorder, track)
     except Exception as error:  # its journal stays, and is offered the next time
         trouble = str(error)

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 from PySide6.QtCore import QObject, Qt, QTimer, Signal
 
 from forcelab.capture.assemble import LiveMarks
-from forcelab.capture.discovery import LOOK
+from forcelab.capture.discovery import LIST_HINT
 from forcelab.errors import ForcelabError
 from forcelab.gui.capture.connection import (
     Connection,
@@ -33,9 +33,8 @@ from forcelab.gui.text import thousands
 from forcelab.vocabulary import Vocabulary
 
 if TYPE_CHECKING:
-    from forcelab.capture.reader import RecorderState
-    from forcelab.capture.recorder import Recorder
-    from forcelab.capture.save import Recovered, SavedRecording
+    from forcelab.capture.recorder import Recorder, RecorderState
+    from forcelab.capture.save import RecoveredRecording, SavedRecording
     from forcelab.demonstration import Channel
     from forcelab.live.scalogram import RollingImage
 
@@ -272,7 +271,7 @@ class CaptureController(QObject):
 
     def say(self, sentence: str, trouble: bool = False) -> None:
         """Say a sentence on the page and in the status line."""
-        sentence = sentence.replace(LOOK, "press Look again")
+        sentence = sentence.replace(LIST_HINT, "press Look again")
         self.sentences.append((sentence, trouble))
         self.document.say(sentence, trouble)
         self.said.emit()
@@ -449,7 +448,7 @@ class CaptureController(QObject):
 
     def forget_mark(self) -> str | None:
         """Forget the mark that grows, as if its key had never gone down; gives its action."""
-        grown = self.marks.growing() if self.recording else None
+        grown = self.marks.current() if self.recording else None
         if grown is None:
             return None
         action, since = grown
@@ -459,10 +458,10 @@ class CaptureController(QObject):
 
     def look_for_unfinished(self) -> None:
         """Look for recordings that a crash ended."""
-        from forcelab.capture.save import unfinished
+        from forcelab.capture.save import unfinished_journals
 
         project = self.document.project
-        self.left_behind = 0 if project is None else len(unfinished(project.path))
+        self.left_behind = 0 if project is None else len(unfinished_journals(project.path))
         self.changed.emit()
 
     def recover(self) -> None:
@@ -529,12 +528,12 @@ class CaptureController(QObject):
             self.say(_saved_text(kept))
         self._reread()
 
-    def _recovered(self, found: tuple[Recovered, ...]) -> None:
+    def _recovered(self, found: tuple[RecoveredRecording, ...]) -> None:
         for one in found:
-            if one.kept is None:
-                self.say(one.trouble, not one.removed)
+            if one.recording is None:
+                self.say(one.problem, not one.removed)
             else:
-                self.say(_saved_text(one.kept))
+                self.say(_saved_text(one.recording))
         self._reread()
         self.look_for_unfinished()
 
@@ -553,7 +552,7 @@ class CaptureController(QObject):
 
     def _not_ended(self) -> CaptureState:
         """What follows where ending a recording has failed."""
-        return CaptureState.STUCK if self._connection.holding else CaptureState.READY
+        return CaptureState.STUCK if self._connection.has_recording else CaptureState.READY
 
     def _error_text(self, error: ForcelabError) -> str:
         """What went wrong, and of a recording that could not be kept what is to be done now."""

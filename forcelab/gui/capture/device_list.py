@@ -30,7 +30,7 @@ from forcelab.gui.layout import emphasise
 from forcelab.gui.theme import colours, themes
 
 if TYPE_CHECKING:
-    from forcelab.capture.discovery import Camera, FoundPort
+    from forcelab.capture.discovery import FoundCamera, FoundPort
 
 
 #: How a device was found: its name, what it is, and whether it may be opened.
@@ -279,7 +279,7 @@ class DeviceList(QWidget):
     def _means(self, name: str) -> bool:
         """Whether a name means a device; says what is wrong with it otherwise."""
         from forcelab.capture.camera import check_camera
-        from forcelab.capture.devices import device_named
+        from forcelab.capture.device_names import parse_device
 
         self._session.unsay()
         kind, _, which = name.partition(":")
@@ -287,7 +287,7 @@ class DeviceList(QWidget):
             if kind == "camera":
                 check_camera(which)
             else:
-                device_named(name)
+                parse_device(name)
         except InputError as error:
             self._session.say(str(error), True)
             return False
@@ -295,7 +295,7 @@ class DeviceList(QWidget):
 
     def _ask_calibration(self) -> None:
         """Let a calibration file be chosen for the current device."""
-        from forcelab.capture.devices import calibrated_by
+        from forcelab.capture.device_names import with_calibration
 
         item = self.rows.currentItem()
         if item is None or not device_counts(item):
@@ -304,7 +304,7 @@ class DeviceList(QWidget):
         kinds = "Calibration files (*.toml)"
         file = ask_file(self, "Calibration file", "calibration", kinds)
         if file is not None:
-            self._rename(name, calibrated_by(name, file))
+            self._rename(name, with_calibration(name, file))
 
     def _rename(self, old: str, name: str) -> None:
         """Give a device other options, where they mean something and it is still there."""
@@ -334,13 +334,13 @@ class DeviceList(QWidget):
 
     def menu(self) -> QMenu:
         """What can be done with the current device."""
-        from forcelab.capture.devices import calibrated_by
+        from forcelab.capture.device_names import with_calibration
 
         menu, item = QMenu(self), self.rows.currentItem()
         if item is not None and device_counts(item):
             menu.addAction("Calibration file…", self._ask_calibration)
             name = self.rows.said(item)
-            plain = calibrated_by(name, None)
+            plain = with_calibration(name, None)
             bare = menu.addAction("No calibration", lambda: self._rename(name, plain))
             bare.setEnabled(plain != name)
         remove = menu.addAction("Remove", self._remove)
@@ -367,7 +367,7 @@ class DeviceList(QWidget):
     def _failed(self, error: Exception) -> None:
         self._session.say(str(error), True)
 
-    def _list(self, found: tuple[tuple[FoundPort, ...], tuple[Camera, ...]]) -> None:
+    def _list(self, found: tuple[tuple[FoundPort, ...], tuple[FoundCamera, ...]]) -> None:
         """Show what was found, below it what was added by hand; ticks stay."""
         ports, films = found
         ticked = {*self.devices, *(f"camera:{one}" for one in self.cameras)}
@@ -414,9 +414,9 @@ class DeviceList(QWidget):
         self.calibration_button.setEnabled(item is not None and device_counts(item))
 
 
-def _find_devices() -> Generator[None, None, tuple[tuple[FoundPort, ...], tuple[Camera, ...]]]:
+def _find_devices() -> Generator[None, None, tuple[tuple[FoundPort, ...], tuple[FoundCamera, ...]]]:
     """What is plugged in."""
-    from forcelab.capture.discovery import cameras, find_ports
+    from forcelab.capture.discovery import find_cameras, find_ports
 
     yield
-    return find_ports(), cameras()
+    return find_ports(), find_cameras()

@@ -11,7 +11,7 @@ from PySide6.QtCore import QEvent, QObject, Qt
 from PySide6.QtGui import QKeyEvent, QResizeEvent
 from PySide6.QtWidgets import QApplication, QLabel, QWidget
 
-from forcelab.capture.assemble import BRIDGE
+from forcelab.capture.assemble import AUTOREPEAT_SECONDS
 from forcelab.gui import settings
 from forcelab.gui.capture.controller import CaptureController
 from forcelab.gui.figures.text import NAMES
@@ -195,7 +195,11 @@ class HeldKeys(KeyEventFilter):
 
     def _take(self, key: str, action: str, at: float) -> bool:
         """The key of an action went down; gives whether it marks."""
-        if self._tapped is not None and self._tapped[0] == key and at - self._tapped[2] <= BRIDGE:
+        if (
+            self._tapped is not None
+            and self._tapped[0] == key
+            and at - self._tapped[2] <= AUTOREPEAT_SECONDS
+        ):
             self._down[key] = self._tapped[1]  # no finger is as fast: it was never let go
             self.forget_begun()
             return True

@@ -8,8 +8,10 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QColor, QPalette, QResizeEvent
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
-from forcelab.capture.optoforce_device import counting, uncalibrated
-from forcelab.capture.reader import CameraState, DeviceState, RecorderState
+from forcelab.capture.camera import CameraState
+from forcelab.capture.optoforce import sends_raw_counts, uncalibrated_warning
+from forcelab.capture.reader import DeviceState
+from forcelab.capture.recorder import RecorderState
 from forcelab.gui.capture.controller import CaptureController
 from forcelab.gui.text import thousands
 from forcelab.gui.theme import colours, themes
@@ -128,11 +130,11 @@ def device_alarms(state: RecorderState) -> list[str]:
     ]
     cure = "disconnect it and choose its calibration file"
     found += [
-        "\N{WARNING SIGN} " + uncalibrated(_short(device.name), cure)
+        "\N{WARNING SIGN} " + uncalibrated_warning(_short(device.name), cure)
         for device in state.devices
-        if counting(device)
+        if sends_raw_counts(device)
     ]
-    found += [_drift_text(device, state.recording) for device in state.devices if device.wandered]
+    found += [_drift_text(device, state.recording) for device in state.devices if device.drifted]
     if state.in_memory:
         found.append(
             "\N{WARNING SIGN} "
@@ -146,7 +148,7 @@ def _drift_text(device: DeviceState, recording: bool) -> str:
     cure = "let go of everything and press Zero"
     if recording:
         cure = "press Zero before the next recording"
-    parts = [f"{channel.name} {by:+.2g} {channel.unit}" for channel, by in device.wandered]
+    parts = [f"{channel.name} {by:+.2g} {channel.unit}" for channel, by in device.drifted]
     text = "{0}: its zero has wandered ({1}); {2}."
     wandered = ", ".join(parts).replace("-", "\N{MINUS SIGN}")
     return "\N{WARNING SIGN} " + text.format(_short(device.name), wandered, cure)

@@ -138,9 +138,9 @@ class CaptureTab(QWidget):
         project = self.document.project
         if project is None:
             return
-        from forcelab.capture.save import unfinished
+        from forcelab.capture.save import unfinished_journals
 
-        if count := len(unfinished(project.path)):
+        if count := len(unfinished_journals(project.path)):
             self.document.say(
                 f"{counted(count, 'recording')} cut off by a crash; open Capture to recover "
                 + ("it." if count == 1 else "them."),

@@ -35,7 +35,7 @@ def tongs():
 @pytest.fixture(autouse=True)
 def _nothing_else_is_plugged_in(monkeypatch):
     monkeypatch.setattr("forcelab.capture.discovery.find_ports", lambda: ())
-    monkeypatch.setattr("forcelab.capture.discovery.cameras", lambda: ())
+    monkeypatch.setattr("forcelab.capture.discovery.find_cameras", lambda: ())
 
 
 @pytest.fixture

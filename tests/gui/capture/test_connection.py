@@ -4,7 +4,7 @@ import pytest
 from fake_devices import FakeDevice, eventually
 
 from forcelab.capture.recorder import Recorder
-from forcelab.capture.save import unfinished
+from forcelab.capture.save import unfinished_journals
 from forcelab.capture.stream_merger import StreamMerger
 from forcelab.errors import InputError
 from forcelab.gui.capture.connection import Connection
@@ -75,7 +75,7 @@ def test_a_recogniser_that_fails_at_the_end_costs_its_track_and_not_the_recordin
     kept = finish(recording.stopping())
     assert kept.samples > 100
     assert kept.remarks[-1] == lost(step)
-    assert not recording.holding
+    assert not recording.has_recording
     assert names(study) == ["LEGO 01"]
     assert finish(recording.starting("LEGO", "", "Ann")) == "LEGO 02"
     finish(recording.discarding())  # its track could not be kept either
@@ -87,7 +87,7 @@ def test_a_recogniser_that_fails_while_the_window_closes_stops_nothing(recording
     recorder = recording.recorder
     assert recording.let_go() == ""
     assert names(study) == ["LEGO 01"]
-    assert unfinished(study) == ()
+    assert unfinished_journals(study) == ()
     with pytest.raises(IndexError):
         recorder.since(0, 0)  # the devices are let go of
 
@@ -98,10 +98,10 @@ def test_a_fault_while_it_is_kept_stops_no_closing_and_leaves_the_recording_to_b
     def fault(*_):
         raise ArithmeticError("fault")
 
-    monkeypatch.setattr("forcelab.capture.recorder.keep", fault)
+    monkeypatch.setattr("forcelab.capture.recorder.save", fault)
     assert recording.let_go() == "ArithmeticError: fault"
     assert recording.recorder is None
-    assert len(unfinished(study)) == 1
+    assert len(unfinished_journals(study)) == 1
 
 
 def test_the_track_sees_the_last_sample_of_a_recording_and_none_after_it(recording, study):
@@ -171,4 +171,4 @@ def test_what_could_not_be_kept_is_kept_when_the_window_closes(recording, study)
     away.rename(study)
     recording.let_go()
     assert names(study) == ["LEGO 01"]
-    assert unfinished(study) == ()
+    assert unfinished_journals(study) == ()

@@ -8,8 +8,8 @@ from PySide6.QtGui import QCloseEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QMessageBox, QTabWidget
 
-from forcelab.capture.journal import read
-from forcelab.capture.save import keep
+from forcelab.capture.journal import read_journal
+from forcelab.capture.save import save
 from forcelab.gui.capture.controller import CaptureState
 from forcelab.project import Project
 
@@ -113,7 +113,7 @@ def test_who_closes_the_window_on_a_disk_that_stays_away_is_told_where_the_recor
 ):
     elsewhere, told = tmp_path / "elsewhere", []
     elsewhere.mkdir()
-    monkeypatch.setattr("forcelab.capture.journal_writer.other_places", lambda: (elsewhere,))
+    monkeypatch.setattr("forcelab.capture.journal.fallback_folders", lambda: (elsewhere,))
     monkeypatch.setattr(QMessageBox, "warning", lambda *what: told.append(what[2]))
     answer(monkeypatch, QMessageBox.ButtonRole.AcceptRole)
     away = study.with_suffix(".away")
@@ -124,7 +124,7 @@ def test_who_closes_the_window_on_a_disk_that_stays_away_is_told_where_the_recor
     (journal,) = elsewhere.iterdir()
     assert f"All of the recording is in '{journal}'" in told[0]
     away.rename(study)
-    assert keep(study, read(journal)).samples > 20
+    assert save(study, read_journal(journal)).samples > 20
 
 
 def test_nobody_is_asked_where_nothing_is_recorded(window, connected, monkeypatch):

@@ -5,7 +5,7 @@ from PySide6.QtCore import QEvent, Qt
 from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QApplication, QWidget
 
-from forcelab.capture.assemble import LiveMarks, _marked
+from forcelab.capture.assemble import LiveMarks, marks_track
 from forcelab.gui.capture.marks import EventTimes, HeldKeys
 from forcelab.vocabulary import Vocabulary
 
@@ -30,7 +30,7 @@ class Page(QWidget):
 
     def forget(self):
         """As the Capture workspace does it."""
-        action, since = self.marks.growing()
+        action, since = self.marks.current()
         self.mark(action, False, since)
         self.held.forget(action)
 
@@ -159,7 +159,7 @@ def test_what_is_kept_of_forgotten_marks_is_what_was_seen(page):
     page.tap(PULL, 6000)
     page.tap(PULL, 7000)
     marks = [dict(zip(("action", "down", "at"), mark, strict=True)) for mark in noted]
-    kept = _marked(marks, 0.0, 9.0, "Ann").segments
+    kept = marks_track(marks, 0.0, 9.0, "Ann").segments
     assert [(s.action, s.start, s.end) for s in kept] == [
         ("grab", 1.0, 2.0), ("pull", 2.0, 3.0), ("pull", 6.0, 7.0),
     ]  # fmt: skip

@@ -4,7 +4,9 @@ import math
 
 import pytest
 
-from forcelab.capture.reader import CameraState, DeviceState, RecorderState
+from forcelab.capture.camera import CameraState
+from forcelab.capture.reader import DeviceState
+from forcelab.capture.recorder import RecorderState
 from forcelab.demonstration import Channel
 from forcelab.gui.capture.status_panel import device_alarms
 

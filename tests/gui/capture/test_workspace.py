@@ -10,9 +10,9 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QMessageBox
 
-from forcelab.capture.journal import header_bytes
+from forcelab.capture.journal import encode_header
 from forcelab.capture.recorder import Recorder
-from forcelab.capture.save import CAPTURES, unfinished
+from forcelab.capture.save import CAPTURES, unfinished_journals
 from forcelab.gui.capture.controller import CaptureState
 from forcelab.gui.launch_options import LaunchOptions
 from forcelab.gui.window import Window
@@ -247,7 +247,7 @@ def test_a_window_that_is_closed_while_recording_keeps_the_recording(
 ):
     recorded(window, connected, until)
     window.close()
-    assert unfinished(study) == ()
+    assert unfinished_journals(study) == ()
     with Project.open(study) as project:
         [info] = project.demonstrations()
         assert len(project.load(info.id).times) > 100
@@ -305,7 +305,7 @@ def test_an_unfinished_recording_is_offered_and_recovered(app, study, tongs, unt
     with Recorder(study, [FakeDevice()]) as recorder:
         recorder.start("LEGO")
         eventually(lambda: recorder.state().devices[0].samples > 100)
-    (study / CAPTURES / "none.journal").write_bytes(header_bytes({"name": "none"}))
+    (study / CAPTURES / "none.journal").write_bytes(encode_header({"name": "none"}))
     window = Window("Ann", remembering=False)
     window.show()
     window.begin(LaunchOptions(project=study, workspace="label"))
