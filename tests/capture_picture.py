@@ -80,30 +80,30 @@ def draw(path: Path, picture: Path) -> None:
 
     with Replay(demonstration, sensors, lead=LEAD) as replay:
         for port in replay.ports:
-            page.sources.add(f"optoforce:{port}?calibration={calibration}")
-        page.sources.add("camera:0")
-        page.fields.task.setCurrentText(TASK)
+            page.device_list.add(f"optoforce:{port}?calibration={calibration}")
+        page.device_list.add("camera:0")
+        page.next_recording.task.setCurrentText(TASK)
         which = page.recogniser.which
         which.activated.emit(which.findText(TASK))  # the sample's own is called as its task
         page.scalogram.choose("tangential 1")
-        until(lambda: page.session.recognising.loaded is not None)
+        until(lambda: page.controller.live_model.loaded is not None)
         page.connect_button.click()
         until(lambda: replay.ended(0.0) or replay.begun)
         film.begun = time.monotonic() + LEAD
-        until(lambda: page.session.phase is CaptureState.READY)
+        until(lambda: page.controller.phase is CaptureState.READY)
         at(0.2)
         page.record()
         for start, end, action in truth["actions"]:
             at(min(start + REACTION, DRAWN))
-            page.session.mark(action, True, time.monotonic())
+            page.controller.mark(action, True, time.monotonic())
             at(min(end + REACTION, DRAWN))
             if end + REACTION < DRAWN:
-                page.session.mark(action, False, time.monotonic())
+                page.controller.mark(action, False, time.monotonic())
         at(DRAWN)
-        until(lambda: page.session.recognising.glimpse.action)
+        until(lambda: page.controller.live_model.track.snapshot.action)
         window.grab().save(str(picture))
-        page.session.discard()
-        until(lambda: page.session.phase is CaptureState.READY)
+        page.controller.discard()
+        until(lambda: page.controller.phase is CaptureState.READY)
         window.close()
 
 

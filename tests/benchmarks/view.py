@@ -1166,10 +1166,10 @@ def measuring_capture(
         window.show_workspace("capture")
         page = window.capture.workspace
         for daq in daqs:
-            page.sources.add(f"optoforce:{daq.port}")
+            page.device_list.add(f"optoforce:{daq.port}")
         page.connect_button.click()
-        until(lambda: page.session.phase is CaptureState.READY)
-        watched = _Frames(page.live)
+        until(lambda: page.controller.phase is CaptureState.READY)
+        watched = _Frames(page.live_view)
         for recognised in (False, True):
             for channel in ("", "tangential 1"):
                 yield Progress(len(found) // 2, 4, "live frames")
@@ -1185,12 +1185,12 @@ def _choose(page: CaptureWorkspace, channel: str, recogniser: Path | None) -> No
     """Show a scalogram or none, recognise or not, and wait until it does."""
     page.scalogram.choose(channel)
     until(lambda: bool(page.scalogram.strip) == bool(channel))
-    recognising = page.session.recognising
-    if (recogniser is None) == (recognising.choice is None):
+    live_model = page.controller.live_model
+    if (recogniser is None) == (live_model.selection is None):
         return
-    recognising.set_latency(LATENCY)
-    recognising.choose(None if recogniser is None else RecogniserSelection("measured", recogniser))
-    until(lambda: recogniser is None or recognising.glimpse is not None)
+    live_model.set_latency(LATENCY)
+    live_model.select(None if recogniser is None else RecogniserSelection("measured", recogniser))
+    until(lambda: recogniser is None or live_model.track.snapshot is not None)
 
 
 def _told(

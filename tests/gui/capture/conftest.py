@@ -53,9 +53,11 @@ def window(app, study, until):
 def connected(window, tongs, until):
     """The workspace with the tongs connected, and samples coming."""
     page = window.capture.workspace
-    page.fields.task.setCurrentText("LEGO")
-    page.sources.add(f"optoforce:{tongs.port}")
+    page.next_recording.task.setCurrentText("LEGO")
+    page.device_list.add(f"optoforce:{tongs.port}")
     page.connect_button.click()
-    until(lambda: page.session.phase is CaptureState.READY)
-    until(lambda: page.session.state is not None and page.session.state.devices[0].samples > 50)
+    until(lambda: page.controller.phase is CaptureState.READY)
+    until(
+        lambda: page.controller.state is not None and page.controller.state.devices[0].samples > 50
+    )
     return page

@@ -49,10 +49,10 @@ def recording(study):
     connection = Connection()
     connection.recorder = recorder = Recorder(study, [FakeDevice()])
     recorder.open()
-    finish(connection.starting("LEGO", "", "Ann"))
+    finish(connection.start_recording("LEGO", "", "Ann"))
     eventually(lambda: recorder.state().devices[0].samples > 100)
     yield connection
-    connection.let_go()
+    connection.release()
 
 
 def names(study):
@@ -72,20 +72,20 @@ def test_a_recogniser_that_fails_at_the_end_costs_its_track_and_not_the_recordin
     recording, study, step
 ):
     recording.track.begin(Broken(step), keeping=True)
-    kept = finish(recording.stopping())
+    kept = finish(recording.stop_recording())
     assert kept.samples > 100
     assert kept.remarks[-1] == lost(step)
     assert not recording.has_recording
     assert names(study) == ["LEGO 01"]
-    assert finish(recording.starting("LEGO", "", "Ann")) == "LEGO 02"
-    finish(recording.discarding())  # its track could not be kept either
+    assert finish(recording.start_recording("LEGO", "", "Ann")) == "LEGO 02"
+    finish(recording.discard_recording())  # its track could not be kept either
 
 
 @pytest.mark.parametrize("step", ["finish", "keep"])
 def test_a_recogniser_that_fails_while_the_window_closes_stops_nothing(recording, study, step):
     recording.track.begin(Broken(step), keeping=True)
     recorder = recording.recorder
-    assert recording.let_go() == ""
+    assert recording.release() == ""
     assert names(study) == ["LEGO 01"]
     assert unfinished_journals(study) == ()
     with pytest.raises(IndexError):
@@ -99,7 +99,7 @@ def test_a_fault_while_it_is_kept_stops_no_closing_and_leaves_the_recording_to_b
         raise ArithmeticError("fault")
 
     monkeypatch.setattr("forcelab.capture.recorder.save", fault)
-    assert recording.let_go() == "ArithmeticError: fault"
+    assert recording.release() == "ArithmeticError: fault"
     assert recording.recorder is None
     assert len(unfinished_journals(study)) == 1
 
@@ -119,7 +119,7 @@ def test_the_track_sees_the_last_sample_of_a_recording_and_none_after_it(recordi
     recorder, follower = recording.recorder, Follower("")
     follower.following.start(recorder.firsts)
     recording.track.begin(follower, keeping=True, firsts=recorder.firsts)
-    kept = finish(recording.stopping())
+    kept = finish(recording.stop_recording())
     assert len(follower.values) == kept.samples
     with Project.open(study) as project:
         values = project.load("LEGO 01").signals
@@ -131,35 +131,35 @@ def test_a_recogniser_that_failed_once_follows_the_next_recording(recording, stu
     recogniser = Broken("")
     recording.track.begin(recogniser, keeping=True)
     recogniser.step = step
-    finish(recording.stopping())
+    finish(recording.stop_recording())
     recogniser.step = ""
-    finish(recording.starting("LEGO", "", "Ann"))
-    recording.track.look(True)
+    finish(recording.start_recording("LEGO", "", "Ann"))
+    recording.track.update(True)
     eventually(lambda: recording.recorder.state().devices[0].samples > 100)
-    kept = finish(recording.stopping())
+    kept = finish(recording.stop_recording())
     assert kept.remarks == ("Recognised by 'model': 0 segments, 0 % labelled.",)
 
 
 def test_a_recogniser_that_fails_while_it_is_recorded_is_told_of_with_what_is_kept(recording):
     with pytest.raises(ArithmeticError):
-        finish(recording.recognising(lambda *_: Broken("look"), lambda: True))
-    kept = finish(recording.stopping())
+        finish(recording.recognise(lambda *_: Broken("look"), lambda: True))
+    kept = finish(recording.stop_recording())
     assert kept.remarks == (lost("look"),)
-    finish(recording.starting("LEGO", "", "Ann"))
+    finish(recording.start_recording("LEGO", "", "Ann"))
     eventually(lambda: recording.recorder.state().devices[0].samples > 100)
-    assert finish(recording.stopping()).remarks == ()
+    assert finish(recording.stop_recording()).remarks == ()
 
 
 @pytest.mark.parametrize("step", ["renewed", "begin"])
 def test_a_recogniser_that_cannot_begin_anew_stops_no_recording(recording, step):
     recording.track.begin(Broken(""), keeping=True)
     recording.track._live.step = step
-    assert finish(recording.stopping()).samples > 100
+    assert finish(recording.stop_recording()).samples > 100
     recording.track.begin(Broken(""), keeping=True)
     recording.track._live.step = step
-    assert finish(recording.starting("LEGO", "", "Ann")) == "LEGO 02"
+    assert finish(recording.start_recording("LEGO", "", "Ann")) == "LEGO 02"
     eventually(lambda: recording.recorder.state().devices[0].samples > 100)
-    kept = finish(recording.stopping())
+    kept = finish(recording.stop_recording())
     assert kept.remarks[-1] == lost(step)
 
 
@@ -167,8 +167,8 @@ def test_what_could_not_be_kept_is_kept_when_the_window_closes(recording, study)
     away = study.with_suffix(".away")
     study.rename(away)
     with pytest.raises(InputError):
-        finish(recording.stopping())
+        finish(recording.stop_recording())
     away.rename(study)
-    recording.let_go()
+    recording.release()
     assert names(study) == ["LEGO 01"]
     assert unfinished_journals(study) == ()

@@ -20,8 +20,10 @@ class Page(QWidget):
         super().__init__()
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.marks, self.recording = LiveMarks(), True
-        self.held = HeldKeys(self, lambda: Vocabulary().with_actions("grab", "pull"), self.mark)
-        self.held._follow(None, self)
+        self.held_keys = HeldKeys(
+            self, lambda: Vocabulary().with_actions("grab", "pull"), self.mark
+        )
+        self.held_keys._follow(None, self)
 
     def mark(self, action, down, at):
         if self.recording:
@@ -32,7 +34,7 @@ class Page(QWidget):
         """As the Capture workspace does it."""
         action, since = self.marks.current()
         self.mark(action, False, since)
-        self.held.forget(action)
+        self.held_keys.forget(action)
 
     def key(self, kind, key, at):
         event = QKeyEvent(kind, key, Qt.KeyboardModifier.NoModifier)
@@ -63,14 +65,14 @@ def told(page, end):
 def test_a_tap_begins_and_the_next_one_of_the_same_key_ends(page):
     page.tap(GRAB, 1000)
     page.tap(GRAB, 3000)
-    assert page.held.begun is None
+    assert page.held_keys.tapped_action is None
     assert told(page, 9000) == [("grab", 1000, 3000)]
 
 
 def test_a_tap_of_another_key_ends_it_and_begins_its_own_which_ends_with_the_recording(page):
     page.tap(GRAB, 1000)
     page.tap(PULL, 3000)
-    assert page.held.begun == "pull"
+    assert page.held_keys.tapped_action == "pull"
     assert told(page, 9000) == [("grab", 1000, 3000), ("pull", 3000, 9000)]
 
 
@@ -85,7 +87,7 @@ def test_what_a_tap_began_is_forgotten_with_the_recording(page):
     page.tap(GRAB, 1000)
     page.recording = False
     page.tap(GRAB, 2000)
-    page.held.forget_begun()
+    page.held_keys.forget_tap()
     page.recording, page.marks = True, LiveMarks()
     page.tap(GRAB, 3000)
     assert told(page, 4000) == [("grab", 3000, 4000)]
@@ -102,7 +104,7 @@ def test_a_repetition_that_is_read_as_a_release_and_a_press_is_no_tap(page):
 
 def test_what_a_tap_began_goes_on_while_the_keyboard_is_elsewhere(page):
     page.tap(GRAB, 1000)
-    page.held.release_all()
+    page.held_keys.release_all()
     page.tap(GRAB, 3000)
     assert told(page, 9000) == [("grab", 1000, 3000)]
 
@@ -110,7 +112,7 @@ def test_what_a_tap_began_goes_on_while_the_keyboard_is_elsewhere(page):
 def test_what_a_tap_began_can_be_forgotten_and_the_next_tap_begins_anew(page):
     page.tap(GRAB, 1000)
     page.forget()
-    assert page.held.begun is None
+    assert page.held_keys.tapped_action is None
     assert page.marks.track(9.0) == []
     page.tap(GRAB, 3000)
     page.tap(GRAB, 4000)
@@ -121,7 +123,7 @@ def test_of_a_held_key_that_is_forgotten_the_release_marks_nothing(page):
     page.key(DOWN, GRAB, 1000)
     page.forget()
     page.key(UP, GRAB, 1100)
-    assert page.held.begun is None, "it was no tap either"
+    assert page.held_keys.tapped_action is None, "it was no tap either"
     page.tap(GRAB, 3000)
     page.tap(GRAB, 4000)
     assert told(page, 9000) == [("grab", 3000, 4000)]
@@ -147,8 +149,8 @@ def test_what_is_kept_of_forgotten_marks_is_what_was_seen(page):
     """A recording is kept from its journal, where marks stand by their times."""
     noted = []
     seen = page.mark
-    page.held._mark = lambda *mark: noted.append(mark) or seen(*mark)
-    page.mark = page.held._mark
+    page.held_keys._mark = lambda *mark: noted.append(mark) or seen(*mark)
+    page.mark = page.held_keys._mark
     page.tap(PULL, 500)
     page.forget()
     page.key(DOWN, GRAB, 1000)

@@ -11,13 +11,14 @@ from forcelab.gui.capture.workspace import CameraView
 
 
 class Filming(QObject):
-    """What a picture asks of a session."""
+    """What a picture asks of a controller."""
 
     ticked, changed = Signal(), Signal()
     alarms = ()
 
-    def frame(self):
-        return 1.0, np.full((48, 64, 3), 200, np.uint8)
+    recorder = SimpleNamespace(
+        cameras=[SimpleNamespace(latest=lambda: (1.0, np.full((48, 64, 3), 200, np.uint8)))]
+    )
 
     @property
     def state(self):
@@ -26,13 +27,13 @@ class Filming(QObject):
 
 @pytest.fixture
 def filming(app):
-    session, room = Filming(), QWidget()
-    picture = CameraView(session)
+    controller, room = Filming(), QWidget()
+    picture = CameraView(controller)
     QVBoxLayout(room).addWidget(picture)
     room.resize(200, 160)
     room.show()
-    session.ticked.emit()
-    yield session, picture
+    controller.ticked.emit()
+    yield controller, picture
     room.close()
 
 
@@ -42,11 +43,11 @@ def middle(picture):
 
 
 def test_a_picture_that_comes_no_more_is_veiled_until_it_comes_again(filming):
-    session, picture = filming
+    controller, picture = filming
     live = middle(picture)
-    session.alarms = ("no picture",)
-    session.ticked.emit()
+    controller.alarms = ("no picture",)
+    controller.ticked.emit()
     assert middle(picture) != live
-    session.alarms = ("not written",)  # it is seen all the same
-    session.ticked.emit()
+    controller.alarms = ("not written",)  # it is seen all the same
+    controller.ticked.emit()
     assert middle(picture) == live
