@@ -12,11 +12,11 @@ from pathlib import Path
 import elsewhere_work
 import psutil
 import pytest
-from fake_devices import eventually
 
 from forcelab.errors import ForcelabError, InputError
 from forcelab.jobs import finish
 from forcelab.process import GRACE, elsewhere
+from tests.capture.helpers import eventually
 
 
 def begun(job):

@@ -5,8 +5,6 @@ import time
 
 import numpy as np
 import pytest
-from fake_devices import eventually
-from virtual_encoder import VirtualEncoder
 
 from forcelab.capture import encoder, optoforce
 from forcelab.capture.device import MessageQueue, UnpluggedError
@@ -24,6 +22,8 @@ from forcelab.capture.optoforce import OptoForce
 from forcelab.capture.reader import DeviceReader
 from forcelab.capture.text_device import TextDevice
 from forcelab.errors import InputError
+from tests.capture.helpers import eventually
+from tests.capture.virtual_encoder import VirtualEncoder
 
 SHEET = """
 [ISE123AB.sensor1]

@@ -7,10 +7,8 @@ import tracemalloc
 
 import numpy as np
 import pytest
-from fake_devices import FullDisk
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from read_back import block_of, parsed
 
 from forcelab.capture.device import Block
 from forcelab.capture.journal import (
@@ -27,6 +25,7 @@ from forcelab.capture.journal import (
     read_journal,
 )
 from forcelab.errors import InputError
+from tests.capture.helpers import FullDisk, block_of, journal_of
 
 HEADER = {"name": "LEGO 01", "devices": []}
 
@@ -91,9 +90,9 @@ def test_a_journal_torn_at_any_byte_gives_all_whole_records():
         whole = int(np.searchsorted(ends, cut, side="right"))
         if whole == 0:
             with pytest.raises(InputError, match="journal"):
-                parsed(data[:cut])
+                journal_of(data[:cut])
             continue
-        found = parsed(data[:cut])
+        found = journal_of(data[:cut])
         assert len(list(found)) == whole - 1
         assert found.torn == cut - ends[whole - 1]
 
@@ -138,7 +137,7 @@ def test_flipped_bytes_are_never_taken_for_samples(data):
     whole = bytearray(b"".join(pieces))
     at = data.draw(st.integers(len(pieces[0]), len(whole) - 1))
     whole[at] ^= data.draw(st.integers(1, 255))
-    found = parsed(bytes(whole))
+    found = journal_of(bytes(whole))
     assert len(list(found)) < 3
     assert found.torn > 0
     for i, record in enumerate(found):
@@ -149,14 +148,14 @@ def test_flipped_bytes_are_never_taken_for_samples(data):
 def test_any_bytes_are_a_journal_or_one_sentence(data):
     for start in (b"", encode_header(HEADER), b"forcelab journal "):
         try:
-            parsed(start + data)
+            journal_of(start + data)
         except InputError as error:
             assert str(error).endswith(".")
 
 
 def test_another_version_is_refused_with_the_cure():
     with pytest.raises(InputError, match="version 9.*newer forcelab"):
-        parsed(encode_header(HEADER).replace(b"journal 1", b"journal 9"))
+        journal_of(encode_header(HEADER).replace(b"journal 1", b"journal 9"))
 
 
 @pytest.mark.parametrize("payload", [b"", b"\x01", encode_block(block())[:-1]])

@@ -6,15 +6,15 @@ import time
 
 import numpy as np
 import pytest
-from fake_devices import FakeDevice, FakeEncoder, eventually
 from hypothesis import given
 from hypothesis import strategies as st
 
 from forcelab.capture.reader import RingBuffer
 from forcelab.capture.recorder import Recorder
-from forcelab.capture.save import CAPTURES, discard, recover, unfinished_journals
+from forcelab.capture.save import CAPTURES, PartialSaveError, discard, recover, unfinished_journals
 from forcelab.errors import InputError
 from forcelab.project import Project
+from tests.capture.helpers import FakeDevice, FakeEncoder, eventually
 
 
 @pytest.fixture(autouse=True)
@@ -470,3 +470,36 @@ def test_nothing_is_begun_with_every_device_unplugged(project):
         with pytest.raises(InputError, match="No device is plugged in"):
             recorder.start("LEGO")
         assert not recorder.has_recording
+
+
+@pytest.mark.parametrize(
+    ("first", "told"),
+    [
+        (InputError("The disk is full."), "The disk is full. 'LEGO 01' is in the project without"),
+        (OSError("torn"), "It ended early (OSError('torn')). 'LEGO 01' is in the project without"),
+        (KeyboardInterrupt(), "It ended early (KeyboardInterrupt()). 'LEGO 01' is in the project"),
+    ],
+)
+def test_what_is_neither_whole_nor_taken_back_is_told_and_can_be_mended(
+    project, monkeypatch, first, told
+):
+    def fail(error):
+        def failing(*_):
+            raise error
+
+        return failing
+
+    with Recorder(project, [FakeDevice()]) as recorder:
+        recorder.start("LEGO")
+        eventually(lambda: recorder.state().devices[0].samples >= 100)
+        with monkeypatch.context() as patch:
+            patch.setattr(Project, "attach_stamps", fail(first))
+            patch.setattr(Project, "discard", fail(InputError("It is kept busy.")))
+            with pytest.raises(PartialSaveError) as caught:
+                recorder.stop()
+        assert told in str(caught.value)
+        assert str(caught.value).endswith("taken back either: It is kept busy.")
+        assert caught.value.__cause__ is first
+        recorder.discard()  # as it knows that a part is in the project
+    with Project.open(project) as opened:
+        assert opened.demonstrations() == ()

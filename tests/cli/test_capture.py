@@ -9,14 +9,13 @@ import time
 
 import numpy as np
 import pytest
-from fake_devices import eventually
-from read_back import block_of
 
 from forcelab.capture.emulator import Faults, VirtualOptoForce
 from forcelab.capture.journal import RecordKind, encode_header, read_journal
 from forcelab.capture.save import CAPTURES, unfinished_journals
 from forcelab.project import Project
 from forcelab.resources import asset
+from tests.capture.helpers import block_of, eventually
 
 #: How often a recording is killed; more often when asked, as it takes seconds each.
 KILLS = int(os.environ.get("FORCELAB_KILLS", "1"))

@@ -8,7 +8,6 @@ from io import StringIO
 
 import numpy as np
 import pytest
-from fake_devices import FakeDevice, FakeEncoder
 from synthetic import synthetic_set
 from trained_project import FAST
 
@@ -26,6 +25,7 @@ from forcelab.recognition.live import with_latency
 from forcelab.recognition.storage import save
 from forcelab.recognition.training import train
 from forcelab.resources import asset
+from tests.capture.helpers import FakeDevice, FakeEncoder
 
 CALIBRATION = asset("calibrations", "3-axis-40N.toml")
 LATENCY = 0.3

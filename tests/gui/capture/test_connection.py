@@ -1,7 +1,6 @@
 """What is recorded is kept, whatever fails around it."""
 
 import pytest
-from fake_devices import FakeDevice, eventually
 
 from forcelab.capture.recorder import Recorder
 from forcelab.capture.save import unfinished_journals
@@ -10,6 +9,7 @@ from forcelab.errors import InputError
 from forcelab.gui.capture.connection import Connection
 from forcelab.jobs import finish
 from forcelab.project import Project
+from tests.capture.helpers import FakeDevice, eventually
 
 
 class Broken:

@@ -7,15 +7,16 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QObject, Qt, Signal
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QMessageBox
+from PySide6.QtWidgets import QMessageBox, QVBoxLayout, QWidget
 
 from forcelab.capture.camera import CameraState
 from forcelab.capture.journal import encode_header
 from forcelab.capture.recorder import Recorder
 from forcelab.capture.save import CAPTURES, unfinished_journals
 from forcelab.gui.capture.controller import CaptureState
+from forcelab.gui.capture.workspace import CameraView
 from forcelab.gui.launch_options import LaunchOptions
 from forcelab.gui.window import Window
 from forcelab.labels import Segment
@@ -309,7 +310,7 @@ def test_what_cannot_be_opened_is_one_sentence_and_can_be_tried_again(window, un
 
 
 def test_an_unfinished_recording_is_offered_and_recovered(app, study, tongs, until):
-    from fake_devices import FakeDevice, eventually
+    from tests.capture.helpers import FakeDevice, eventually
 
     with Recorder(study, [FakeDevice()]) as recorder:
         recorder.start("LEGO")
@@ -373,3 +374,46 @@ def test_nothing_can_be_recorded_while_every_device_is_unplugged(window, connect
     tongs.replug()
     until(page.record_button.isEnabled)
     assert not page.record_button.toolTip()
+
+
+class Filming(QObject):
+    """What a picture asks of a controller."""
+
+    ticked, changed = Signal(), Signal()
+    alarms = ()
+
+    recorder = SimpleNamespace(
+        cameras=[SimpleNamespace(latest=lambda: (1.0, np.full((48, 64, 3), 200, np.uint8)))]
+    )
+
+    @property
+    def state(self):
+        return SimpleNamespace(cameras=(SimpleNamespace(alarms=self.alarms),))
+
+
+@pytest.fixture
+def filming(app):
+    controller, room = Filming(), QWidget()
+    picture = CameraView(controller)
+    QVBoxLayout(room).addWidget(picture)
+    room.resize(200, 160)
+    room.show()
+    controller.ticked.emit()
+    yield controller, picture
+    room.close()
+
+
+def middle(picture):
+    image = picture.grab().toImage()
+    return image.pixelColor(image.width() // 2, image.height() // 5)
+
+
+def test_a_picture_that_comes_no_more_is_veiled_until_it_comes_again(filming):
+    controller, picture = filming
+    live = middle(picture)
+    controller.alarms = ("no picture",)
+    controller.ticked.emit()
+    assert middle(picture) != live
+    controller.alarms = ("not written",)  # it is seen all the same
+    controller.ticked.emit()
+    assert middle(picture) == live

@@ -10,8 +10,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from read_back import frame_number
-from virtual_encoder import VirtualEncoder
 
 from forcelab.capture.emulator import (
     Faults,
@@ -23,9 +21,15 @@ from forcelab.capture.emulator import (
     table_source,
 )
 from forcelab.capture.optoforce import configure_command, serial_command
+from forcelab.capture.replay import extract_sensors
 from forcelab.capture.serial_port import Port
+from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError
+from forcelab.formats.calibration import read_calibrations
 from forcelab.formats.optoforce_packets import Parser, is_overloaded
+from forcelab.resources import asset
+from tests.capture.helpers import frame_number
+from tests.capture.virtual_encoder import VirtualEncoder
 
 
 def numbered(times):
@@ -330,3 +334,16 @@ def test_a_camera_that_is_not_read_loses_its_oldest_frames():
     camera.read()
     time.sleep(0.2)
     assert frame_number(camera.read()[1]) > 10
+
+
+def test_a_reading_beyond_all_numbers_is_clipped_and_keeps_its_sign():
+    signals = np.ones((20, 3))
+    signals[7, 0], signals[9, 1] = 1e300, -1e300
+    channels = tuple(Channel(name, "N") for name in ("fx1", "fy1", "fz1"))
+    demonstration = Demonstration("tongs 01", "tongs", np.arange(20) / 1000, signals, channels)
+    (sensor,) = extract_sensors(
+        demonstration, read_calibrations(asset("calibrations", "3-axis-40N.toml"))
+    )
+    assert sensor.clipped == 2
+    assert sensor.counts[7, 0] > 32_767
+    assert sensor.counts[9, 1] < -32_767
