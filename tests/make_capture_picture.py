@@ -1,7 +1,7 @@
 """Draws the Capture workspace while virtual tongs are recorded, for the README.
 
 Start it as ``python tests/make_capture_picture.py PROJECT FILE.png`` with the sample project.
-Forces and film of a demonstration are played in real time, and its simulated truth presses the keys.
+Forces and film of a demonstration are played in real time, and its simulated truth presses keys.
 """
 
 from __future__ import annotations

@@ -57,16 +57,18 @@ def three(signal):
 
 def test_lost_samples_are_absent_stamps_and_the_clock_goes_on(tmp_path):
     times = START + np.arange(2000) / 1000
-    kept = np.ones(2000, dtype=bool)
-    kept[700:800] = kept[1500] = False
-    found = assemble(contents([device()], samples(times[kept], three(times[kept]))), tmp_path)
-    d = found.demonstration
-    np.testing.assert_allclose(d.times, times[kept] - START, atol=5e-4)
+    received = np.ones(2000, dtype=bool)
+    received[700:800] = received[1500] = False
+    assembled = assemble(
+        contents([device()], samples(times[received], three(times[received]))), tmp_path
+    )
+    d = assembled.demonstration
+    np.testing.assert_allclose(d.times, times[received] - START, atol=5e-4)
     ((begin, end),) = d.gaps
     assert (begin, end) == (pytest.approx(0.7, abs=1e-3), pytest.approx(0.8, abs=1e-3))
-    assert found.remarks == ("101 samples of a were lost; these are gaps.",)
+    assert assembled.remarks == ("101 samples of a were lost; these are gaps.",)
     assert d.video is None
-    assert found.track is None
+    assert assembled.track is None
 
 
 @settings(max_examples=25, deadline=None)
@@ -79,19 +81,19 @@ def test_a_second_device_is_interpolated_but_never_across_a_gap(shift, gap, rate
     own = START + np.arange(2000) / 1000
     other = START + shift + np.arange(2 * rate) / rate
     first, long = gap[0] * rate // 1000, gap[1]
-    kept = np.ones(len(other), dtype=bool)
-    kept[first : first + long] = False
+    received = np.ones(len(other), dtype=bool)
+    received[first : first + long] = False
     curve = lambda t: 3 * (t - START)  # noqa: E731 - linear, so that interpolation is exact
     streams = [
         DeviceStream(own, curve(own)[:, None]),
-        DeviceStream(other[kept], curve(other[kept])[:, None]),
+        DeviceStream(other[received], curve(other[received])[:, None]),
     ]
     both = align(streams, ["a", "b"])
     times, signals, start = both.times, both.signals, both.start
     host = times + start
     known = np.isfinite(signals[:, 1])
     np.testing.assert_allclose(signals[known, 1], curve(host[known]), atol=1e-6)
-    left, right = other[kept][first - 1], other[kept][first : first + 1]
+    left, right = other[received][first - 1], other[received][first : first + 1]
     end = right[0] if len(right) else np.inf
     inside = (host > left + 1e-9) & (host < end - 1e-9)
     assert not known[inside].any()
@@ -139,8 +141,8 @@ def test_what_was_held_before_the_recording_holds_for_samples_that_were_on_their
         *samples(times, three(times), late=0),
     ]
     opening = device("q", [["opening", "mm"]], holds=True)
-    told = contents([device(), opening], records, monotonic=START + begun)
-    held = assemble(told, tmp_path).demonstration.signals[:, 3]
+    journal = contents([device(), opening], records, monotonic=START + begun)
+    held = assemble(journal, tmp_path).demonstration.signals[:, 3]
     assert np.isnan(held[:missing]).all()
     assert (held[missing:] == 1.0).all()
 
@@ -200,12 +202,12 @@ def test_a_stall_over_half_of_a_short_recording_is_no_gap(tmp_path, seconds, beg
     count = np.arange(len(times)) if ticks else None
     block = Block(np.maximum.accumulate(arrived + late), count, three(times))
     board = device() | {"rate": told}
-    found = assemble(
+    assembled = assemble(
         contents([board], [encode_record(RecordKind.BLOCK, encode_block(block), 0)]), tmp_path
     )
-    assert found.remarks == ()
-    assert found.demonstration.gaps == ()
-    np.testing.assert_allclose(found.demonstration.times, times - START, atol=0.01)
+    assert assembled.remarks == ()
+    assert assembled.demonstration.gaps == ()
+    np.testing.assert_allclose(assembled.demonstration.times, times - START, atol=0.01)
 
 
 def test_marks_of_keys_held_down_become_segments(tmp_path):
@@ -217,16 +219,21 @@ def test_marks_of_keys_held_down_become_segments(tmp_path):
     records = samples(times, three(times)) + [
         note(RecordKind.MARK, at=START + at, action=action, down=down) for at, action, down in marks
     ]
-    found = assemble(contents([device()], records), tmp_path)
-    told = [(round(s.start, 3), round(s.end, 3), s.action) for s in found.track.segments]
-    assert told == [(0, 0.05, "still"), (0.1, 0.2, "grab"), (0.2, 0.4, "hold"), (0.9, 1.0, "pull")]
-    assert found.track.author == "Ann"
+    assembled = assemble(contents([device()], records), tmp_path)
+    segments = [(round(s.start, 3), round(s.end, 3), s.action) for s in assembled.track.segments]
+    assert segments == [
+        (0, 0.05, "still"),
+        (0.1, 0.2, "grab"),
+        (0.2, 0.4, "hold"),
+        (0.9, 1.0, "pull"),
+    ]
+    assert assembled.track.author == "Ann"
 
 
 def test_a_torn_end_is_said(tmp_path):
     times = START + np.arange(100) / 1000
-    found = assemble(contents([device()], samples(times, three(times)), tail=b"abc"), tmp_path)
-    assert found.remarks == ("The last 3 bytes of the journal were torn and are left out.",)
+    assembled = assemble(contents([device()], samples(times, three(times)), tail=b"abc"), tmp_path)
+    assert assembled.remarks == ("The last 3 bytes of the journal were torn and are left out.",)
 
 
 def test_the_first_force_device_leads_whatever_comes_first(tmp_path):
@@ -245,12 +252,12 @@ def test_the_first_force_device_leads_whatever_comes_first(tmp_path):
 def test_a_device_that_was_silent_takes_nothing_away_from_the_others(tmp_path, silent):
     times = START + np.arange(100) / 1000
     records = samples(times, three(times), 1 - silent)
-    found = assemble(contents([device("a"), device("b")], records), tmp_path)
-    signals = found.demonstration.signals
+    assembled = assemble(contents([device("a"), device("b")], records), tmp_path)
+    signals = assembled.demonstration.signals
     columns = slice(3 * silent, 3 * silent + 3)
     assert np.isnan(signals[:, columns]).all()
     assert np.isfinite(np.delete(signals, columns, axis=1)).all()
-    assert f"{'ab'[silent]} gave nothing while it was recorded" in found.remarks[0]
+    assert f"{'ab'[silent]} gave nothing while it was recorded" in assembled.remarks[0]
 
 
 @pytest.mark.parametrize("number", [0, 1])
@@ -272,7 +279,7 @@ def test_samples_that_do_not_fit_the_channels_are_one_sentence(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("away", "lost", "said"),
+    ("away", "lost", "remark"),
     [
         (1, False, "a was unplugged once for 0.1 s; that is a gap."),
         (2, False, "a was unplugged 2 times, in all for 0.2 s; these are gaps."),
@@ -284,25 +291,25 @@ def test_samples_that_do_not_fit_the_channels_are_one_sentence(tmp_path):
         ),
     ],
 )
-def test_gaps_are_counted_in_their_sentence(away, lost, said):
+def test_gaps_are_counted_in_their_sentence(away, lost, remark):
     ticks = np.delete(np.arange(100), [50] if lost else [])
     times = (ticks + 200) / 1000
     stream = DeviceStream(times, np.zeros((len(ticks), 1)), False, True, ((0.1, 0.2),) * away)
-    assert loss_remark("a", stream, ticks) == said
+    assert loss_remark("a", stream, ticks) == remark
 
 
 def test_a_camera_was_away_as_often_as_its_frames_have_long_holes():
     frames = np.arange(300) / 30
     assert camera_remarks("camera 0", frames) == []
     frames[100:] += 3.0
-    (told,) = camera_remarks("camera 0", frames)
-    assert told == "camera 0 was away once, 3.0 s in all; its video has no frames then."
+    (remark,) = camera_remarks("camera 0", frames)
+    assert remark == "camera 0 was away once, 3.0 s in all; its video has no frames then."
     frames[200:] += 2.0
-    (told,) = camera_remarks("camera 0", frames)
-    assert "away 2 times, 5.1 s in all" in told
+    (remark,) = camera_remarks("camera 0", frames)
+    assert "away 2 times, 5.1 s in all" in remark
 
 
-def told(marks, now, since=0.0):
+def segments_of(marks, now, since=0.0):
     return [(s.action, s.start, s.end) for s in marks.track(now, since)]
 
 
@@ -311,10 +318,10 @@ def test_of_several_keys_the_last_one_counts_and_the_one_below_it_goes_on():
     marks.press("grab", True, 1.0)
     marks.press("pull", True, 2.0)
     marks.press("pull", False, 3.0)
-    assert told(marks, 4.0) == [("grab", 1.0, 2.0), ("pull", 2.0, 3.0), ("grab", 3.0, 4.0)]
+    assert segments_of(marks, 4.0) == [("grab", 1.0, 2.0), ("pull", 2.0, 3.0), ("grab", 3.0, 4.0)]
     marks.end(4.0)
-    assert len(told(marks, 9.0)) == 3
-    assert len(told(marks, 9.0, since=2.5)) == 2
+    assert len(segments_of(marks, 9.0)) == 3
+    assert len(segments_of(marks, 9.0, since=2.5)) == 2
 
 
 @pytest.mark.parametrize("below", [(), ("grab",)])
@@ -326,14 +333,14 @@ def test_a_key_that_repeats_while_it_is_held_is_one_segment(below):
     for at in (1.6, 1.7):
         marks.press("hold", False, at)
         # However late the repeated press is heard, and however often it is looked meanwhile.
-        seen = told(marks, at + 0.5)
-        assert ("hold", 1.0, at) in seen
-        assert seen[-1] == (("grab", at, at + 0.5) if below else ("hold", 1.0, at))
+        segments = segments_of(marks, at + 0.5)
+        assert ("hold", 1.0, at) in segments
+        assert segments[-1] == (("grab", at, at + 0.5) if below else ("hold", 1.0, at))
         marks.press("hold", True, at + 0.008)
-    assert told(marks, 2.0)[-1] == ("hold", 1.0, 2.0)
+    assert segments_of(marks, 2.0)[-1] == ("hold", 1.0, 2.0)
     marks.end(2.0)
-    assert [s for s in told(marks, 3.0) if s[0] == "hold"] == [("hold", 1.0, 2.0)]
-    assert len(told(marks, 3.0)) == 1 + len(below)
+    assert [s for s in segments_of(marks, 3.0) if s[0] == "hold"] == [("hold", 1.0, 2.0)]
+    assert len(segments_of(marks, 3.0)) == 1 + len(below)
 
 
 def test_a_key_that_is_pressed_again_makes_another_segment():
@@ -342,7 +349,7 @@ def test_a_key_that_is_pressed_again_makes_another_segment():
         marks.press("hold", True, start)
         marks.press("hold", False, start + 0.5)
     marks.end(3.0)
-    assert len(told(marks, 3.0)) == 2
+    assert len(segments_of(marks, 3.0)) == 2
 
 
 @given(

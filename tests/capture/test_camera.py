@@ -123,8 +123,8 @@ def test_a_recording_cut_off_has_its_video_when_it_is_recovered(project):
         camera._writer._file.close()
         camera._writer, camera._path = None, None
     recorder.close()
-    (found,) = recover(project)
-    assert found.recording is not None
+    (recovered,) = recover(project)
+    assert recovered.recording is not None
     with Project.open(project) as opened, VideoReader(opened.load("LEGO 01").video.path) as video:
         assert len(video) >= 20
 
@@ -190,12 +190,12 @@ def test_a_video_cut_anywhere_gives_all_whole_pictures(tmp_path_factory, cut, st
     else:
         writer._file.truncate(size)
         writer._file.close()
-    whole = sum(end <= size for end in ends)
-    if whole < 2:
+    complete = sum(end <= size for end in ends)
+    if complete < 2:
         return
     with VideoReader(path) as video:
         # The last picture may be one that was cut; players show what there is of it.
-        assert whole - 1 <= len(video) <= whole + 1
+        assert complete - 1 <= len(video) <= complete + 1
         np.testing.assert_allclose(video.times, times[: len(video)], atol=1e-6)
 
 
@@ -216,11 +216,11 @@ def test_a_camera_that_was_away_is_a_gap_in_its_one_video(project, monkeypatch):
         camera.there.set()
         eventually(lambda: recorder.state().cameras[0].frames > before + 20)
         assert recorder.state().cameras[0].alarms == ()
-        said = recorder.remarks()
-        kept = recorder.stop()
-    assert any("camera 0 is back after" in sentence for sentence in said)
+        remarks = recorder.remarks()
+        saved = recorder.stop()
+    assert any("camera 0 is back after" in sentence for sentence in remarks)
     # More than once, where the machine kept its thread from running as long.
-    assert any("camera 0 was away " in remark for remark in kept.remarks)
+    assert any("camera 0 was away " in remark for remark in saved.remarks)
     with Project.open(project) as opened:
         d = opened.load("LEGO 01")
         stamps = opened.stamps(d.id)
@@ -242,22 +242,22 @@ def filmed_by_two(project):
 
 
 def test_of_two_cameras_both_are_kept_and_that_is_said(project):
-    (told,) = filmed_by_two(project).remarks
-    assert "video of camera 1 lies beside" in told
+    (remark,) = filmed_by_two(project).remarks
+    assert "video of camera 1 lies beside" in remark
     with Project.open(project) as opened:
         d = opened.load("LEGO 01")
         stamps = opened.stamps(d.id)
-        (beside,) = opened.beside(d.id)
+        (path,) = opened.beside(d.id)
         first, other = opened.cameras(d)
-        beside.rename(beside.with_suffix(".away"))
+        path.rename(path.with_suffix(".away"))
         assert opened.cameras(d) == (), "one is not to be chosen among"
-        beside.with_suffix(".away").rename(beside)
+        path.with_suffix(".away").rename(path)
     assert [first.name, other.name] == ["camera 0", "camera 1"]
-    assert (first.video, other.video.path) == (d.video, beside)
+    assert (first.video, other.video.path) == (d.video, path)
     with VideoReader(d.video.path) as first:
         assert len(first) == len(stamps["frames_0"])
-    assert str(beside) == told.split("'")[-2]
-    with VideoReader(beside) as second:
+    assert str(path) == remark.split("'")[-2]
+    with VideoReader(path) as second:
         assert len(second) == len(stamps["frames_1"]) > 12
         np.testing.assert_allclose(
             np.diff(second.times), np.diff(stamps["frames_1"][:, 0]), atol=2e-4
@@ -270,16 +270,18 @@ def test_of_an_old_recording_the_second_camera_is_found_by_when_its_frames_came(
     filmed_by_two(project)
     with Project.open(project) as opened:
         d = opened.load("LEGO 01")
-        told = opened.cameras(d)
+        cameras = opened.cameras(d)
         stamps = opened.stamps(d.id)
-        old = {name: kept for name, kept in stamps.items() if not name.startswith("video_")}
+        old = {name: values for name, values in stamps.items() if not name.startswith("video_")}
         opened.attach_stamps(d.id, old)
-        found = opened.cameras(d)
-        assert [one.video.path for one in found] == [one.video.path for one in told]
-        assert found[0].video == d.video
-        assert found[1].video.clock.offset == pytest.approx(told[1].video.clock.offset, abs=2e-4)
-        (beside,) = opened.beside(d.id)
-        another = beside.with_name("beside-0123456789abcdef.mkv")
+        without_clocks = opened.cameras(d)
+        assert [one.video.path for one in without_clocks] == [one.video.path for one in cameras]
+        assert without_clocks[0].video == d.video
+        assert without_clocks[1].video.clock.offset == pytest.approx(
+            cameras[1].video.clock.offset, abs=2e-4
+        )
+        (second,) = opened.beside(d.id)
+        another = second.with_name("beside-0123456789abcdef.mkv")
         another.write_bytes(b"of a third one")
         assert opened.cameras(d) == (), "nothing tells which of the two is whose"
         another.unlink()
@@ -343,7 +345,7 @@ def delivered(seed, seconds=300.0, dropped=0.0, starved=0):
     """When frames arrive at a reader that is busy now and then; how many are missing between."""
     rng = np.random.default_rng(seed)
     true = np.arange(int(seconds * RATE)) / RATE
-    kept = rng.random(len(true)) >= dropped
+    received = rng.random(len(true)) >= dropped
     ready = true + rng.exponential(0.003, len(true))
     for begin in rng.uniform(0, seconds, 20):  # nobody reads for up to 0.4 s
         end = begin + rng.uniform(0.02, 0.4)
@@ -351,10 +353,10 @@ def delivered(seed, seconds=300.0, dropped=0.0, starved=0):
     for begin in rng.uniform(0, seconds, starved):  # all is late for two seconds
         late = (ready > begin) & (ready < begin + 2)
         ready[late] += rng.uniform(0, 0.02, late.sum())
-    arrived = np.maximum.accumulate(ready)[kept] + 1e-3 * np.arange(kept.sum()) / RATE
+    arrived = np.maximum.accumulate(ready)[received] + 1e-3 * np.arange(received.sum()) / RATE
     for i in range(1, len(arrived)):
         arrived[i] = max(arrived[i], arrived[i - 1] + 0.001)
-    inside = kept[np.flatnonzero(kept)[0] : np.flatnonzero(kept)[-1]]
+    inside = received[np.flatnonzero(received)[0] : np.flatnonzero(received)[-1]]
     return arrived, int((~inside).sum())
 
 

@@ -53,10 +53,10 @@ def steady(*counts):
     return table_source(np.tile(counts, (60_000, 1)), 1000.0)
 
 
-def collect(device, wanted, seconds=15.0):
+def collect(device, number, seconds=15.0):
     """Blocks until there are so many samples; fails if they never come."""
     blocks, until = [], time.monotonic() + seconds
-    while sum(map(len, blocks)) < wanted:
+    while sum(map(len, blocks)) < number:
         assert time.monotonic() < until
         block = device.read(0.1)
         if block is not None:
@@ -68,7 +68,7 @@ def joined(blocks, what):
     return np.concatenate([getattr(block, what) for block in blocks])
 
 
-def gone(device):
+def collect_until_gone(device):
     """Read until the device is known to be gone; the samples until then."""
     blocks, until = [], time.monotonic() + 15
     while True:
@@ -173,7 +173,7 @@ def test_zeroing_takes_the_present_readings_and_survives_the_cable(tmp_path):
         assert virtual.configured[-2:] == [(1, 4, 0), (1, 4, 255)]
         assert not joined(values, "values").any()
         virtual.unplug()
-        gone(device)
+        collect_until_gone(device)
         virtual.replug()  # the DAQ has forgotten its zero
         back(device)
         assert joined(collect(device, 50), "values") == pytest.approx(0.0)
@@ -202,7 +202,7 @@ def test_unplugged_and_plugged_in_again_it_is_one_stream_with_a_gap():
         device.open()
         blocks = collect(device, 100)
         virtual.unplug()
-        more, remarks = gone(device)
+        more, remarks = collect_until_gone(device)
         assert virtual.port in remarks
         with pytest.raises(UnpluggedError, match="not plugged in again yet"):
             device.reopen()
@@ -238,7 +238,7 @@ def test_it_is_found_again_at_another_port_by_its_serial_number(tmp_path):
         device.open()
         old = device.name
         virtual.unplug()
-        gone(device)
+        collect_until_gone(device)
         with pytest.raises(UnpluggedError):
             device.reopen()  # another DAQ is not taken for it
         virtual.replug(virtual.path.with_name("ttyACM7"))
@@ -268,8 +268,8 @@ def test_one_that_does_not_answer_is_read_and_remarked():
         remarks = device.remarks()
         device.close()
     assert device.serial is None
-    assert any("does not tell its serial number" in one for one in remarks)
-    assert any("did not confirm" in one for one in remarks)
+    assert any("does not tell its serial number" in remark for remark in remarks)
+    assert any("did not confirm" in remark for remark in remarks)
 
 
 @pytest.mark.usefixtures("answers_are_awaited_less")
@@ -308,8 +308,8 @@ def test_overload_is_remarked_once_and_marks_its_samples():
         virtual.status = 1 << 10 | 2
         remarks += remarked(device, "absent")
         device.close()
-    assert sum("overloaded" in one for one in remarks) == 1
-    assert any("Sensor 2 is absent" in one for one in remarks)
+    assert sum("overloaded" in remark for remark in remarks) == 1
+    assert any("Sensor 2 is absent" in remark for remark in remarks)
     assert (blocks[-1].status == 1 << 9).any()
 
 
@@ -323,7 +323,7 @@ def test_a_daq_that_falls_silent_is_remarked_once():
         collect(device, 200)
         remarks += device.remarks()
         device.close()
-    assert sum("no valid packet" in one for one in remarks) == 1
+    assert sum("no valid packet" in remark for remark in remarks) == 1
 
 
 def test_a_counter_that_stands_still_is_not_taken_for_a_loose_cable(monkeypatch):
@@ -366,7 +366,7 @@ def test_text_with_a_clock_is_counted_by_it():
         assert not device.measured
         blocks = collect(device, 40)
         virtual.unplug()
-        blocks += gone(device)[0]
+        blocks += collect_until_gone(device)[0]
         virtual.replug()
         back(device)
         again = collect(device, 20)
@@ -448,10 +448,10 @@ def test_stamps_in_whole_milliseconds_tell_the_rate_by_all_of_them():
 
 
 def test_a_channel_without_a_reading_keeps_its_zero_when_a_text_device_is_zeroed():
-    there = []
+    present = []
 
     def source(times):
-        second = 7.0 if there else np.nan
+        second = 7.0 if present else np.nan
         return np.column_stack([np.full(len(times), 5.0), np.full(len(times), second)])
 
     with VirtualTextDevice(source, 200) as virtual:
@@ -460,7 +460,7 @@ def test_a_channel_without_a_reading_keeps_its_zero_when_a_text_device_is_zeroed
         first = collect(device, 5)
         assert np.isnan(first[-1].values[-1, 1])
         device.zero()
-        there.append(True)
+        present.append(True)
         values = joined(collect(device, 100), "values")
         device.close()
     np.testing.assert_array_equal(values[-1], [0.0, 7.0])
@@ -496,7 +496,7 @@ def test_an_encoder_gives_its_count_when_it_changes_and_holds_it_in_between(bang
         assert device.serial == "77"
         device.zero()
         virtual.unplug()
-        gone(device)
+        collect_until_gone(device)
         virtual.replug()
         back(device)
         assert any("lost its count" in one for one in device.remarks())
@@ -559,7 +559,7 @@ def test_a_line_device_is_looked_for_by_its_usb_serial_number():
         device = TextDevice(virtual.port, ports=lambda: ports)
         device.open()
         virtual.unplug()
-        gone(device)
+        collect_until_gone(device)
         ports.clear()
         with pytest.raises(UnpluggedError, match="not plugged in again yet"):
             device.reopen()

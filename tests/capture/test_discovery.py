@@ -98,10 +98,10 @@ def test_a_device_without_a_serial_number_is_found_at_its_own_port_only(tmp_path
 def test_the_list_shows_what_to_say_and_what_it_is(plugged, capsys):
     plugged(PORTS)
     capture.list_devices(argparse.Namespace(json=False))
-    told = capsys.readouterr().out
-    assert "--device optoforce:/dev/ttyACM0" in told
-    assert "--device KIND:/dev/ttyUSB3" in told
-    assert "81830" in told
+    shown = capsys.readouterr().out
+    assert "--device optoforce:/dev/ttyACM0" in shown
+    assert "--device KIND:/dev/ttyUSB3" in shown
+    assert "81830" in shown
     capture.list_devices(argparse.Namespace(json=True))
     plain = json.loads(capsys.readouterr().out)
     assert plain["ports"][0]["usb"] == "04d8:000a"
@@ -122,9 +122,9 @@ def test_cameras_are_listed_by_the_number_that_is_said(plugged, capsys, monkeypa
     films = (FoundCamera("/dev/video2", "Webcam", usable=False),)
     monkeypatch.setattr(capture, "find_cameras", lambda: films)
     capture.list_devices(argparse.Namespace(json=False))
-    told = capsys.readouterr().out
-    assert "--camera 2" in told
-    assert "not yours to open" in told
+    shown = capsys.readouterr().out
+    assert "--camera 2" in shown
+    assert "not yours to open" in shown
 
 
 def test_without_pyserial_that_is_said(monkeypatch):

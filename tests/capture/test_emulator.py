@@ -50,11 +50,11 @@ def reading(device):
             port.close()
 
 
-def collect(port, parser, wanted, seconds=10.0):
+def collect(port, parser, number, seconds=10.0):
     """Packets until there are so many; fails if they never come."""
     pieces, until = [], time.monotonic() + seconds
     arrived = []
-    while sum(map(len, pieces)) < wanted:
+    while sum(map(len, pieces)) < number:
         assert time.monotonic() < until
         data, when = port.read(0.1)
         pieces.append(parser.feed(data))

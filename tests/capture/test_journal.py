@@ -63,14 +63,14 @@ def test_what_was_recorded_is_read_in_its_order(tmp_path):
     writer.block(1, block(seed=7))
     writer.close()
     assert not is_being_written(writer.path)
-    found = read_journal(writer.path)
-    assert found.header == HEADER
-    assert found.torn == 0
-    assert [(r.kind, r.device) for r in found] == [
+    reader = read_journal(writer.path)
+    assert reader.header == HEADER
+    assert reader.torn == 0
+    assert [(r.kind, r.device) for r in reader] == [
         (RecordKind.BLOCK, 0), (RecordKind.MARK, 0), (RecordKind.BLOCK, 1),
     ]  # fmt: skip
-    assert decode_json(list(found)[1]) == {"at": 1.5, "action": "grab", "down": True}
-    assert same(block_of(list(found)[2].payload), block(seed=7))
+    assert decode_json(list(reader)[1]) == {"at": 1.5, "action": "grab", "down": True}
+    assert same(block_of(list(reader)[2].payload), block(seed=7))
 
 
 def test_the_header_is_on_the_disk_before_anything_is_recorded(tmp_path):
@@ -92,9 +92,9 @@ def test_a_journal_torn_at_any_byte_gives_all_whole_records():
             with pytest.raises(InputError, match="journal"):
                 journal_of(data[:cut])
             continue
-        found = journal_of(data[:cut])
-        assert len(list(found)) == whole - 1
-        assert found.torn == cut - ends[whole - 1]
+        reader = journal_of(data[:cut])
+        assert len(list(reader)) == whole - 1
+        assert reader.torn == cut - ends[whole - 1]
 
 
 @pytest.mark.parametrize("size", [1, 7, 100, 10_000])
@@ -104,9 +104,9 @@ def test_records_are_whole_wherever_the_pieces_end_that_are_read(size):
         encode_record(RecordKind.BLOCK, record) for record in records
     )
     data += b"\2\0torn"
-    found = JournalReader(lambda: (data[i : i + size] for i in range(0, len(data), size)), "a")
-    assert [record.payload for record in found] == records
-    assert found.torn == 6
+    reader = JournalReader(lambda: (data[i : i + size] for i in range(0, len(data), size)), "a")
+    assert [record.payload for record in reader] == records
+    assert reader.torn == 6
 
 
 def test_what_follows_a_damaged_record_is_counted_and_never_held_in_memory():
@@ -137,10 +137,10 @@ def test_flipped_bytes_are_never_taken_for_samples(data):
     whole = bytearray(b"".join(pieces))
     at = data.draw(st.integers(len(pieces[0]), len(whole) - 1))
     whole[at] ^= data.draw(st.integers(1, 255))
-    found = journal_of(bytes(whole))
-    assert len(list(found)) < 3
-    assert found.torn > 0
-    for i, record in enumerate(found):
+    reader = journal_of(bytes(whole))
+    assert len(list(reader)) < 3
+    assert reader.torn > 0
+    for i, record in enumerate(reader):
         assert same(block_of(record.payload), block(i + 1, seed=i))
 
 
@@ -199,9 +199,9 @@ def test_a_full_disk_costs_nothing_and_is_said_once(tmp_path, monkeypatch):
     assert writer.in_memory == 0
     assert "again" in writer.remarks()[0]
     writer.close()
-    found = read_journal(writer.path)
-    assert found.torn == 0
-    assert [int(block_of(r.payload).ticks[0]) for r in found] == list(range(50))
+    reader = read_journal(writer.path)
+    assert reader.torn == 0
+    assert [int(block_of(r.payload).ticks[0]) for r in reader] == list(range(50))
 
 
 @pytest.mark.usefixtures("_calm", "full_disk")
@@ -221,8 +221,8 @@ def test_what_a_full_disk_refused_to_the_end_is_still_there_to_be_used(tmp_path,
     writer.close()
     assert list(there.iterdir()) == [writer.saved]
     assert not writer.path.exists()
-    found = read_journal(writer.saved)
-    assert (found.torn, len(list(found)), found.header) == (0, 9, HEADER)
+    reader = read_journal(writer.saved)
+    assert (reader.torn, len(list(reader)), reader.header) == (0, 9, HEADER)
 
 
 @pytest.mark.usefixtures("_calm", "full_disk")
@@ -256,9 +256,9 @@ def test_what_a_disk_takes_and_does_not_confirm_is_written_again(tmp_path, monke
     writer.block(0, block(seed=3))
     brought(writer)
     writer.close()
-    found = read_journal(writer.path)
-    assert found.torn == 0
-    assert [int(block_of(r.payload).ticks[0]) for r in found] == [1, 2, 3]
+    reader = read_journal(writer.path)
+    assert reader.torn == 0
+    assert [int(block_of(r.payload).ticks[0]) for r in reader] == [1, 2, 3]
 
 
 @pytest.mark.usefixtures("_calm")
@@ -282,8 +282,8 @@ def test_a_folder_that_is_away_for_a_while_costs_nothing(tmp_path, comes_back):
     writer.block(0, block(seed=3))
     brought(writer)
     writer.close()
-    found = read_journal(home / "a.journal")
-    assert [int(block_of(r.payload).ticks[0]) for r in found] == [1, 2, 3]
+    reader = read_journal(home / "a.journal")
+    assert [int(block_of(r.payload).ticks[0]) for r in reader] == [1, 2, 3]
 
 
 @pytest.mark.usefixtures("full_disk")

@@ -49,35 +49,35 @@ def test_codes_that_do_not_exist_are_refused(codes):
 
 def blocks(data, cuts=(), rate=1000.0, **options):
     """A stream fed in pieces, each arriving when its last byte does at 16 bytes a sample."""
-    made = PacketStream(rate, **options)
+    packet_stream = PacketStream(rate, **options)
     edges = [0, *sorted({cut % len(data) for cut in cuts} - {0}), len(data)]
-    got = [made.feed(data[a:b], b / AXES3.frame.size / rate) for a, b in pairwise(edges)]
-    return [block for block in [*got, made.flush()] if block is not None], made
+    got = [packet_stream.feed(data[a:b], b / AXES3.frame.size / rate) for a, b in pairwise(edges)]
+    return [block for block in [*got, packet_stream.flush()] if block is not None], packet_stream
 
 
 @given(st.sampled_from([1, 2, 10]), st.lists(st.integers(0, 5_000), max_size=10))
 def test_blocks_hold_every_sample_however_the_bytes_came(step, cuts):
     data, values = stream(AXES3, range(65_400, 65_400 + 200 * step, step))
-    got, made = blocks(data[:800] + CONFIGURED + data[800:], cuts)
+    got, packet_stream = blocks(data[:800] + CONFIGURED + data[800:], cuts)
     assert np.concatenate([block.ticks for block in got]).tolist() == list(range(200))
     assert (np.concatenate([block.values for block in got]) == values).all()
-    assert [reply.code for reply in made.take_replies()] == [0]
+    assert [reply.code for reply in packet_stream.take_replies()] == [0]
 
 
 def test_samples_keep_the_time_at_which_they_arrived_while_the_step_is_learnt():
-    made, data = PacketStream(1000.0), stream(AXES3, range(30))[0]
+    packet_stream, data = PacketStream(1000.0), stream(AXES3, range(30))[0]
     for i in range(16):
-        assert made.feed(data[16 * i : 16 * (i + 1)], float(i)) is None
-    block = made.feed(data[256:272], 16.0)
+        assert packet_stream.feed(data[16 * i : 16 * (i + 1)], float(i)) is None
+    block = packet_stream.feed(data[256:272], 16.0)
     assert block.arrived.tolist() == list(range(17))
     assert block.ticks.tolist() == list(range(17))
-    assert len(made.feed(data[272:288], 17.0)) == 1
+    assert len(packet_stream.feed(data[272:288], 17.0)) == 1
 
 
 def test_few_samples_come_at_the_end():
-    (block,), made = blocks(stream(AXES3, [5, 7, 9])[0])
+    (block,), packet_stream = blocks(stream(AXES3, [5, 7, 9])[0])
     assert block.ticks.tolist() == [0, 1, 2]
-    assert made.flush() is None
+    assert packet_stream.flush() is None
 
 
 def test_lost_doubled_and_wrong_packets_leave_a_gap():
@@ -92,11 +92,11 @@ def test_lost_doubled_and_wrong_packets_leave_a_gap():
 
 
 def test_a_daq_that_was_plugged_in_again_goes_on_by_the_hosts_clock():
-    made, data = PacketStream(1000.0), stream(AXES3, range(100))[0]
-    made.feed(data, 0.1)
-    assert made.flush() is None
-    made.restart(1000.0)
-    block = made.feed(stream(AXES3, range(40_000, 40_100))[0], 2.1)
+    packet_stream, data = PacketStream(1000.0), stream(AXES3, range(100))[0]
+    packet_stream.feed(data, 0.1)
+    assert packet_stream.flush() is None
+    packet_stream.restart(1000.0)
+    block = packet_stream.feed(stream(AXES3, range(40_000, 40_100))[0], 2.1)
     assert block.ticks.tolist() == list(range(2_099, 2_199))
 
 

@@ -45,11 +45,11 @@ def test_a_recording_is_in_the_project_with_all_its_samples_and_stamps(project):
         assert recorder.start("LEGO") == "LEGO 01"
         came(recorder, 400)
         assert recorder.state().recording
-        kept = recorder.stop()
+        saved = recorder.stop()
     d, times, signals, stamps, tracks = loaded(project, "LEGO 01")
     assert d.task == "LEGO"
     assert tracks == ()
-    assert kept.samples == len(times) >= 400
+    assert saved.samples == len(times) >= 400
     assert [channel.name for channel in d.channels] == ["fx1", "fy1", "fz1"]
     assert (np.diff(signals[:, 0]) == 1).all()
     np.testing.assert_array_equal(stamps["ticks_0"], signals[:, 0])
@@ -76,7 +76,7 @@ def test_several_in_a_row_are_numbered_and_a_discarded_one_leaves_nothing(projec
         recorder.stop()
         assert not recorder.state().recording
     with Project.open(project) as opened:
-        names = [one.name for one in opened.demonstrations()]
+        names = [demonstration.name for demonstration in opened.demonstrations()]
     assert names == ["by hand", "LEGO 01", "LEGO 02", "LEGO 03"]
     assert not list((project / CAPTURES).iterdir())
 
@@ -142,12 +142,12 @@ def test_unplugged_and_plugged_in_again_is_one_demonstration_with_a_gap(project)
             device.gone.clear()
             eventually(lambda: recorder.state().devices[0].plugged)
         went_on(recorder, 0.3)
-        kept = recorder.stop()
-    assert any("unplugged 2 times" in remark for remark in kept.remarks)
+        saved = recorder.stop()
+    assert any("unplugged 2 times" in remark for remark in saved.remarks)
     assert device.opened == 3
     d, times, signals, stamps, _ = loaded(project, "LEGO 01")
     assert len(d.gaps) == 2
-    assert kept.samples == len(stamps["ticks_0"]) == len(times)
+    assert saved.samples == len(stamps["ticks_0"]) == len(times)
     restarts = np.flatnonzero(np.diff(signals[:, 0]) < 0)
     np.testing.assert_allclose(times[restarts] + d.period, [gap[0] for gap in d.gaps])
     with Project.open(project) as opened:
@@ -176,15 +176,15 @@ def test_what_a_device_lost_while_it_was_away_is_told_live_as_it_is_kept(project
         eventually(lambda: recorder.state().devices[0].plugged)
         went_on(recorder, 0.3)
         lost = recorder.state().devices[0].lost
-        kept = recorder.stop()
-    (told,) = kept.remarks
+        saved = recorder.stop()
+    (remark,) = saved.remarks
     if goes_on:
         assert lost >= 150
-        said = "samples of fake:0 were lost and the device was unplugged once for 0"
-        assert told.startswith(f"{lost} {said}")
+        loss = "samples of fake:0 were lost and the device was unplugged once for 0"
+        assert remark.startswith(f"{lost} {loss}")
     else:
         assert lost == 0
-        assert re.fullmatch(r"fake:0 was unplugged once for \d+\.\d s; that is a gap\.", told)
+        assert re.fullmatch(r"fake:0 was unplugged once for \d+\.\d s; that is a gap\.", remark)
 
 
 def test_a_second_device_that_is_away_is_missing_and_the_first_goes_on(project):
@@ -216,9 +216,9 @@ def test_lost_samples_are_counted_said_and_absent(project):
         device.lose = np.r_[first : first + 20, first + 200]
         came(recorder, 900)
         state = recorder.state().devices[0]
-        kept = recorder.stop()
+        saved = recorder.stop()
     assert state.lost == 21
-    assert any("21 samples" in remark for remark in kept.remarks)
+    assert any("21 samples" in remark for remark in saved.remarks)
     _, _, signals, _, _ = loaded(project, "LEGO 01")
     assert not np.isin(device.lose, signals[:, 0]).any()
 
@@ -238,12 +238,12 @@ def test_saturation_stalling_and_drift_are_alarms(project):
 def test_a_device_that_gives_other_than_it_was_told_is_said_once(project, monkeypatch):
     monkeypatch.setattr("forcelab.capture.reader._SETTLED", 2.0)
     wrong, right = FakeDevice("wrong:0", ppm=-100_000), FakeDevice("right:0", ppm=500)
-    told = []
+    remarks = []
     with Recorder(project, [wrong, right]) as recorder:
-        eventually(lambda: told.extend(recorder.remarks()) or told)
+        eventually(lambda: remarks.extend(recorder.remarks()) or remarks)
         came(recorder, recorder.state().devices[0].samples + 200)
-        told += recorder.remarks()
-    (sentence,) = told
+        remarks += recorder.remarks()
+    (sentence,) = remarks
     assert re.search(r"^wrong:0 gives 11\d\d samples a second, not 1000: .*\?rate=11\d\d", sentence)
 
 
@@ -413,16 +413,16 @@ def test_what_is_in_the_project_in_part_is_removed_when_it_is_discarded(in_part)
 
 def test_it_may_be_discarded_after_somebody_removed_that_part(in_part, project):
     with Project.open(project) as opened:
-        opened.remove_all({one.id: {} for one in opened.demonstrations()})
+        opened.remove_all({demonstration.id: {} for demonstration in opened.demonstrations()})
     in_part.discard()
 
 
 def test_stopped_again_it_is_new_and_may_be_discarded(in_part, project):
-    kept = in_part.stop()
-    assert kept.added.status == "new"
+    saved = in_part.stop()
+    assert saved.added.status == "new"
     with Project.open(project) as opened:
-        assert opened.stamps(kept.added.id) is not None
-    discard(project, kept)
+        assert opened.stamps(saved.added.id) is not None
+    discard(project, saved)
 
 
 def test_a_recorder_that_is_closed_without_stopping_leaves_what_can_be_recovered(project):

@@ -145,8 +145,8 @@ LINES = st.sampled_from(
 def test_any_cutting_gives_the_same_samples(lines, cuts):
     data = b"".join(line + (b"\r\n", b"\n")[i % 2] for i, line in enumerate(lines))
     values, _, parser = parsed(data, cuts)
-    whole, _, other = parsed(data)
-    assert np.array_equal(np.array(values), np.array(whole), equal_nan=True)
+    complete, _, other = parsed(data)
+    assert np.array_equal(np.array(values), np.array(complete), equal_nan=True)
     assert (parser.channels, parser.junk_lines) == (other.channels, other.junk_lines)
 
 
@@ -171,7 +171,7 @@ class TearingBoard(VirtualTextDevice):
 
     def __init__(self, share, seed=0, burst=0.004):
         super().__init__(self.readings, 1000.0, burst=burst)
-        self.whole, self._share, self._lines = [], share, np.random.default_rng(seed)
+        self.complete, self._share, self._lines = [], share, np.random.default_rng(seed)
         self._glued = False
 
     @staticmethod
@@ -187,7 +187,7 @@ class TearingBoard(VirtualTextDevice):
             else:
                 sent.append(line)
                 if not self._glued:
-                    self.whole.append(int(float(line.split(b",")[0])))
+                    self.complete.append(int(float(line.split(b",")[0])))
             self._glued = not sent[-1].endswith(b"\n")
         return b"".join(sent)
 
@@ -195,13 +195,13 @@ class TearingBoard(VirtualTextDevice):
 def deliveries(share, seconds, bursts=()):
     """Bytes and arrivals (s) of a board read every 4 ms but in bursts, and the lines sent whole."""
     rng, decimals = np.random.default_rng(1), 3
-    stream, sent_at, whole, glued = [], [], [], False
+    stream, sent_at, complete, glued = [], [], [], False
     for number in range(int(1000 * seconds)):
         line = f"{number:.{decimals}f},{np.sin(number):.{decimals}f}\r\n".encode()
         if number > 500 and not glued and rng.random() < share:
             line = torn(line, rng)
         elif not glued:
-            whole.append(number)
+            complete.append(number)
         glued = not line.endswith(b"\n")
         stream.append(line)
         sent_at.append(number / 1000)
@@ -212,14 +212,14 @@ def deliveries(share, seconds, bursts=()):
     for k in np.unique(place):
         data = b"".join(line for line, at in zip(stream, place, strict=True) if at == k)
         yield data, 100.0 + float(reads[k])
-    yield None, whole
+    yield None, complete
 
 
 def gathered(share, seconds, bursts, tmp_path):
     parser, records = TextParser(), []
     for data, arrived in deliveries(share, seconds, bursts):
         if data is None:
-            whole = arrived
+            complete = arrived
             continue
         lines = parser.feed(data)
         if lines is not None:
@@ -228,22 +228,22 @@ def gathered(share, seconds, bursts, tmp_path):
     device = {"name": "b", "channels": [["n", ""], ["s", ""]], "rate": 1000.0, "holds": False}
     header = {"name": "x", "task": "t", "author": "a", "cameras": []}
     header["devices"] = [device | {"counted": False}]
-    return assemble(journal_of(encode_header(header) + b"".join(records)), tmp_path), whole
+    return assemble(journal_of(encode_header(header) + b"".join(records)), tmp_path), complete
 
 
 @pytest.mark.parametrize("bursts", [(), ((3.0, 0.3), (5.0, 0.3), (6.5, 0.3))])
 @pytest.mark.parametrize("share", [0.0, 0.005, 0.01, 0.05])
 def test_every_whole_line_is_stored_at_its_time(share, bursts, tmp_path):
-    found, whole = gathered(share, 10.0, bursts, tmp_path)
+    found, complete = gathered(share, 10.0, bursts, tmp_path)
     d = found.demonstration
     # The first line is not trusted, as the connection may have begun in its middle.
-    assert whole[0] == 0
-    np.testing.assert_array_equal(d.signals[:, 0], whole[1:])
+    assert complete[0] == 0
+    np.testing.assert_array_equal(d.signals[:, 0], complete[1:])
     late = d.times - (d.signals[:, 0] - d.signals[0, 0]) / 1000
     off = np.abs(late - np.median(late)).max()
     assert off < 0.006
     assert off < 2 * found.precision + 0.002
-    lost = 10_000 - 1 - len(d.times) - (9_999 - whole[-1])
+    lost = 10_000 - 1 - len(d.times) - (9_999 - complete[-1])
     if share:
         assert found.remarks == (
             f"{lost} samples of b were in torn lines and lost; these are gaps.",
@@ -311,15 +311,15 @@ def test_what_three_tearing_boards_print_is_stored_and_told(project):
             before = recorder.state().devices[0].samples
             eventually(lambda: recorder.state().devices[0].samples > before + 400)
             state = recorder.state().devices[0]
-            kept = recorder.stop()
+            saved = recorder.stop()
     finally:
         for board in boards:
             board.close()
     with Project.open(project) as opened:
-        stored = opened.load(kept.added.id)
+        stored = opened.load(saved.added.id)
     numbers = stored.signals[:, 0].astype(int)
     np.testing.assert_array_equal(stored.signals[:, 2], -numbers)
-    sent = np.array(boards[0].whole)
+    sent = np.array(boards[0].complete)
     # Nothing is missing but what is told: the moments at the ends and while it was unplugged.
     expected = sent[(sent >= numbers[0]) & (sent <= numbers[-1])]
     missing = np.setdiff1d(expected, numbers)
@@ -327,7 +327,7 @@ def test_what_three_tearing_boards_print_is_stored_and_told(project):
     assert len(np.unique(numbers)) == len(numbers)
     assert (np.diff(numbers) > 0).all()
     assert missing.size == 0 or np.ptp(missing) <= 1.5 * 1000  # all while it was away
-    (about,) = [remark for remark in kept.remarks if "unplugged" in remark]
+    (about,) = [remark for remark in saved.remarks if "unplugged" in remark]
     assert "in torn lines and lost" in about
     assert state.lost > 0
 

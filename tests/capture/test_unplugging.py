@@ -51,12 +51,12 @@ def test_each_time_it_was_unplugged_is_a_gap_in_the_one_demonstration(project):
                 times_pulled.append(pulled(recorder, daq, 0.02 * (turn % 5)))
             samples = recorder.state().devices[0].samples
             eventually(lambda: recorder.state().devices[0].samples >= samples + 300)
-            said = recorder.remarks()
-            kept = recorder.stop()
-    assert sum("is back after" in sentence for sentence in said) == UNPLUGS
+            remarks = recorder.remarks()
+            saved = recorder.stop()
+    assert sum("is back after" in sentence for sentence in remarks) == UNPLUGS
     assert device.connections == UNPLUGS + 1
     how_often = "once" if UNPLUGS == 1 else f"{UNPLUGS} times"
-    assert any(f"was unplugged {how_often}" in remark for remark in kept.remarks)
+    assert any(f"was unplugged {how_often}" in remark for remark in saved.remarks)
     with Project.open(project) as opened:
         assert [one.name for one in opened.demonstrations()] == ["LEGO 01"]
         d = opened.load("LEGO 01")

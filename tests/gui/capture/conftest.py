@@ -40,13 +40,13 @@ def _nothing_else_is_plugged_in(monkeypatch):
 
 @pytest.fixture
 def window(app, study, until):
-    made = Window("Ann", remembering=False)
-    made.resize(1100, 700)
-    made.show()
-    made.begin(LaunchOptions(project=study, workspace="capture"))
-    until(lambda: made.settled)
-    yield made
-    made.close()
+    created = Window("Ann", remembering=False)
+    created.resize(1100, 700)
+    created.show()
+    created.begin(LaunchOptions(project=study, workspace="capture"))
+    until(lambda: created.settled)
+    yield created
+    created.close()
 
 
 @pytest.fixture

@@ -57,7 +57,7 @@ def recording(study):
 
 def names(study):
     with Project.open(study) as project:
-        return [one.name for one in project.demonstrations()]
+        return [demonstration.name for demonstration in project.demonstrations()]
 
 
 def lost(step):
@@ -72,9 +72,9 @@ def test_a_recogniser_that_fails_at_the_end_costs_its_track_and_not_the_recordin
     recording, study, step
 ):
     recording.track.begin(Broken(step), keeping=True)
-    kept = finish(recording.stop_recording())
-    assert kept.samples > 100
-    assert kept.remarks[-1] == lost(step)
+    saved = finish(recording.stop_recording())
+    assert saved.samples > 100
+    assert saved.remarks[-1] == lost(step)
     assert not recording.has_recording
     assert names(study) == ["LEGO 01"]
     assert finish(recording.start_recording("LEGO", "", "Ann")) == "LEGO 02"
@@ -119,8 +119,8 @@ def test_the_track_sees_the_last_sample_of_a_recording_and_none_after_it(recordi
     recorder, follower = recording.recorder, Follower("")
     follower.following.start(recorder.firsts)
     recording.track.begin(follower, keeping=True, firsts=recorder.firsts)
-    kept = finish(recording.stop_recording())
-    assert len(follower.values) == kept.samples
+    saved = finish(recording.stop_recording())
+    assert len(follower.values) == saved.samples
     with Project.open(study) as project:
         values = project.load("LEGO 01").signals
     assert follower.values[-1, 0] == values[-1, 0]
@@ -136,15 +136,15 @@ def test_a_recogniser_that_failed_once_follows_the_next_recording(recording, stu
     finish(recording.start_recording("LEGO", "", "Ann"))
     recording.track.update(True)
     eventually(lambda: recording.recorder.state().devices[0].samples > 100)
-    kept = finish(recording.stop_recording())
-    assert kept.remarks == ("Recognised by 'model': 0 segments, 0 % labelled.",)
+    saved = finish(recording.stop_recording())
+    assert saved.remarks == ("Recognised by 'model': 0 segments, 0 % labelled.",)
 
 
 def test_a_recogniser_that_fails_while_it_is_recorded_is_told_of_with_what_is_kept(recording):
     with pytest.raises(ArithmeticError):
         finish(recording.recognise(lambda *_: Broken("look"), lambda: True))
-    kept = finish(recording.stop_recording())
-    assert kept.remarks == (lost("look"),)
+    saved = finish(recording.stop_recording())
+    assert saved.remarks == (lost("look"),)
     finish(recording.start_recording("LEGO", "", "Ann"))
     eventually(lambda: recording.recorder.state().devices[0].samples > 100)
     assert finish(recording.stop_recording()).remarks == ()
@@ -159,8 +159,8 @@ def test_a_recogniser_that_cannot_begin_anew_stops_no_recording(recording, step)
     recording.track._live.step = step
     assert finish(recording.start_recording("LEGO", "", "Ann")) == "LEGO 02"
     eventually(lambda: recording.recorder.state().devices[0].samples > 100)
-    kept = finish(recording.stop_recording())
-    assert kept.remarks[-1] == lost(step)
+    saved = finish(recording.stop_recording())
+    assert saved.remarks[-1] == lost(step)
 
 
 def test_what_could_not_be_kept_is_kept_when_the_window_closes(recording, study):

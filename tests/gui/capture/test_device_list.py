@@ -25,7 +25,7 @@ def write(page, name):
 
 
 def test_a_name_that_means_nothing_is_told_at_once_and_not_added(page):
-    for name, said in {
+    for name, message in {
         "tongs": "optoforce:PORT",
         "optoforce:/dev/x?speed=3": "speed=3",
         "optoforce:/dev/x?calibration=/nowhere.toml": "nowhere.toml",
@@ -36,7 +36,7 @@ def test_a_name_that_means_nothing_is_told_at_once_and_not_added(page):
         write(page, name)
         assert page.device_list.rows.count() == 0
         assert page.device_list.entry.text() == name
-        assert said in page.status.messages.text()
+        assert message in page.status.messages.text()
         write(page, "optoforce:/dev/x")
         assert page.device_list.devices == ("optoforce:/dev/x",)
         assert page.status.messages.text() == ""
@@ -68,7 +68,7 @@ def test_delete_and_the_menu_remove_what_was_added(page):
     QTest.keyClick(rows, Qt.Key.Key_Delete)
     assert rows.names() == ["text:/dev/y"]
     rows.setCurrentRow(0)
-    [remove] = [one for one in page.device_list.menu().actions() if one.text() == "Remove"]
+    [remove] = [action for action in page.device_list.menu().actions() if action.text() == "Remove"]
     remove.trigger()
     assert rows.names() == []
     assert not settings.strings("capture/by hand")

@@ -274,16 +274,16 @@ def test_a_filter_that_contradicts_what_is_likeliest_is_named(window, connected,
 def test_of_long_sentences_the_last_one_is_whole_and_the_others_have_a_line_each(connected):
     page, status = connected, connected.status
     page.resize(1024, 600)
-    told = [f"{which}: " + "the disk is full; " * 20 for which in ("first", "second", "third")]
-    for sentence in told:
+    messages = [f"{which}: " + "the disk is full; " * 20 for which in ("first", "second", "third")]
+    for sentence in messages:
         page.controller.add_message(sentence)
     shown = status.messages.text().split("\n")
-    assert shown[2] == told[2]
+    assert shown[2] == messages[2]
     wide = status.messages.width()
-    for short, sentence in zip(shown[:2], told[:2], strict=True):
+    for short, sentence in zip(shown[:2], messages[:2], strict=True):
         assert short.startswith(sentence[:20])
         assert status.fontMetrics().horizontalAdvance(short) <= wide
-    assert status.messages.toolTip().split("\n") == told
+    assert status.messages.toolTip().split("\n") == messages
 
 
 def test_what_a_device_read_before_it_was_unplugged_is_not_shown_as_its_reading(

@@ -111,10 +111,10 @@ def test_who_closes_the_window_on_what_could_not_be_kept_is_told_so(
 def test_who_closes_the_window_on_a_disk_that_stays_away_is_told_where_the_recording_is(
     window, recording, study, until, monkeypatch, tmp_path
 ):
-    elsewhere, told = tmp_path / "elsewhere", []
+    elsewhere, warnings = tmp_path / "elsewhere", []
     elsewhere.mkdir()
     monkeypatch.setattr("forcelab.capture.journal.fallback_folders", lambda: (elsewhere,))
-    monkeypatch.setattr(QMessageBox, "warning", lambda *what: told.append(what[2]))
+    monkeypatch.setattr(QMessageBox, "warning", lambda *what: warnings.append(what[2]))
     answer(monkeypatch, QMessageBox.ButtonRole.AcceptRole)
     away = study.with_suffix(".away")
     study.rename(away)
@@ -122,7 +122,7 @@ def test_who_closes_the_window_on_a_disk_that_stays_away_is_told_where_the_recor
     window.commands["quit"].trigger()
     assert not window.isVisible()
     (journal,) = elsewhere.iterdir()
-    assert f"All of the recording is in '{journal}'" in told[0]
+    assert f"All of the recording is in '{journal}'" in warnings[0]
     away.rename(study)
     assert save(study, read_journal(journal)).samples > 20
 

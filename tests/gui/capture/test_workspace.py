@@ -39,9 +39,9 @@ def keep(window, page, until):
 
 def shown_on(button, controller):
     """What is written on a button from now on."""
-    said = []
-    controller.changed.connect(lambda: said.append(button.text().partition("  (")[0]))
-    return said
+    texts = []
+    controller.changed.connect(lambda: texts.append(button.text().partition("  (")[0]))
+    return texts
 
 
 def test_a_recording_with_a_live_mark_is_in_the_project_without_the_mouse(
@@ -66,11 +66,11 @@ def test_a_recording_with_a_live_mark_is_in_the_project_without_the_mouse(
     assert window.document.demonstration.name == "LEGO 01"
     window.show_workspace("capture")
     recorded(window, page, until)
-    said = shown_on(page.record_button, page.controller)
+    texts = shown_on(page.record_button, page.controller)
     window.commands["discard_recording"].trigger()
     until(lambda: page.controller.phase is CaptureState.READY)
-    assert said[0] == "Discarding…"
-    assert "Keeping…" not in said
+    assert texts[0] == "Discarding…"
+    assert "Keeping…" not in texts
     assert page.next_recording.name.placeholderText() == "LEGO 02"
     assert not list((study / CAPTURES).iterdir())
     with Project.open(study) as project:
@@ -94,8 +94,8 @@ def test_the_last_one_is_discarded_when_asked_for_twice_and_not_once_it_is_label
     keep(window, page, until)
     assert "Discard 'LEGO 01'" in page.discard_button.text()
     assert page.discard_button.isEnabled()
-    [kept] = window.document.infos
-    window.document.open_demonstration(kept.id)
+    [saved] = window.document.infos
+    window.document.open_demonstration(saved.id)
     page.discard_button.click()
     assert "Really discard 'LEGO 01'" in page.discard_button.text()
     assert "once more" in page.status.messages.text()
@@ -324,10 +324,10 @@ def test_an_unfinished_recording_is_offered_and_recovered(app, study, tongs, unt
     page = window.capture.workspace
     try:
         until(page.recover_button.isVisible)
-        said = shown_on(page.record_button, page.controller)
+        texts = shown_on(page.record_button, page.controller)
         page.recover_button.click()
         until(lambda: page.controller.phase is CaptureState.DISCONNECTED)
-        assert said[0] == "Recovering…"
+        assert texts[0] == "Recovering…"
         assert not page.recover_button.isVisible()
         assert [info.name for info in window.document.infos] == ["LEGO 01"]
     finally:
