@@ -1,6 +1,6 @@
 """Draws the Capture workspace while virtual tongs are recorded, for the README.
 
-Start it as ``python tests/make_capture_picture.py PROJECT FILE.png`` with the sample project.
+Start it as ``python -m tests.make_capture_picture PROJECT FILE.png`` with the sample project.
 Forces and film of a demonstration are played in real time, and its simulated truth presses keys.
 """
 
@@ -15,11 +15,11 @@ from pathlib import Path
 import cv2
 
 from forcelab.capture import camera
-from forcelab.capture.emulator import VirtualCamera
 from forcelab.capture.replay import Replay, extract_sensors
 from forcelab.formats.calibration import read_calibrations
 from forcelab.project import Project
 from forcelab.resources import asset
+from tests.capture.virtual_devices import VirtualCamera
 
 DEMONSTRATION, TASK = "LEGO-1-06", "LEGO"
 #: Seconds: before the demonstration begins, between an action and its key, of it when it is drawn.

@@ -66,7 +66,8 @@ def draw_windows(folder: Path) -> None:
         subprocess.run(draw, check=True)
     draw = [
         sys.executable,
-        "tests/make_capture_picture.py",
+        "-m",
+        "tests.make_capture_picture",
         str(project),
         str(folder / "capture.png"),
     ]

@@ -1,4 +1,4 @@
-"""Emulated devices on pseudo-terminals: DAQs, microcontrollers, cameras, with faults on demand.
+"""Emulated devices on pseudo-terminals: DAQs and microcontrollers.
 
 The packets are those of :mod:`forcelab.formats.optoforce_packets`.
 """
@@ -19,72 +19,14 @@ from queue import Empty, SimpleQueue
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from forcelab.capture.device import Closable
 from forcelab.errors import InputError
 from forcelab.formats.optoforce_packets import KINDS, with_checksum
 
-
-@dataclass(frozen=True, slots=True)
-class Faults:
-    """How often what goes wrong, as shares of the packets or bytes; nothing by default."""
-
-    #: Packets that never arrive, though the counter counts them.
-    lost: float = 0.0
-    #: Bytes that are left out, changed in one bit, or sent twice.
-    lost_bytes: float = 0.0
-    corrupted: float = 0.0
-    doubled: float = 0.0
-
-    def __post_init__(self) -> None:
-        for name in ("lost", "lost_bytes", "corrupted", "doubled"):
-            share = getattr(self, name)
-            if not 0 <= share <= 1:
-                raise InputError(f"The share '{name}' of faults must lie in 0..1, not {share:g}.")
-
-
-def apply_faults(
-    packets: NDArray[np.uint8], faults: Faults, rng: np.random.Generator
-) -> tuple[bytes, NDArray[np.bool_]]:
-    """Do to packets, one a row, what a bad cable does.
-
-    Gives the bytes that are left, and which packets are intact, shape (n,).
-    """
-    intact = np.ones(len(packets), dtype=bool)
-    if not (faults.lost or faults.lost_bytes or faults.corrupted or faults.doubled):
-        return packets.tobytes(), intact
-    repeats = np.ones(packets.shape, dtype=np.int64)
-    repeats[rng.random(packets.shape) < faults.doubled] = 2
-    repeats[rng.random(packets.shape) < faults.lost_bytes] = 0
-    repeats[rng.random(len(packets)) < faults.lost] = 0
-    flips = np.where(
-        rng.random(packets.shape) < faults.corrupted,
-        np.left_shift(1, rng.integers(0, 8, packets.shape)),
-        0,
-    ).astype(np.uint8)
-    intact &= (repeats == 1).all(axis=1) & (flips == 0).all(axis=1)
-    return np.repeat((packets ^ flips).ravel(), repeats.ravel()).tobytes(), intact
-
-
 #: Readings at device times (s), shape (m,): whole counts, shape (m, c).
 Source = Callable[[NDArray[np.float64]], NDArray[np.int64]]
-
-
-def table_source(counts: ArrayLike, rate: float) -> Source:
-    """A recording as a source: at each time the sample that was the nearest; zero past its end.
-
-    `counts` has shape (n, c); `rate` is in rows a second of the device's clock.
-    """
-    table = np.atleast_2d(np.asarray(counts, dtype=np.int64))
-
-    def read(times: NDArray[np.float64]) -> NDArray[np.int64]:
-        places = np.floor(times * rate + 0.5).astype(np.int64)
-        out = table[np.clip(places, 0, len(table) - 1)]
-        out[places >= len(table)] = 0
-        return out
-
-    return read
 
 
 def build_packets(
@@ -565,7 +507,6 @@ class VirtualOptoForce(VirtualSampler):
         rate: float = 1000.0,
         *,
         clock_ppm: float = 0.0,
-        faults: Faults | None = None,
         serial: str = "ISE123AB",
         step: int = 1,
         first: int = 0,
@@ -579,7 +520,6 @@ class VirtualOptoForce(VirtualSampler):
         A reading saturates at `limit` counts, and its overload is in the status then.
         """
         super().__init__(source, rate, clock_ppm, path, BURST, waits, absent)
-        self.faults = faults or Faults()
         #: Bits that are added to the status of every sample from now on.
         self.status = 0
         #: Whether it answers what it is asked; a real one that is broken may not.
@@ -588,7 +528,6 @@ class VirtualOptoForce(VirtualSampler):
         self.configured: list[tuple[int, int, int]] = []
         self._serial = serial
         self._step, self._first, self._limit = step, first, limit
-        self._rng = np.random.default_rng(0)
         self._counter = first
         self._zero: NDArray[np.int64] | int = 0
         self._received = b""
@@ -612,10 +551,14 @@ class VirtualOptoForce(VirtualSampler):
         if not len(samples):
             return b""
         packets, left = self._packets(times), self._is_sent(samples, times)
-        sent, intact = apply_faults(packets[left], self.faults, self._rng)
+        data, intact = self._transmit(packets[left])
         if not intact.all():
             self._spoiled.append(samples[left][~intact])
-        return sent
+        return data
+
+    def _transmit(self, packets: NDArray[np.uint8]) -> tuple[bytes, NDArray[np.bool_]]:
+        """The bytes that packets, one a row, become on their way, and which are intact."""
+        return packets.tobytes(), np.ones(len(packets), dtype=np.bool_)
 
     def _packets(self, times: NDArray[np.float64]) -> NDArray[np.uint8]:
         """Packets of the samples at device times (s)."""
@@ -669,56 +612,3 @@ class VirtualOptoForce(VirtualSampler):
                 passed = (now - self._runs[0].start) * self._pace
                 self._zero = self._source(np.array([passed]))[0]
         return with_checksum(bytes((170, 0, 80, 1, 0 if good else 1)))
-
-
-#: OpenCV's number of the time of the frame that was read last.
-POSITION_MS = 0
-#: A frame's number stands in its top rows as so many black and white squares.
-BITS = 16
-#: Longest time (s) that is slept at once, so that a release is noticed.
-NAP = 0.05
-#: Frames that are kept for a late reader; the oldest ones are lost, as drivers lose them.
-BUFFERED = 4
-
-
-class VirtualCamera:
-    """A camera with `rate` frames a second of so many pixels."""
-
-    def __init__(self, rate: float = 30.0, width: int = 320, height: int = 240) -> None:
-        self.start = time.monotonic()
-        self.rate = rate
-        self._size = (width, height)
-        self._next = 0
-        self._take_samples = 0.0
-        self._released = False
-
-    def release(self) -> None:
-        self._released = True
-
-    def read(self) -> tuple[bool, NDArray[np.uint8] | None]:
-        """Wait for the next frame and give its picture; nothing once it is released."""
-        passed = int((time.monotonic() - self.start) * self.rate)
-        number = max(self._next, passed + 1 - BUFFERED)
-        taken = self.start + number / self.rate
-        while not self._released:
-            wait = taken - time.monotonic()
-            if wait <= 0:
-                self._next, self._take_samples = number + 1, taken
-                return True, _picture(number, *self._size)
-            time.sleep(min(wait, NAP))
-        return False, None
-
-    def get(self, what: int) -> float:
-        """A property by OpenCV's number; 0 for what it does not know."""
-        return 1000.0 * self._take_samples if what == POSITION_MS else 0.0
-
-
-def _picture(number: int, width: int, height: int) -> NDArray[np.uint8]:
-    """A grey picture with a number in its top rows, and a bar that moves."""
-    out = np.full((height, width, 3), 96, dtype=np.uint8)
-    side = width // BITS
-    bits = (number >> np.arange(BITS)) & 1
-    out[:side, : side * BITS] = (255 * np.repeat(bits, side))[None, :, None]
-    left = 4 * number % width
-    out[2 * side :, left : left + side] = (40, 200, 240)
-    return out

@@ -20,13 +20,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.capture.device_names import parse_device
-from forcelab.capture.emulator import Faults, VirtualCamera, VirtualOptoForce
 from forcelab.capture.recorder import Recorder
 from forcelab.errors import InputError
 from forcelab.jobs import Progress
 from forcelab.measure.rows import Row, Table, with_front
 from forcelab.project import Project
 from forcelab.video.codecs import opencv
+from tests.capture.virtual_devices import Faults, FaultyOptoForce, VirtualCamera
 
 Real = NDArray[np.float64]
 
@@ -81,7 +81,7 @@ def recording(seconds: float, faults: Faults | None = None) -> Generator[Progres
         Project.create(path).close()
         before = set(threading.enumerate())
         daqs = [
-            VirtualOptoForce(_counting, RATE, clock_ppm=ppm, serial=f"MEAS{number:04}")
+            FaultyOptoForce(_counting, RATE, clock_ppm=ppm, serial=f"MEAS{number:04}")
             for number, ppm in enumerate(PPM)
         ]
         for daq in daqs:

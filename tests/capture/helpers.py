@@ -9,7 +9,6 @@ import time
 import numpy as np
 
 from forcelab.capture.device import Block, UnpluggedError
-from forcelab.capture.emulator import BITS
 from forcelab.capture.journal import JournalReader, SampleBuffer
 from forcelab.demonstration import Channel
 from forcelab.errors import InputError
@@ -121,10 +120,3 @@ def block_of(payload):
 def journal_of(data):
     """The contents of a journal whose bytes are all there."""
     return JournalReader(lambda: iter((data,)), "test")
-
-
-def frame_number(picture):
-    """The number in a picture of a virtual camera, modulo 65,536; lossy coding does it no harm."""
-    side = picture.shape[1] // BITS
-    squares = picture[:side, : side * BITS].mean(axis=(0, 2)).reshape(BITS, side)
-    return int(((squares.mean(axis=1) > 127) << np.arange(BITS)).sum())

@@ -10,20 +10,14 @@ from forcelab.capture import encoder, optoforce
 from forcelab.capture.device import MessageQueue, UnpluggedError
 from forcelab.capture.device_names import number_sensors, parse_device, parse_devices, quote_value
 from forcelab.capture.discovery import FoundPort
-from forcelab.capture.emulator import (
-    Faults,
-    VirtualOptoForce,
-    VirtualTextDevice,
-    build_packets,
-    table_source,
-)
+from forcelab.capture.emulator import VirtualOptoForce, VirtualTextDevice, build_packets
 from forcelab.capture.encoder import Encoder
 from forcelab.capture.optoforce import OptoForce
 from forcelab.capture.reader import DeviceReader
 from forcelab.capture.text_device import TextDevice
 from forcelab.errors import InputError
 from tests.capture.helpers import eventually
-from tests.capture.virtual_encoder import VirtualEncoder
+from tests.capture.virtual_devices import Faults, FaultyOptoForce, VirtualEncoder, table_source
 
 SHEET = """
 [ISE123AB.sensor1]
@@ -184,7 +178,7 @@ def test_zeroing_takes_the_present_readings_and_survives_the_cable(tmp_path):
 
 def test_lost_packets_are_gaps_in_the_ticks():
     faults = Faults(lost=0.05, corrupted=0.001, doubled=0.001)
-    with VirtualOptoForce(numbered, step=3) as virtual:
+    with FaultyOptoForce(numbered, step=3) as virtual:
         device = OptoForce(virtual.port, ports=nothing)
         device.open()
         virtual.faults = faults

@@ -11,15 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from forcelab.capture.emulator import (
-    Faults,
-    VirtualCamera,
-    VirtualOptoForce,
-    VirtualTextDevice,
-    apply_faults,
-    build_packets,
-    table_source,
-)
+from forcelab.capture.emulator import VirtualOptoForce, VirtualTextDevice, build_packets
 from forcelab.capture.optoforce import configure_command, serial_command
 from forcelab.capture.replay import extract_sensors
 from forcelab.capture.serial_port import Port
@@ -28,8 +20,14 @@ from forcelab.errors import InputError
 from forcelab.formats.calibration import read_calibrations
 from forcelab.formats.optoforce_packets import Parser, is_overloaded
 from forcelab.resources import asset
-from tests.capture.helpers import frame_number
-from tests.capture.virtual_encoder import VirtualEncoder
+from tests.capture.virtual_devices import (
+    Faults,
+    VirtualCamera,
+    VirtualEncoder,
+    apply_faults,
+    frame_number,
+    table_source,
+)
 
 
 def numbered(times):

@@ -10,7 +10,7 @@ import time
 import numpy as np
 import pytest
 
-from forcelab.capture.emulator import Faults, VirtualOptoForce
+from forcelab.capture.emulator import VirtualOptoForce
 from forcelab.capture.journal import RecordKind, encode_header, read_journal
 from forcelab.capture.save import CAPTURES, unfinished_journals
 from forcelab.project import Project
@@ -116,7 +116,7 @@ def test_killed_it_loses_at_most_a_second_and_is_recovered(forcelab, daq, tmp_pa
 
 def test_ctrl_c_keeps_one_demonstration_though_unplugged_and_plugged_in_again(tmp_path):
     project = tmp_path / "lab.forcelab"
-    with VirtualOptoForce(source, faults=Faults(), clock_ppm=-200) as daq:
+    with VirtualOptoForce(source, clock_ppm=-200) as daq:
         words = ("--device", f"optoforce:{daq.port}", "--task", "LEGO", "--json")
         process = started(project, *words)
         journal = journal_of(project, process, 20_000)

@@ -11,7 +11,7 @@ import pytest
 from synthetic import synthetic_set
 from trained_project import FAST
 
-from forcelab.capture.emulator import VirtualOptoForce, table_source
+from forcelab.capture.emulator import VirtualOptoForce
 from forcelab.capture.reader import RingBuffer
 from forcelab.capture.replay import extract_sensors
 from forcelab.capture.save import unfinished_journals
@@ -26,6 +26,7 @@ from forcelab.recognition.storage import save
 from forcelab.recognition.training import train
 from forcelab.resources import asset
 from tests.capture.helpers import FakeDevice, FakeEncoder
+from tests.capture.virtual_devices import table_source
 
 CALIBRATION = asset("calibrations", "3-axis-40N.toml")
 LATENCY = 0.3
