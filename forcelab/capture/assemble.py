@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,7 +33,7 @@ from forcelab.project.loading import Camera
 
 @dataclass(eq=False)
 class DeviceLog:
-    """What was recorded of one device."""
+    """The recorded samples and breaks of one device."""
 
     samples: SampleBuffer
     #: Samples before which it was plugged in again.
@@ -359,55 +359,70 @@ class AssembledRecording:
     precision: float
 
 
+class _RecordedDevice(NamedTuple):
+    """A device as the journal's header has it."""
+
+    name: str
+    channels: tuple[Channel, ...]
+    rate: float
+    holds: bool
+    counted: bool
+
+
+def _recorded_device(header: Mapping[str, Any]) -> _RecordedDevice:
+    return _RecordedDevice(
+        str(header["name"]),
+        tuple(Channel(*pair) for pair in header["channels"]),
+        float(header.get("rate", 0.0)),
+        bool(header["holds"]),
+        bool(header.get("counted", True)),
+    )
+
+
 def assemble(contents: JournalReader, folder: Path) -> AssembledRecording:
-    """Make a demonstration of a journal that has ended, with the videos in `folder`."""
+    """Make a demonstration of a journal that has ended, with the videos in `folder`.
+
+    InputError if no device that samples evenly gave two samples, or the journal is invalid.
+    """
     header = contents.header
     try:
         name, task, author = (str(header[key]) for key in ("name", "task", "author"))
-        devices: list[Mapping[str, Any]] = list(header["devices"])
-        channels = [tuple(Channel(*pair) for pair in device["channels"]) for device in devices]
-        names, holds = (
-            [str(device["name"]) for device in devices],
-            [bool(device["holds"]) for device in devices],
-        )
-        rates = [float(device.get("rate", 0.0)) for device in devices]
-        counted = [bool(device.get("counted", True)) for device in devices]
+        devices = [_recorded_device(device) for device in header["devices"]]
         begun = float(header.get("monotonic", -np.inf))
         cameras: list[Mapping[str, Any]] = list(header["cameras"])
     except (KeyError, TypeError, ValueError) as error:
         raise InputError(f"The journal does not say what was recorded ({error}).") from error
-    index = index_records(contents, [len(group) for group in channels], len(cameras))
-    remarks = [] if not contents.torn else [_torn_remark(contents.torn)]
+    names = [device.name for device in devices]
+    index = index_records(contents, [len(device.channels) for device in devices], len(cameras))
+    remarks = []
+    if contents.torn:
+        remarks.append(f"The last {contents.torn} bytes of the journal were torn and are left out.")
     stamps: dict[str, NDArray[Any]] = {"devices": np.array(names, dtype=np.str_)}
     streams, precision = [], 0.0
-    for i, log in enumerate(index.devices):
+    for i, (device, log) in enumerate(zip(devices, index.devices, strict=True)):
         block = log.samples.block()
         stamps[f"arrived_{i}"] = block.arrived
         if block.ticks is not None and len(block):
             stamps[f"ticks_{i}"] = block.ticks
         host, breaks = block.arrived, np.array(log.breaks, dtype=np.int64)
-        timestamps = None if holds[i] else _device_timestamps(block, breaks, counted[i], rates[i])
-        if timestamps is not None:
-            stamps[f"clock_{i}"] = np.array(
-                [timestamps.offset, timestamps.rate, timestamps.residual]
-            )
-            host, precision = timestamps.host, max(precision, timestamps.residual)
-        elif len(host) and not holds[i]:
+        fitted = None if device.holds else _fit_device(block, breaks, device.counted, device.rate)
+        if fitted is not None:
+            stamps[f"clock_{i}"] = np.array([fitted.offset, fitted.rate, fitted.residual])
+            host, precision = fitted.host, max(precision, fitted.residual)
+        elif len(host) and not device.holds:
             host, bound = spread_deliveries(host, breaks)
             precision = max(precision, bound)
-        before = holds[i] and len(host) > 0 and bool(host[0] <= begun)
-        away = tuple(log.away)
-        streams.append(
-            DeviceStream(host, block.values, holds[i], timestamps is not None, away, before)
+        before = device.holds and len(host) > 0 and bool(host[0] <= begun)
+        stream = DeviceStream(
+            host, block.values, device.holds, fitted is not None, tuple(log.away), before
         )
-    for i, stream in enumerate(streams):
-        remarks.append(loss_remark(names[i], stream, stamps.get(f"ticks_{i}"), counted[i]))
-    all_channels = align(streams, names)
-    start, lead = all_channels.start, streams[all_channels.lead]
+        streams.append(stream)
+        remarks.append(loss_remark(device.name, stream, stamps.get(f"ticks_{i}"), device.counted))
+    aligned = align(streams, names)
+    start = aligned.start
     stamps["start"] = np.array(start)
     videos: list[Camera] = []
-    for i, camera in enumerate(cameras):
-        frames = index.frames[i]
+    for i, (camera, frames) in enumerate(zip(cameras, index.frames, strict=True)):
         stamps[f"frames_{i}"] = frames[:, :2]
         file = folder / str(camera["file"])
         if len(frames) and file.is_file():
@@ -416,14 +431,13 @@ def assemble(contents: JournalReader, folder: Path) -> AssembledRecording:
         elif not len(frames):
             remarks.append(f"{camera['name']} gave no picture.")
         remarks += camera_remarks(str(camera["name"]), frames[:, 0])
-    first = videos[0].video if videos else None
     demonstration = Demonstration(
         name,
         task,
-        all_channels.times,
-        all_channels.signals,
-        channels_of_all(channels),
-        video=first,
+        aligned.times,
+        aligned.signals,
+        channels_of_all([device.channels for device in devices]),
+        video=videos[0].video if videos else None,
     )
     return AssembledRecording(
         demonstration,
@@ -431,14 +445,14 @@ def assemble(contents: JournalReader, folder: Path) -> AssembledRecording:
         tuple(remark for remark in remarks if remark),
         stamps,
         tuple(videos),
-        lead.values[all_channels.within],
-        sum(len(group) for group in channels[: all_channels.lead]),
+        streams[aligned.lead].values[aligned.within],
+        sum(len(device.channels) for device in devices[: aligned.lead]),
         precision,
     )
 
 
 def camera_remarks(name: str, arrived: NDArray[np.float64]) -> list[str]:
-    """What is said of a camera that was away for a while."""
+    """A sentence about a camera that was away for a while."""
     away = np.diff(arrived)
     away = away[away > SILENT_SECONDS]
     if not len(away):
@@ -447,11 +461,7 @@ def camera_remarks(name: str, arrived: NDArray[np.float64]) -> list[str]:
     return [f"{name} was away {times}, {away.sum():.1f} s in all; its video has no frames then."]
 
 
-def _torn_remark(count: int) -> str:
-    return f"The last {count} bytes of the journal were torn and are left out."
-
-
-def _device_timestamps(
+def _fit_device(
     block: Block, breaks: NDArray[np.int64], counted: bool, rate: float
 ) -> Timestamps | None:
     """When the samples were taken; None where only the arrivals tell."""
@@ -461,17 +471,15 @@ def _device_timestamps(
         return fit_timestamps(block.arrived, block.ticks, breaks, rate)
     # Without a counter the samples count themselves, if they come evenly.
     ticks = np.arange(len(block)) if block.ticks is None else block.ticks
-    timestamps = fit_timestamps(block.arrived, ticks, breaks, rate, counted=False)
-    even = timestamps.residual <= _UNEVEN * timestamps.rate and len(
-        timestamps.stretches
-    ) < 0.1 * len(timestamps.host)
-    return timestamps if even else None
+    fitted = fit_timestamps(block.arrived, ticks, breaks, rate, counted=False)
+    few_stretches = len(fitted.stretches) < 0.1 * len(block)
+    return fitted if fitted.residual <= _UNEVEN * fitted.rate and few_stretches else None
 
 
 def loss_remark(
     name: str, stream: DeviceStream, ticks: NDArray[Any] | None, counted: bool = True
 ) -> str:
-    """What is said of samples that are missing."""
+    """A sentence about samples that are missing; empty where none are."""
     if not len(stream.host):
         return f"{name} gave nothing while it was recorded; its channels are empty."
     sentences, gaps = [], len(stream.away)

@@ -351,7 +351,7 @@ def open_cameras(names: Sequence[str]) -> list[tuple[str, Capture]]:
             if any(name == other for other, _ in opened):
                 raise InputError(f"The {name} is named twice; name it once.")
             opened.append((name, open_camera(which)))
-    except BaseException:  # whatever that is: those before it are let go of
+    except BaseException:  # whatever that is: those before it are released
         for _, capture in opened:
             capture.release()
         raise

@@ -118,8 +118,8 @@ BURST = 0.004
 BACKLOG = 65_536
 #: Seconds after which a thread that does not answer is taken for broken.
 PATIENCE = 10.0
-#: Seconds that whoever opens a port takes until what comes is kept, as a board takes to start: the
-#: first of it would be dropped with what was there before.
+#: Seconds that a program takes after opening a port until what comes is kept, as a board takes to
+#: start: the first of it would be dropped with what was there before.
 OPENING = 0.25
 
 

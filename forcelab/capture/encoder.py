@@ -3,7 +3,7 @@
 It speaks lines of text at 230,400 baud. A command is a letter, two hexadecimal digits for a
 register, and up to eight for a value: ``R0E`` reads, ``W0B1`` writes, ``S0E`` sends register 0E
 again and again. The answer has the letter in lower case, or ``e`` for an error, the register, eight
-digits of value, eight of the device's clock if it was told to, and an exclamation mark; blanks may
+digits of value, eight of the device's clock if so configured, and an exclamation mark; blanks may
 stand between them. Its clock counts 1/512 s.
 
 A stream comes at a fixed interval, but only when the count has changed by more than a threshold:

@@ -497,7 +497,7 @@ def fallback_folders() -> tuple[Path, ...]:
 
 
 def is_being_written(path: Path) -> bool:
-    """Whether a process that is alive writes this journal; False where that cannot be told."""
+    """Whether a process that is alive writes this journal; False where that is unknown."""
     try:
         with FileIO(path, "r") as file:
             return not _lock(file)

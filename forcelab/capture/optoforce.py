@@ -371,7 +371,7 @@ class OptoForce(PortDevice):
         return f"OptoForce DAQ {self.serial}" if self.serial else f"The DAQ at {self._path}"
 
     def _candidate_ports(self) -> Sequence[str]:
-        """Where it was, and wherever a DAQ may be if it can be told by its serial number."""
+        """Where it was, and wherever a DAQ may be if its serial number is known."""
         others = [path for path in self._ports() if path != self._path] if self.serial else []
         return (self._path, *others)
 

@@ -152,7 +152,7 @@ class Recorder(Closable):
             self._part = error.part
             raise
         if self._part is not None and recording.added.status != "new":
-            # It is this recording's own part: whoever does not want it may discard it still.
+            # It is this recording's own part, which may still be discarded.
             added = replace(recording.added, status="new")
             recording = replace(recording, added=added, heads=self._part.heads)
         self._forget(journal, contents)

@@ -504,7 +504,7 @@ class _FirstLines:
             return 0.0
         third = max(len(counts) // 3, 1)
         first, last, rate = 0, len(counts) - 1, 0.0
-        for _ in range(4):  # who waited least depends on the rate, but little
+        for _ in range(4):  # which waited least depends on the rate, but little
             rate = float((counts[last] - counts[first]) / max(stamps[last] - stamps[first], 1e-6))
             waited = stamps - counts / rate
             first = int(np.argmin(waited[:third]))

@@ -1,8 +1,9 @@
-"""Whether the zero of a force sensor drifts, as by temperature, by what is done with the sensor.
+"""Whether the zero of a force sensor drifts, as by temperature, while it is used.
 
-Nothing tells when a sensor is unloaded. But whoever handles things makes its readings change, and
-lets go of them again and again: a level that is quiet, near the zero as it was known, and there for
-many windows is the zero as it is now. A load that is held steadily is farther from zero than that.
+Nothing tells when a sensor is unloaded. But a person who handles things makes its readings change,
+and lets go of them again and again: a level that is quiet, near the zero as it was known, and there
+for many windows is the zero as it is now. A load that is held steadily is farther from zero than
+that.
 """
 
 from __future__ import annotations

@@ -82,7 +82,7 @@ class LiveTrack:
         self._problem = ""
         try:
             self.begin(self.take_fresh(), keeping=keeping, firsts=firsts)
-        except Exception as error:  # noqa: BLE001 - logged, and told with what is kept
+        except Exception as error:  # noqa: BLE001 - logged, and reported with what is kept
             self.fail(error)
 
     def fail(self, error: Exception) -> None:
@@ -335,7 +335,7 @@ class Connection:
 
     def _open_recorder(self) -> Recorder:
         if self.recorder is None:
-            raise InputError("The devices were released; connect them again.")
+            raise InputError("The devices were disconnected; connect them again.")
         return self.recorder
 
 

@@ -410,7 +410,7 @@ class CaptureController(QObject):
         return CaptureState.UNSAVED if self.connection.has_recording else CaptureState.READY
 
     def _error_text(self, error: ForcelabError) -> str:
-        """What went wrong, and of a recording that could not be kept what is to be done now."""
+        """What went wrong, and how to keep a recording that could not be kept."""
         if self.phase is not CaptureState.UNSAVED:
             return str(error)
         return (

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 #: How a device was found: its name, what it is, and whether it may be opened.
 FoundDevice = tuple[str, str, bool]
-#: What is kept with a row: ``"device"`` or ``"camera"``, its name, and how it was found.
+#: Data of a row: ``"device"`` or ``"camera"``, its name, and how it was found.
 _KIND, _NAME, _FOUND = (Qt.ItemDataRole.UserRole + i for i in range(3))
 
 

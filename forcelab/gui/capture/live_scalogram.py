@@ -62,7 +62,7 @@ class LiveScalogramView(QWidget):
         self._image: tuple[RollingImage, bool, QImage] | None = None
         self.setAccessibleName("Live scalogram")
         self.setToolTip(
-            "Right of the line wavelets have not passed yet: what is seen there is estimated "
+            "Right of the line the picture is estimated, as wavelets have not passed yet: "
             "0.1, 0.4 and 1.6 s after the force, each time better."
         )
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)

@@ -33,7 +33,7 @@ ROW, CELL, FEWEST, MOST = 17, 128, 3, 6
 WIDEST = 240
 #: Probability above which an action is likelier than all others together.
 LIKELY = 0.5
-#: Width of what is left for the present action, in pixels.
+#: Width of the current action's column, in pixels.
 LARGE = 190
 
 
@@ -45,8 +45,8 @@ class CurrentAction(QWidget):
         self._controller = controller
         self._accessible_action = ""
         self.setToolTip(
-            "Large: the action of the latest label, as it is kept. Bars: how probable each "
-            "action is by itself, before the filters or the decoder decide."
+            "Large: the action of the latest label, as it is kept. Bars: the probability of each "
+            "action before the filters or the decoder decide."
         )
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         self.refresh()
@@ -98,7 +98,7 @@ class CurrentAction(QWidget):
     def _set_accessible_text(self, action: str) -> None:
         if action != self._accessible_action or not self.accessibleName():
             self._accessible_action = action
-            self.setAccessibleName(f"Present action: {action or 'unlabelled'}")
+            self.setAccessibleName(f"Current action: {action or 'unlabelled'}")
 
     def _paint_action(self, painter: QPainter, action: str, explained: str) -> None:
         box = QRectF(0, 1, LARGE - 16, self.height() - 2)
@@ -158,7 +158,7 @@ class CurrentAction(QWidget):
 
 #: Milliseconds by which the arrows change the latency.
 STEP = 50
-#: Under which a row of the list keeps what is said of it.
+#: The role of a row's description.
 TIP = Qt.ItemDataRole.ToolTipRole
 
 
@@ -169,7 +169,7 @@ class RecogniserChoice:
         self._controller, self._parent = controller, parent
         self._offered: tuple[RecogniserSelection, ...] = ()
         self.which = ElidedComboBox()
-        self.which.setAccessibleName("Recogniser that labels what comes")
+        self.which.setAccessibleName("Recogniser for live labels")
         self.which.activated.connect(self._chosen)
         self.latency = QSpinBox()
         self.latency.setRange(LATENCIES[0], LATENCIES[-1])

@@ -203,8 +203,8 @@ def _consequence(unsure: bool, in_memory: str) -> str:
     if not unsure:
         return "If the window is closed, the recording ends and is kept."
     text = (
-        "If the window is closed, it is tried to keep the recording. If that fails, what is on "
-        "the disk is offered the next time."
+        "If the window is closed, saving is tried once more. If that fails, what is on the disk "
+        "is offered the next time."
     )
     if in_memory:
         text += (

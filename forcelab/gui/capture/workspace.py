@@ -78,7 +78,7 @@ class CameraView(QWidget):
                 self._paint_gone(painter)
 
     def _paint_gone(self, painter: QPainter) -> None:
-        """What is shown is not how it is now."""
+        """Veil a frame that is not the present one."""
         veil = QColor(colours().panel)
         veil.setAlphaF(0.75)
         painter.fillRect(self.rect(), veil)

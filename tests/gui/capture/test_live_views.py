@@ -80,7 +80,7 @@ def test_the_stream_is_labelled_and_the_track_is_kept_as_a_prediction(
     assert not page.recogniser.which.isEnabled()
     until(lambda: page.controller.recorder.state().devices[0].samples > 600)
     window.grab()  # draws rows, bars and texts
-    said = page.recognition.current_action.accessibleName().removeprefix("Present action: ")
+    said = page.recognition.current_action.accessibleName().removeprefix("Current action: ")
     assert said in ("still", "grab", "hold", "release")
     snapshot = page.controller.live_model.track.snapshot
     assert sum(snapshot.probabilities) == pytest.approx(1.0)
