@@ -67,6 +67,9 @@ BUSY_STATES = frozenset(
     }
 )
 
+#: States in which there is nothing to wait for or to keep, and settings may change.
+IDLE_STATES = frozenset({CaptureState.DISCONNECTED, CaptureState.READY})
+
 #: The sign of a running recording.
 RECORD_DOT = "\N{BLACK CIRCLE}"
 #: Milliseconds within which discarding must be asked for a second time.
@@ -362,7 +365,7 @@ class CaptureController(QObject):
     def recover(self) -> None:
         """Make demonstrations of the unfinished recordings."""
         project = self.document.project
-        if project is not None and self.phase in (CaptureState.DISCONNECTED, CaptureState.READY):
+        if project is not None and self.phase in IDLE_STATES:
             after = self.phase
             self._run_job(
                 CaptureState.RECOVERING,

@@ -10,7 +10,7 @@ from PySide6.QtCore import QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPalette
 from PySide6.QtWidgets import QLabel, QSizePolicy, QSpinBox, QVBoxLayout, QWidget
 
-from forcelab.gui.capture.controller import CaptureController, CaptureState
+from forcelab.gui.capture.controller import IDLE_STATES, CaptureController, CaptureState
 from forcelab.gui.capture.live_model import (
     LATENCIES,
     LiveModelController,
@@ -209,11 +209,8 @@ class RecogniserChoice:
 
     def _enable(self) -> None:
         """The recogniser of a recording stays the same from its start to its end."""
-        free = self._controller.phase in (
-            CaptureState.DISCONNECTED,
-            CaptureState.CONNECTING,
-            CaptureState.READY,
-        )
+        phase = self._controller.phase
+        free = phase in IDLE_STATES or phase is CaptureState.CONNECTING
         has_project = self._controller.document.project is not None
         self.which.setEnabled(free and has_project)
         self.latency.setEnabled(free and self._controller.live_model.selection is not None)

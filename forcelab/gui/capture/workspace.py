@@ -18,7 +18,13 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from forcelab.gui.capture.controller import BUSY_STATES, RECORD_DOT, CaptureController, CaptureState
+from forcelab.gui.capture.controller import (
+    BUSY_STATES,
+    IDLE_STATES,
+    RECORD_DOT,
+    CaptureController,
+    CaptureState,
+)
 from forcelab.gui.capture.device_list import DeviceList
 from forcelab.gui.capture.live_plot import LiveView
 from forcelab.gui.capture.live_scalogram import LiveScalogramView, ScalogramChoice
@@ -232,19 +238,14 @@ class NextRecording(QWidget):
         """Show what can be changed now."""
         phase = self._controller.phase
         for field in (self.task, self.name, self.countdown):
-            field.setEnabled(
-                phase in (CaptureState.DISCONNECTED, CaptureState.READY, CaptureState.CONNECTING)
-            )
+            field.setEnabled(phase in IDLE_STATES or phase is CaptureState.CONNECTING)
         if phase is CaptureState.READY and self.name.text() and not self._controller.name:
             self.name.clear()
         self.show_name()
 
     def show_name(self) -> None:
         """Show the name of the next recording."""
-        if (
-            self._controller.phase in (CaptureState.DISCONNECTED, CaptureState.READY)
-            and self.isVisible()
-        ):
+        if self._controller.phase in IDLE_STATES and self.isVisible():
             self.name.setPlaceholderText(self._controller.next_name())
 
     def _project_changed(self) -> None:
@@ -264,6 +265,21 @@ class NextRecording(QWidget):
         self._controller.countdown = int(self.countdown.currentData())
 
 
+#: Texts of the buttons; else "Disconnect" and "Record".
+CONNECT_TEXTS = {
+    CaptureState.DISCONNECTED: "Connect",
+    CaptureState.CONNECTING: "Connecting…",
+    CaptureState.DISCONNECTING: "Disconnecting…",
+}
+RECORD_TEXTS = {
+    CaptureState.COUNTDOWN: "Cancel",
+    CaptureState.STARTING: "Starting…",
+    CaptureState.RECORDING: "Stop and keep",
+    CaptureState.SAVING: "Keeping…",
+    CaptureState.DISCARDING: "Discarding…",
+    CaptureState.RECOVERING: "Recovering…",
+    CaptureState.UNSAVED: "Retry saving",
+}
 #: Width of the left side at least, in pixels.
 SIDE = 250
 #: The same of both sides when they are first laid out; what is added goes to the right one.
@@ -450,31 +466,17 @@ class CaptureWorkspace(QWidget):
     def _changed(self) -> None:
         """Show what can be pressed now, and how it is called."""
         controller, phase = self.controller, self.controller.phase
-        apart = phase is CaptureState.DISCONNECTED
         if phase is not CaptureState.RECORDING:
             self.held_keys.forget_tap()
-        text = "Connect" if apart else "Disconnect"
-        under_way = {
-            CaptureState.CONNECTING: "Connecting…",
-            CaptureState.DISCONNECTING: "Disconnecting…",
-        }
-        _label_button(self.connect_button, under_way.get(phase, text))
+        _label_button(self.connect_button, CONNECT_TEXTS.get(phase, "Disconnect"))
         set_enabled_with_reason(self.connect_button, self._obstacle_to_connect(phase))
-        self.device_list.set_choosing(apart)
+        self.device_list.set_choosing(phase is CaptureState.DISCONNECTED)
         zeroing = phase in (CaptureState.READY, CaptureState.COUNTDOWN)
         set_enabled_with_reason(
             self.zero_button, "" if zeroing else "Connect devices before zeroing them."
         )
-        words = {
-            CaptureState.COUNTDOWN: "Cancel",
-            CaptureState.STARTING: "Starting…",
-            CaptureState.RECORDING: "Stop and keep",
-            CaptureState.SAVING: "Keeping…",
-            CaptureState.DISCARDING: "Discarding…",
-            CaptureState.RECOVERING: "Recovering…",
-            CaptureState.UNSAVED: "Retry saving",
-        }
-        _label_button(self.record_button, words.get(phase, "Record"), keys().shown("record"))
+        text = RECORD_TEXTS.get(phase, "Record")
+        _label_button(self.record_button, text, keys().shown("record"))
         self._update_record_button()
         self._update_discard_button()
         _label_button(
@@ -484,7 +486,7 @@ class CaptureWorkspace(QWidget):
             "Make demonstrations of recordings that a crash or a power cut ended"
         )
         self.recover_button.setVisible(controller.unfinished > 0)
-        self.recover_button.setEnabled(phase in (CaptureState.DISCONNECTED, CaptureState.READY))
+        self.recover_button.setEnabled(phase in IDLE_STATES)
 
     def _obstacle_to_connect(self, phase: CaptureState) -> str:
         """Why devices cannot be connected or disconnected now; empty where they can."""
@@ -518,10 +520,7 @@ class CaptureWorkspace(QWidget):
             CaptureState.UNSAVED,
         )
         last = controller.last_recording
-        if last.recording is not None and controller.phase in (
-            CaptureState.READY,
-            CaptureState.DISCONNECTED,
-        ):
+        if last.recording is not None and controller.phase in IDLE_STATES:
             can = True
             name = self.fontMetrics().elidedText(last.recording.added.name, NAMES, SIDE // 3)
             text = f"Really discard '{name}'" if last.confirming else f"Discard '{name}'"
