@@ -26,7 +26,7 @@ from forcelab.capture.journal import (
 from forcelab.demonstration import VideoReference
 from forcelab.errors import InputError
 from forcelab.project import Added, Project
-from forcelab.project.loading import Camera, camera_stamps
+from forcelab.project.media import Camera, camera_stamps
 from forcelab.project.records import Incoming
 
 #: Name of the folder in a project that holds recordings while they last.
@@ -79,7 +79,7 @@ class RecoveredRecording:
 
 def next_name(project: Project, task: str) -> str:
     """The next name of a task's demonstrations: the task and the number after the largest one."""
-    names = [demonstration.name for demonstration in project.demonstrations(task)]
+    names = [demonstration.name for demonstration in project.demonstrations.infos(task)]
     names += [path.stem for path in (project.path / CAPTURES).glob(f"*{SUFFIX}")]
     numbered = re.compile(re.escape(task) + r" (\d+)(?: \(\d+\))?")
     numbers = [int(match[1]) for name in names if (match := numbered.fullmatch(name))]
@@ -102,14 +102,16 @@ def save(path: Path, contents: JournalReader) -> SavedRecording:
         source=f"captured {contents.header.get('started', '')} from {devices}",
     )
     with Project.open(path) as project:
-        (added,) = project.add_all([incoming])
-        heads = {track.author: project.head(added.id, track.author) for track in incoming.tracks}
+        (added,) = project.demonstrations.add_all([incoming])
+        heads = {
+            track.author: project.tracks.head(added.id, track.author) for track in incoming.tracks
+        }
         try:
             further = [
                 _attach_beside(project, added.id, camera) for camera in assembled.cameras[1:]
             ]
             cameras = camera_stamps((*assembled.cameras[:1], *further)) if further else {}
-            project.attach_stamps(added.id, assembled.stamps | cameras)
+            project.media.attach_stamps(added.id, assembled.stamps | cameras)
             _compare(project, added, assembled)
         except BaseException as error:  # whatever that is: the next try begins anew
             if added.status == "new":
@@ -128,7 +130,7 @@ def save(path: Path, contents: JournalReader) -> SavedRecording:
 
 def _compare(project: Project, added: Added, assembled: AssembledRecording) -> None:
     """Hold what the project stored against what was recorded, before the journal may go."""
-    stored = project.load(added.id)
+    stored = project.demonstrations.load(added.id)
     columns = slice(assembled.lead_column, assembled.lead_column + assembled.lead_values.shape[1])
     if not (
         np.array_equal(stored.times, assembled.demonstration.times)
@@ -144,7 +146,7 @@ def _compare(project: Project, added: Added, assembled: AssembledRecording) -> N
 def _take_back(project: Project, part: SavedRecording, error: BaseException) -> None:
     """Remove what was added before something went wrong; raises where that goes wrong too."""
     try:
-        project.discard(part.added.id, part.heads)
+        project.demonstrations.discard(part.added.id, part.heads)
     except InputError as second:
         # Whatever it was: that something is half done has to be said before anything else.
         first = error if isinstance(error, InputError) else f"It ended early ({error!r})."
@@ -157,7 +159,7 @@ def _take_back(project: Project, part: SavedRecording, error: BaseException) -> 
 
 def _attach_beside(project: Project, id_: str, camera: Camera) -> Camera:
     """Keep a further camera's video beside a recording."""
-    copy = project.attach_beside(id_, camera.video.path)
+    copy = project.media.attach_file(id_, camera.video.path)
     return Camera(camera.name, VideoReference(copy, camera.video.clock))
 
 
@@ -172,9 +174,10 @@ def discard(path: Path, recording: SavedRecording) -> None:
         raise InputError(f"'{recording.added.name}' was in the project before; it stays.")
     with Project.open(path) as project:
         if any(
-            demonstration.id == recording.added.id for demonstration in project.demonstrations()
+            demonstration.id == recording.added.id
+            for demonstration in project.demonstrations.infos()
         ):
-            project.discard(recording.added.id, recording.heads)
+            project.demonstrations.discard(recording.added.id, recording.heads)
 
 
 def delete_videos(folder: Path, contents: JournalReader) -> None:

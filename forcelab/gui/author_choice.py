@@ -66,7 +66,7 @@ class AuthorChoice(QWidget):
     def _names(self) -> list[str]:
         """The coders of the project and who labels now."""
         project, author = self._document.project, self._document.author
-        return list(dict.fromkeys([*(() if project is None else project.people()), author]))
+        return list(dict.fromkeys([*(() if project is None else project.coding.people()), author]))
 
     def _chosen(self, index: int) -> None:
         """Label as another coder, and remember it."""

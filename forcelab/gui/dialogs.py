@@ -60,7 +60,7 @@ def confirm_reveal(document: Document, ids: Collection[str], window: QWidget) ->
         Over which the question appears, if there is anything to ask.
     """
     project = document.project
-    hidden = set() if project is None else project.blind_to(document.author) & set(ids)
+    hidden = set() if project is None else project.coding.blind_to(document.author) & set(ids)
     if not hidden:
         return True
     names = [f"'{info.name}'" for info in document.infos if info.id in hidden]

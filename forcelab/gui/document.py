@@ -74,7 +74,7 @@ class Document(Reviewing):
         """
         project = Project.open(path)
         try:
-            infos = project.demonstrations()
+            infos = project.demonstrations.infos()
             project.sync_behind()
         except ForcelabError:
             project.close()
@@ -115,7 +115,7 @@ class Document(Reviewing):
         if self.project is None:
             return False
         with self._reporting_errors() as errors:
-            demonstration = self.project.load(id_)
+            demonstration = self.project.demonstrations.load(id_)
             if demonstration.id == self.id:
                 return True
             labelling = Labelling(self.project, demonstration.id, self.author)
@@ -178,7 +178,7 @@ class Document(Reviewing):
         if self.project is None:
             return False
         with self._reporting_errors() as errors:
-            self.infos = self.project.demonstrations()
+            self.infos = self.project.demonstrations.infos()
         self.listing_changed.emit()
         return not errors
 
@@ -191,7 +191,7 @@ class Document(Reviewing):
 
     def _take_in_info(self, project: Project) -> None:
         """What the project tells of the open demonstration."""
-        new = project.info(self.id)
+        new = project.demonstrations.info(self.id)
         self.infos = tuple(new if info.id == new.id else info for info in self.infos)
 
     def reread(self) -> bool:
@@ -207,7 +207,7 @@ class Document(Reviewing):
             return listed
         old = self.demonstration
         with self._reporting_errors() as errors:
-            new = self.project.load(self.id)
+            new = self.project.demonstrations.load(self.id)
             seen = self._seen_by(self.author, new)
             if self._labelling.refresh():
                 self.select(None)
@@ -229,9 +229,9 @@ class Document(Reviewing):
         if self.project is None:
             return False
         with self._reporting_errors() as errors:
-            before = self.project.vocabularies()
-            done = self.project.rename_action(self.author, old, new, tasks, merge=merge)
-            after = self.project.vocabularies()
+            before = self.project.actions.vocabularies()
+            done = self.project.actions.rename(self.author, old, new, tasks, merge=merge)
+            after = self.project.actions.vocabularies()
         if errors:
             return False
         for task in done.tasks:
@@ -253,8 +253,8 @@ class Document(Reviewing):
         if self.project is None or self.demonstration is None:
             return False
         with self._reporting_errors() as errors:
-            self.project.set_video_clock(self.id, clock)
-            self.demonstration = self.project.load(self.id)
+            self.project.media.set_video_clock(self.id, clock)
+            self.demonstration = self.project.demonstrations.load(self.id)
         if not errors:
             self.demonstration_changed.emit()
         return not errors
@@ -265,7 +265,7 @@ class Document(Reviewing):
             return False
         blind = self.coding_blind
         with self._reporting_errors() as errors:
-            self.project.set_done(self.id, self.author)
+            self.project.coding.set_done(self.id, self.author)
         self.reread()
         if not errors:
             shown = "Marked as done; the labels of others are shown."
@@ -276,7 +276,7 @@ class Document(Reviewing):
         """Whose tracks there are besides the coder's; nobody's while coding blind."""
         if self.project is None or not self.id or self.coding_blind:
             return ()
-        authors = [track.author for track in self.project.tracks(self.id)]
+        authors = [track.author for track in self.project.tracks.of(self.id)]
         if self.outcome is not None and self.reviewed is not None:
             authors.append(self.outcome.proposer)
         return tuple(author for author in authors if author != self.author)

@@ -115,7 +115,7 @@ class Editing(TaskActions):
         """Whether everybody else's labels are hidden from the coder here."""
         if self.project is None or not self.id:
             return False
-        return self.project.is_blind(self.id, self.author)
+        return self.project.coding.is_blind(self.id, self.author)
 
     # What is chosen
 
@@ -208,7 +208,7 @@ class Editing(TaskActions):
         if (run.what, run.moved) != (what, self.segments[index]) or monotonic() > run.until:
             return False
         try:
-            head = self.project.head(self.id, self.author)
+            head = self.project.tracks.head(self.id, self.author)
         except ForcelabError:  # what keeps the store busy is told where labels are written
             return False
         return (run.edit.demonstration, run.edit.author, run.edit.id) == (
@@ -269,7 +269,7 @@ class Editing(TaskActions):
         if self.project is None or self._labelling is None:
             return {}
         try:
-            return self.project.origins(self.id, self.author)
+            return self.project.tracks.origins(self.id, self.author)
         except ForcelabError:  # what keeps the store busy is told where labels are read or written
             return {}
 

@@ -46,8 +46,8 @@ def visible_to(
     ForcelabError
         If it cannot be read.
     """
-    tracks = project.tracks(demonstration.id)
-    blind = project.is_blind(demonstration.id, author)
+    tracks = project.tracks.of(demonstration.id)
+    blind = project.coding.is_blind(demonstration.id, author)
     if blind:
         tracks = tuple(track for track in tracks if track.author == author)
     painted = tuple(action for track in tracks for action in track.actions)
@@ -59,7 +59,7 @@ def visible_to(
         predicted = spelt_as_coded(reviewed.predicted, outcome, reviewed)
         others[outcome.proposer] = predicted
         painted += tuple(segment.action for segment in predicted)
-    listed, like = project.vocabulary(demonstration.task), Vocabulary()
+    listed, like = project.actions.vocabulary(demonstration.task), Vocabulary()
     if outcome is not None and any(action not in listed for action in painted):
         from forcelab.review.run_result import vocabulary_of
 

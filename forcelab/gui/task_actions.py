@@ -55,12 +55,12 @@ class TaskActions(ViewState):
             return False
         task, done = self.demonstration.task, False
         with self._reporting_errors():
-            done = self.project.set_vocabulary(task, vocabulary, before=self._listed)
+            done = self.project.actions.set_vocabulary(task, vocabulary, before=self._listed)
             if done:
                 self._list_actions(vocabulary)
             else:
                 now = self.vocabulary
-                self._list_actions(self.project.vocabulary(task), now.names, now)
+                self._list_actions(self.project.actions.vocabulary(task), now.names, now)
                 self.say("The actions were changed elsewhere; look at them and repeat it.", True)
             self.vocabulary_changed.emit()
         return done
@@ -73,7 +73,7 @@ class TaskActions(ViewState):
             return False
         with self._reporting_errors() as errors:
             wider = self.vocabulary.with_actions(*names)
-            self._list_actions(self.project.add_actions(self.demonstration.task, wider.names))
+            self._list_actions(self.project.actions.add(self.demonstration.task, wider.names))
             self.vocabulary_changed.emit()
         return not errors
 
@@ -99,11 +99,11 @@ class TaskActions(ViewState):
         here = None if self.demonstration is None else self.demonstration.task
         with self._reporting_errors():
             for task, (gone, back) in reverted.actions.items():
-                listed = project.vocabulary(task)  # which others may have changed just now
+                listed = project.actions.vocabulary(task)  # which others may have changed just now
                 now = self._before_renaming(task, listed, gone, back, reverted)
-                if now is None or not project.set_vocabulary(task, now, before=listed):
+                if now is None or not project.actions.set_vocabulary(task, now, before=listed):
                     wider = listed.with_actions(*sorted(back))
-                    now = listed if wider == listed else project.add_actions(task, wider.names)
+                    now = listed if wider == listed else project.actions.add(task, wider.names)
                 if task == here and now != self._listed:
                     shown, listed = self.vocabulary, self._listed
                     besides = tuple(name for name in shown.names if name not in listed)
@@ -120,13 +120,13 @@ class TaskActions(ViewState):
         """
         assert self.project is not None
         # Who codes the task blind would learn from what leaves the list whether others use it.
-        blind = task in self.project.blind_tasks(done.edits[0].author)
+        blind = task in self.project.coding.blind_tasks(done.edits[0].author)
         for one, now, other in self._renamings:
             leaving, coming = {*now.names} - {*other.names}, back - {*now.names}
             fits = leaving <= gone and (coming or done.renames) and back <= {*other.names}
             if not fits or (one, now) != (task, listed):
                 continue
-            if not leaving or not (blind or leaving & self.project.painted_actions(task)):
+            if not leaving or not (blind or leaving & self.project.actions.painted(task)):
                 return other
         return None
 

@@ -12,8 +12,9 @@ from typing import Literal, TypeVar
 
 from forcelab.errors import InputError
 from forcelab.labels import Segment, Segments, ordered
-from forcelab.project.project import Project, UndoResult
+from forcelab.project.project import Project
 from forcelab.project.records import Edit
+from forcelab.project.tracks import UndoResult
 from forcelab.segment_edits import (
     SLIVER,
     erase,
@@ -132,7 +133,7 @@ class Labelling:
     ------
     InputError
         Every verb: as of the function of :mod:`forcelab.segment_edits` that bears its name, and of
-        :meth:`Project.edit`; nothing was written then.
+        ``project.tracks.edit``; nothing was written then.
     StaleTrackError
         Every verb: if another window or process changed the track; :meth:`refresh` and repeat.
     """
@@ -147,12 +148,12 @@ class Labelling:
     def refresh(self) -> bool:
         """Read the track again; gives whether it had changed."""
         before = self.segments
-        self.segments = self.project.track(self.demonstration, self.author).segments
+        self.segments = self.project.tracks.get(self.demonstration, self.author).segments
         return self.segments is not before and self.segments != before
 
     def history(self) -> tuple[Edit, ...]:
         """Every edit of the track, the first one first."""
-        return self.project.history(self.demonstration, self.author)
+        return self.project.tracks.history(self.demonstration, self.author)
 
     def paint(self, start: float, end: float, action: str) -> Edit | None:
         """Paint an action over ``[start, end)``, in seconds."""
@@ -244,7 +245,7 @@ class Labelling:
         Segments of the other track that reach over a bound are cut at it; what is unlabelled there
         becomes unlabelled here.
         """
-        other = self.project.track(self.demonstration, author).segments
+        other = self.project.tracks.get(self.demonstration, author).segments
         after = list(erase(self.segments, start, end))
         for segment in other:
             left, right = max(segment.start, start), min(segment.end, end)
@@ -276,19 +277,19 @@ class Labelling:
 
     def undo(self) -> Edit | None:
         """Take back the latest edit that was not taken back yet; reaches back past restarts."""
-        return self._reverted(self.project.undo(self.demonstration, self.author))
+        return self._reverted(self.project.tracks.undo(self.demonstration, self.author))
 
     def redo(self) -> Edit | None:
         """Take back the latest undo, unless another edit came after it."""
-        return self._reverted(self.project.redo(self.demonstration, self.author))
+        return self._reverted(self.project.tracks.redo(self.demonstration, self.author))
 
     def undo_everywhere(self) -> UndoResult | None:
         """Take back the latest edit, and a renaming in all of the coder's tracks."""
-        return self._reverted(self.project.undo_everywhere(self.demonstration, self.author))
+        return self._reverted(self.project.tracks.undo_everywhere(self.demonstration, self.author))
 
     def redo_everywhere(self) -> UndoResult | None:
         """Take back the latest undo, and that of a renaming in all of the coder's tracks."""
-        return self._reverted(self.project.redo_everywhere(self.demonstration, self.author))
+        return self._reverted(self.project.tracks.redo_everywhere(self.demonstration, self.author))
 
     def _before(self, edit: Edit | None) -> Segments:
         """The track as it was before its latest edit; as it is without one."""
@@ -306,7 +307,7 @@ class Labelling:
         """Write the edit; only then is the track here the new one."""
         if after == self.segments:
             return None
-        edit = self.project.edit(
+        edit = self.project.tracks.edit(
             self.demonstration,
             self.author,
             self.segments,

@@ -94,12 +94,12 @@ class LiveModelController(QObject):
         project = self._document.project
         selections = []
         if project is not None:
-            for stored in reversed(project.recognisers()):
+            for stored in reversed(project.runs.recognisers()):
                 when = stored.time.astimezone().strftime("%Y-%m-%d %H:%M")
                 tasks = stored.settings.get("choice", {}).get("tasks", [])
                 about = " · ".join([*map(str, tasks), when])
                 with suppress(InputError):  # its file is missing: it is not offered
-                    path = project.recogniser_path(stored.id)
+                    path = project.runs.recogniser_path(stored.id)
                     selections.append(RecogniserSelection(stored.name, path, about))
         paths = [selection.path for selection in selections]
         if self.selection is not None and self.selection.path not in paths:
