@@ -212,8 +212,8 @@ def resample(
         out[known] = values[after[known] - 1]
         for gone, back in stream.away:
             # Until it has something to say again, for what it held may have changed unseen.
-            again = own[own >= back]
-            out[(host >= gone) & (host < (again[0] if len(again) else np.inf))] = np.nan
+            later = own[own >= back]
+            out[(host >= gone) & (host < (later[0] if len(later) else np.inf))] = np.nan
         return out
     if len(own) == 1:
         return out

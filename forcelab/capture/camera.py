@@ -457,9 +457,9 @@ class CameraReader:
                 self._silent = True
                 self._count.interrupt()
                 self._report(f"{self.name} gives no picture; look at its cable.")
-        again = getattr(self._capture, "reopen", None)
-        if again is not None and now - self._tried >= _RETRY:
-            again()
+        reopen = getattr(self._capture, "reopen", None)
+        if reopen is not None and now - self._tried >= _RETRY:
+            reopen()
             self._tried = time.monotonic()
 
     def _picture_arrived(self, arrived: float) -> None:

@@ -185,7 +185,7 @@ def _jumps(
     back = np.flatnonzero(steps <= 0) + 1
     edges = np.unique(np.concatenate([[0], known, back, [len(ticks)]]))
     behind = arrived - rate * (ticks - ticks[0])
-    found: list[int] = []
+    jumps: list[int] = []
     # Where the counter went on by one, what comes early is the rest of a backlog.
     doubtful = (off > threshold) & (steps > 0) | (off < -threshold) & (steps > 1)
     for i in (np.flatnonzero(doubtful) + 1).tolist():
@@ -193,7 +193,7 @@ def _jumps(
         first, last = int(edges[place - 1]), int(edges[place])
         if first == i:
             continue
-        low = max(int(np.searchsorted(arrived, arrived[i - 1] - _AROUND)), first, *found[-1:])
+        low = max(int(np.searchsorted(arrived, arrived[i - 1] - _AROUND)), first, *jumps[-1:])
         # Delays end; what still disagrees afterwards is the counter. Where that went on by one, a
         # busy computer is the likelier cause, and is busy for seconds.
         after = _STAYS if steps[i - 1] == 1 else _AROUND
@@ -203,8 +203,8 @@ def _jumps(
         before = float(behind[min(low, i - 1) : i].min())
         stays = float(behind[i : max(high, i + 1)].min()) - before
         if stays * np.sign(off[i - 1]) > 0.75 * threshold:
-            found.append(i)
-    return np.union1d(back, np.array(found, dtype=np.int64))
+            jumps.append(i)
+    return np.union1d(back, np.array(jumps, dtype=np.int64))
 
 
 def _fit_stretch(
@@ -243,8 +243,8 @@ def _running_minimum(values: NDArray[np.float64]) -> NDArray[np.float64]:
 def _punctual(off: NDArray[np.float64], used: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Which windows are not late, by those that were used so far; never none."""
     typical = float(np.median(np.abs(off[used])))
-    found = off <= max(_LATE, 6.0 * typical)
-    return found if found.any() else used
+    punctual = off <= max(_LATE, 6.0 * typical)
+    return punctual if punctual.any() else used
 
 
 def _smooth(values: NDArray[np.float64], weights: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -113,13 +113,13 @@ def optoforce_ports() -> tuple[str, ...]:
 
 def only_port(kind: str) -> str:
     """The path of the only device of a kind; InputError if there is none or several."""
-    found = [port.path for port in find_ports() if port.kind == kind]
-    if len(found) == 1:
-        return found[0]
-    if found:
+    paths = [port.path for port in find_ports() if port.kind == kind]
+    if len(paths) == 1:
+        return paths[0]
+    if paths:
         raise InputError(
-            f"There are {len(found)} devices that may be '{kind}'; say which, such as "
-            f"{kind}:{found[0]} (others: {', '.join(found[1:])})."
+            f"There are {len(paths)} devices that may be '{kind}'; say which, such as "
+            f"{kind}:{paths[0]} (others: {', '.join(paths[1:])})."
         )
     raise InputError(
         f"No device of kind '{kind}' is plugged in; plug it in, or name its port, such as "

@@ -399,20 +399,20 @@ class VirtualSampler(VirtualPort):
         self._sent += len(samples)
         return samples, times
 
-    def _is_sent(
+    def _present(
         self, samples: NDArray[np.int64], times: NDArray[np.float64]
     ) -> NDArray[np.bool_] | slice:
         """Which of some samples leave it."""
         if self._absent is None or not len(times):
             return slice(None)
-        gone = self._absent(times)
-        self._spoiled.append(samples[gone])
-        return np.logical_not(gone)
+        absent = self._absent(times)
+        self._spoiled.append(samples[absent])
+        return np.logical_not(absent)
 
     def _next(self, now: float) -> tuple[NDArray[np.float64], NDArray[Any]]:
         """Device times (s) and readings of the samples that leave it since the last call."""
         samples, times = self._take_samples(now)
-        times = times[self._is_sent(samples, times)]
+        times = times[self._present(samples, times)]
         return times, self._source(times)
 
     def _mark_lost(self) -> None:
@@ -550,7 +550,7 @@ class VirtualOptoForce(VirtualSampler):
         samples, times = self._take_samples(now)
         if not len(samples):
             return b""
-        packets, left = self._packets(times), self._is_sent(samples, times)
+        packets, left = self._packets(times), self._present(samples, times)
         data, intact = self._transmit(packets[left])
         if not intact.all():
             self._spoiled.append(samples[left][~intact])

@@ -314,7 +314,7 @@ class DeviceReader:
 
     def _wait_for_device(self, error: UnpluggedError) -> None:
         """Say that the device is gone, and wait until it is back."""
-        gone = time.monotonic()
+        since = time.monotonic()
         with self._lock:
             self._plugged = False
             self._note(UNPLUGGED)
@@ -332,13 +332,13 @@ class DeviceReader:
                 self._clock.restart()
                 self._zero_drift.interrupt()
                 self._note(PLUGGED)
-            self._report(f"{self.device.name} is back after {self._last_arrival - gone:.1f} s.")
+            self._report(f"{self.device.name} is back after {self._last_arrival - since:.1f} s.")
             return
 
-    def _note(self, what: str) -> None:
+    def _note(self, event: str) -> None:
         """Note an event in the journal, holding the lock."""
         if self._journal is not None:
-            self._journal.note(RecordKind.EVENT, self._number, at=time.monotonic(), what=what)
+            self._journal.note(RecordKind.EVENT, self._number, at=time.monotonic(), what=event)
 
     def _report(self, sentence: str) -> None:
         self._messages.put(sentence)

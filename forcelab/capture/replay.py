@@ -80,8 +80,10 @@ def extract_sensors(demonstration: Demonstration, calibrations: Calibrations) ->
         )
     normal = columns.columns[len(tangential) : 2 * len(tangential)]
     sensors = []
-    for number, (two, one) in enumerate(zip(tangential, normal, strict=True), start=1):
-        recorded = [columns.recorded[place] for place in (*two, *one)]
+    for number, (tangential_places, normal_place) in enumerate(
+        zip(tangential, normal, strict=True), start=1
+    ):
+        recorded = [columns.recorded[place] for place in (*tangential_places, *normal_place)]
         serial = f"SIM{number:05}"
         calibration = calibrations.find(serial, KINDS[0])
         newtons = np.asarray(demonstration.signals[:, recorded])

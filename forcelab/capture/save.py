@@ -37,8 +37,8 @@ def unfinished_journals(path: Path) -> tuple[Path, ...]:
     """Journals of a project (its folder) that no process is writing."""
     if not (path / CAPTURES).is_dir():  # every window that opens a project asks
         return ()
-    found = sorted((path / CAPTURES).glob(f"*{SUFFIX}"))
-    return tuple(journal for journal in found if not is_being_written(journal))
+    journals = sorted((path / CAPTURES).glob(f"*{SUFFIX}"))
+    return tuple(journal for journal in journals if not is_being_written(journal))
 
 
 @dataclass(frozen=True, slots=True)
@@ -276,9 +276,9 @@ def create_journal(
 def _free_stem(folder: Path, name: str) -> str:
     """What the files of a recording are called: its name where that is free and a file's."""
     stem = re.sub(r"[^\w .,()+-]", "_", name).strip(" .")[:80] or "recording"
-    taken = {path.name for path in folder.iterdir()}
+    existing = {path.name for path in folder.iterdir()}
     number, free = 1, stem
-    while any(other.startswith(f"{free}.") for other in taken):
+    while any(other.startswith(f"{free}.") for other in existing):
         number += 1
         free = f"{stem} ({number})"
     return free

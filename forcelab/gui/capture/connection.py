@@ -157,9 +157,9 @@ def _error_message(error: Exception) -> str:
     return f"The recogniser failed ({fault}): the recording is kept without its track."
 
 
-def _are_alike(one: LiveRecognition, other: LiveRecognition) -> bool:
+def _are_alike(first: LiveRecognition, second: LiveRecognition) -> bool:
     """Whether two do the same."""
-    return one.recogniser is other.recogniser and one.latency == other.latency
+    return first.recogniser is second.recogniser and first.latency == second.latency
 
 
 class Connection:

@@ -91,11 +91,15 @@ class DeviceRows(QListWidget):
         )
 
     def add_row(
-        self, name: str, what: str = "", usable: bool = True, found: FoundDevice | None = None
+        self,
+        name: str,
+        description: str = "",
+        usable: bool = True,
+        found: FoundDevice | None = None,
     ) -> QListWidgetItem:
         """Add a row by its name as it is typed, or give the one with that name.
 
-        `what` describes it in words; `usable` is whether it may be opened, and `found` how it was
+        `description` is in words; `usable` is whether it may be opened, and `found` how it was
         found where it is plugged in.
         """
         for row in self.all_items():
@@ -107,9 +111,9 @@ class DeviceRows(QListWidget):
         raw = kind == "optoforce" and "calibration=" not in options
         uncalibrated = "not calibrated: raw counts" if raw else ""
         denied = "" if usable else "not yours to open"
-        lines = [short, what, options, denied, uncalibrated]
+        lines = [short, description, options, denied, uncalibrated]
         item = QListWidgetItem("\n".join(line for line in lines if line))
-        item.setToolTip("\n".join([name, *filter(None, (what, denied, uncalibrated))]))
+        item.setToolTip("\n".join([name, *filter(None, (description, denied, uncalibrated))]))
         item.setData(_KIND, "camera" if kind == "camera" else "device")
         item.setData(_NAME, rest if kind == "camera" else name)
         item.setData(_FOUND, found)
@@ -246,8 +250,6 @@ class DeviceList(QWidget):
         by_hand = settings.strings(BY_HAND)  # a calibration is kept: it is not easily found again
         settings.store(BY_HAND, [n for n in by_hand if n in ticked or "calibration=" in n])
 
-    # Inside
-
     def _add_entry(self) -> None:
         """Take what was written."""
         name = self.entry.text().strip()
@@ -295,8 +297,8 @@ class DeviceList(QWidget):
         found = found_as(item)
         self.rows.takeItem(self.rows.row(item))
         settings.store(BY_HAND, [item for item in settings.strings(BY_HAND) if item != old])
-        what, usable = ("", True) if found is None else found[1:]
-        row = self.rows.add_row(name, what, usable, found=found)
+        description, usable = ("", True) if found is None else found[1:]
+        row = self.rows.add_row(name, description, usable, found=found)
         if found is None or name != found[0]:
             self.add(name)
         row.setCheckState(Qt.CheckState.Checked)

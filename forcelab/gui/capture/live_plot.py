@@ -309,8 +309,6 @@ class LiveView(QWidget):
                 painter.setBrush(Qt.BrushStyle.NoBrush)
                 painter.drawRect(QRectF(self.rect()).adjusted(0.5, 0.5, -0.5, -0.5))
 
-    # Inside
-
     def _devices(self) -> tuple[DeviceState, ...]:
         state = self._controller.state
         return () if state is None else state.devices

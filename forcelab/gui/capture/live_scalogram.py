@@ -46,12 +46,12 @@ COLUMNS, ROWS = 500, 40
 class LiveScalogramView(QWidget):
     """The scalogram of one channel; computed only while it can be seen.
 
-    Its time axis agrees with that of the live channels, `beside` it.
+    Its time axis agrees with that of the live view.
     """
 
-    def __init__(self, controller: CaptureController, jobs: Jobs, beside: QWidget) -> None:
+    def __init__(self, controller: CaptureController, jobs: Jobs, live_view: QWidget) -> None:
         super().__init__()
-        self._controller, self._jobs, self._beside = controller, jobs, beside
+        self._controller, self._jobs, self._live_view = controller, jobs, live_view
         #: Empty for none.
         self.channel = settings.text(CHANNEL)
         #: The newest picture.
@@ -104,7 +104,7 @@ class LiveScalogramView(QWidget):
         with QPainter(self) as painter:
             theme = colours()
             painter.fillRect(self.rect(), QColor(theme.background))
-            left, right = gutter(self.fontMetrics()), float(self._beside.width())
+            left, right = gutter(self.fontMetrics()), float(self._live_view.width())
             plot = QRectF(left, 0, max(right - left, 50), self.height() - 2)
             strip = self.strip
             if strip is not None:
@@ -115,8 +115,6 @@ class LiveScalogramView(QWidget):
             name = self.channel if not line else f"{self.channel}: {line}"
             corner = plot.topLeft() + QPointF(2, 2)
             drawing.draw_plate(painter, corner, name, theme, plot, quiet=not self._problem)
-
-    # Inside
 
     def _ticked(self) -> None:
         if self.isVisible():

@@ -81,9 +81,9 @@ class CameraView(QWidget):
                 top = (self.height() - size.height()) / 2
                 painter.drawImage(QRectF(left, top, size.width(), size.height()), self._image)
             if self._is_away:
-                self._paint_gone(painter)
+                self._paint_veil(painter)
 
-    def _paint_gone(self, painter: QPainter) -> None:
+    def _paint_veil(self, painter: QPainter) -> None:
         """Veil a frame that is not the present one."""
         veil = QColor(colours().panel)
         veil.setAlphaF(0.75)
@@ -101,11 +101,11 @@ class CameraView(QWidget):
         cameras = [] if recorder is None else recorder.cameras
         frame = cameras[0].latest() if cameras else None
         self.setVisible(frame is not None)
-        gone = state is not None and any(
+        is_away = state is not None and any(
             "no picture" in camera.alarms for camera in state.cameras[:1]
         )
-        if gone != self._is_away:
-            self._is_away = gone
+        if is_away != self._is_away:
+            self._is_away = is_away
             self.update()
         if frame is None:
             self._image = None
