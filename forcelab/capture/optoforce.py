@@ -159,7 +159,7 @@ class PacketStream:
         assert self._unwrapper is not None
         arrived = np.concatenate([arrived for _, arrived in pieces])
         unwrapped = self._unwrapper.feed(np.concatenate([p.counts for p, _ in pieces]), arrived)
-        valid = unwrapped.kept
+        valid = unwrapped.is_new
         if not valid.any():
             return None
         counts = np.concatenate([p.values for p, _ in pieces])[valid]

@@ -29,8 +29,8 @@ def source(times):
 
 @pytest.fixture
 def daq():
-    with VirtualOptoForce(source) as device:
-        yield device
+    with VirtualOptoForce(source) as created:
+        yield created
 
 
 def started(*words):
@@ -60,9 +60,9 @@ def test_a_recording_of_two_seconds_is_in_a_new_project(forcelab, daq, tmp_path)
         "--seconds", "2", "--json",
     )  # fmt: skip
     assert result.status == 0, result.err
-    told = result.json
-    assert told["name"] == "LEGO 01"
-    (device,) = told["devices"]
+    output = result.json
+    assert output["name"] == "LEGO 01"
+    (device,) = output["devices"]
     assert device["lost"] == 0
     assert device["channels"] == ["fx1", "fy1", "fz1"]
     assert device["rate"] == pytest.approx(1000, rel=0.01)
@@ -71,7 +71,7 @@ def test_a_recording_of_two_seconds_is_in_a_new_project(forcelab, daq, tmp_path)
         d = opened.demonstrations.load("LEGO 01")
         stamps = opened.media.stamps(d.id)
         assert "optoforce" in opened.demonstrations.info(d.id).source
-    assert told["samples"] == len(d.times)
+    assert output["samples"] == len(d.times)
     assert d.gaps == ()
     assert (np.diff(stamps["ticks_0"]) == 1).all()
     assert len(d.times) > 1500
@@ -128,9 +128,9 @@ def test_ctrl_c_keeps_one_demonstration_though_unplugged_and_plugged_in_again(tm
         process.send_signal(signal.SIGINT)
         out, err = process.communicate(timeout=60)
     assert process.returncode == 0, err
-    told = json.loads(out)
-    assert told["samples"] > 500
-    assert "unplugged" in " ".join(told["remarks"])
+    output = json.loads(out)
+    assert output["samples"] > 500
+    assert "unplugged" in " ".join(output["remarks"])
     assert "is back" in err
     with Project.open(project) as opened:
         (one,) = opened.demonstrations.infos()
@@ -155,10 +155,10 @@ def test_what_the_disk_does_not_take_is_kept_elsewhere_and_can_be_recovered(
     _, err = process.communicate(timeout=60)
     assert process.returncode == 1
     (saved,) = home.glob("*.journal")
-    told = err.splitlines()[-1]
-    assert str(saved) in told
-    assert f"'{project / CAPTURES}'" in told
-    assert "--recover" in told
+    output = err.splitlines()[-1]
+    assert str(saved) in output
+    assert f"'{project / CAPTURES}'" in output
+    assert "--recover" in output
     away.rename(project)
     for part in unfinished_journals(project):  # as far as the disk took it
         part.unlink()
@@ -173,8 +173,8 @@ def test_what_the_disk_does_not_take_is_kept_elsewhere_and_can_be_recovered(
 
 
 def test_a_recording_that_cannot_be_recovered_is_said_and_left(forcelab, tmp_path):
-    with Project.create(tmp_path / "lab.forcelab") as made:
-        project = made.path
+    with Project.create(tmp_path / "lab.forcelab") as created:
+        project = created.path
     (project / CAPTURES).mkdir()
     bad = project / CAPTURES / "bad.journal"
     bad.write_bytes(b"junk")
@@ -185,8 +185,8 @@ def test_a_recording_that_cannot_be_recovered_is_said_and_left(forcelab, tmp_pat
 
 
 def test_a_recording_without_samples_is_said_once_and_gone(forcelab, tmp_path):
-    with Project.create(tmp_path / "lab.forcelab") as made:
-        project = made.path
+    with Project.create(tmp_path / "lab.forcelab") as created:
+        project = created.path
     (project / CAPTURES).mkdir()
     none = project / CAPTURES / "pull 01.journal"
     none.write_bytes(encode_header({"name": "pull 01", "cameras": []}))

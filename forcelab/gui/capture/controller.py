@@ -219,7 +219,7 @@ class CaptureController(QObject):
         """Show a message on the page and in the status line."""
         message = message.replace(LIST_HINT, "press Refresh")
         self.messages.append((message, problem))
-        self.document.say(message, problem)
+        self.document.show_message(message, problem)
         self.messages_changed.emit()
 
     def clear_messages(self) -> None:

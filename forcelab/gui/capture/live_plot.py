@@ -241,7 +241,7 @@ def _paint_row(
     theme = replace(colours(), text=colours().on_unlabelled)
     painter.save()
     painter.setClipRect(box)
-    paint_track(painter, box, axis, segments, looks=styles, theme=theme, veils=fading)
+    paint_track(painter, box, axis, segments, styles=styles, theme=theme, fades=fading)
     painter.restore()
 
 

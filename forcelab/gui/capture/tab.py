@@ -142,7 +142,7 @@ class CaptureTab(QWidget):
         """Say in whatever workspace that a crash has cut recordings off."""
         project = self.document.project
         if project is not None and (count := len(unfinished_journals(project.path))):
-            self.document.say(
+            self.document.show_message(
                 f"{counted(count, 'recording')} cut off by a crash; open Capture to recover "
                 + ("it." if count == 1 else "them."),
                 True,
@@ -151,13 +151,13 @@ class CaptureTab(QWidget):
     def _record(self) -> None:
         """Record or stop, whichever workspace is in front."""
         if self._built is None:
-            self.document.say("Connect devices in the Capture workspace first.", True)
+            self.document.show_message("Connect devices in the Capture workspace first.", True)
         else:
             self._built.record()
 
     def _discard(self) -> None:
         if self._built is None:
-            self.document.say("Nothing is being recorded.")
+            self.document.show_message("Nothing is being recorded.")
         else:
             self._built.controller.discard()
 
@@ -165,7 +165,7 @@ class CaptureTab(QWidget):
         """Open the recording that was kept last."""
         last = None if self._built is None else self._built.controller.last_recording.recording
         if last is None:
-            self.document.say("Nothing was recorded just now.")
+            self.document.show_message("Nothing was recorded just now.")
         else:
             self.document.open_demonstration(last.added.id)
             self.label_wanted.emit()

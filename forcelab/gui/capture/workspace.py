@@ -311,7 +311,7 @@ class CaptureWorkspace(QWidget):
         self.controller.changed.connect(self._changed)
         self.controller.ticked.connect(self._update_record_button)
         document.project_changed.connect(self._project_changed)
-        document.training_changed.connect(self.recogniser.refresh)
+        document.review.training_changed.connect(self.recogniser.refresh)
         keys().changed.connect(self._changed)
         self._changed()
 
@@ -488,7 +488,9 @@ class CaptureWorkspace(QWidget):
             "Make demonstrations of recordings that a crash or a power cut ended"
         )
         self.recover_button.setVisible(controller.unfinished > 0)
-        self.recover_button.setEnabled(phase in IDLE_STATES)
+        set_enabled_with_reason(
+            self.recover_button, "" if phase in IDLE_STATES else "Wait until this is done."
+        )
 
     def _obstacle_to_connect(self, phase: CaptureState) -> str:
         """Why devices cannot be connected or disconnected now; empty where they can."""
