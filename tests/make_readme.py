@@ -64,7 +64,13 @@ def draw_windows(folder: Path) -> None:
         words = ["gui", str(project), "--author", "Ines", *options.split()]
         draw = [sys.executable, "-m", "forcelab", *words, "--screenshot", str(folder / name)]
         subprocess.run(draw, check=True)
-    draw = [sys.executable, "tests/capture_picture.py", str(project), str(folder / "capture.png")]
+    draw = [
+        sys.executable,
+        "-m",
+        "tests.make_capture_picture",
+        str(project),
+        str(folder / "capture.png"),
+    ]
     subprocess.run(draw, cwd=ROOT, check=True)
 
 

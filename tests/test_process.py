@@ -12,11 +12,11 @@ from pathlib import Path
 import process_jobs
 import psutil
 import pytest
-from fake_devices import eventually
 
 from forcelab.errors import ForcelabError, InputError
 from forcelab.jobs import finish
 from forcelab.process import GRACE, run_in_process
+from tests.capture.helpers import eventually
 
 
 def begun(job):

@@ -1,1 +1,1 @@
-"""Devices: what is plugged in."""
+"""Devices and cameras, their clocks, the journal, and how a recording becomes a demonstration."""

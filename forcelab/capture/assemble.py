@@ -6,17 +6,24 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from forcelab.capture.camera import SILENT
-from forcelab.capture.clock_smoother import Stamped, spread, stamped
+from forcelab.capture.camera import SILENT_SECONDS
+from forcelab.capture.clock import missing_samples
+from forcelab.capture.clock_smoother import Timestamps, fit_timestamps, spread_deliveries
 from forcelab.capture.device import Block
-from forcelab.capture.journal import Contents, Kind, Record, Samples, json_of
-from forcelab.capture.reader import PLUGGED, UNPLUGGED
-from forcelab.capture.sample_counter import missed
+from forcelab.capture.journal import (
+    PLUGGED,
+    UNPLUGGED,
+    JournalReader,
+    Record,
+    RecordKind,
+    SampleBuffer,
+    decode_json,
+)
 from forcelab.clock import ClockMap
 from forcelab.demonstration import GAP_PERIODS, Channel, Demonstration, VideoReference
 from forcelab.errors import InputError
@@ -26,19 +33,12 @@ from forcelab.project.media import Camera
 
 @dataclass(eq=False)
 class DeviceLog:
-    """What was recorded of one device.
+    """The recorded samples and breaks of one device."""
 
-    Parameters
-    ----------
-    samples : Samples
-    breaks : list of int
-        Samples before which it was plugged in again.
-    away : list of (float, float)
-        From when to when (host's clock, s) it was unplugged.
-    """
-
-    samples: Samples
+    samples: SampleBuffer
+    #: Samples before which it was plugged in again.
     breaks: list[int] = field(default_factory=list)
+    #: From when to when (host's clock, s) it was unplugged.
     away: list[tuple[float, float]] = field(default_factory=list)
     _since: float | None = None
 
@@ -61,52 +61,31 @@ class DeviceLog:
 
 @dataclass(eq=False)
 class JournalIndex:
-    """All that a journal holds.
-
-    Parameters
-    ----------
-    devices : list of Recorded
-    frames : list of ndarray, shape (m, 3)
-        Of each camera: arrived, the camera's own stamp, and the file's own stamp of each frame (s).
-    marks : list of dict
-        Keys of actions that went down or up.
-    """
+    """All that a journal holds."""
 
     devices: list[DeviceLog]
+    #: Of each camera, shape (m, 3): arrived, the camera's own stamp, and the file's own stamp of
+    #: each frame (s).
     frames: list[NDArray[np.float64]]
+    #: Keys of actions that went down or up.
     marks: list[dict[str, Any]]
 
 
-def sorted_records(records: Iterable[Record], columns: Sequence[int], cameras: int) -> JournalIndex:
-    """Sort records.
-
-    Parameters
-    ----------
-    records : iterable of Record
-        In their order; gone through once.
-    columns : sequence of int
-        Channels of each device.
-    cameras : int
-        How many there are.
-
-    Raises
-    ------
-    InputError
-        If a record is not what it says.
-    """
-    devices = [DeviceLog(Samples(number)) for number in columns]
+def index_records(records: Iterable[Record], columns: Sequence[int], cameras: int) -> JournalIndex:
+    """Sort records by device, of so many `columns` each, and by camera."""
+    devices = [DeviceLog(SampleBuffer(number)) for number in columns]
     rows: list[list[float]] = [[] for _ in range(cameras)]
     marks = []
     for record in records:
-        if record.kind == Kind.BLOCK and record.device < len(devices):
+        if record.kind == RecordKind.BLOCK and record.device < len(devices):
             devices[record.device].samples.add(record.payload)
-        elif record.kind == Kind.EVENT and record.device < len(devices):
-            event = json_of(record)
+        elif record.kind == RecordKind.EVENT and record.device < len(devices):
+            event = decode_json(record)
             devices[record.device].event(event.get("what"), float(event.get("at", np.nan)))
-        elif record.kind == Kind.MARK:
-            marks.append(json_of(record))
-        elif record.kind == Kind.FRAME and record.device < cameras:
-            for stamps in json_of(record)["frames"]:
+        elif record.kind == RecordKind.MARK:
+            marks.append(decode_json(record))
+        elif record.kind == RecordKind.FRAME and record.device < cameras:
+            for stamps in decode_json(record)["frames"]:
                 rows[record.device] += [np.nan if x is None else float(x) for x in stamps]
     for device in devices:
         device.end()
@@ -114,81 +93,50 @@ def sorted_records(records: Iterable[Record], columns: Sequence[int], cameras: i
 
 
 _EDGE = 0.25  # s by which devices may begin or end apart and be cut to what they share
-_AT_ONCE = 1 << 16  # stamps; more would only take memory
-_MISSED = 1.5  # periods apart: a sample is missing between two neighbours that were stamped evenly
+_STAMPS_AT_ONCE = 1 << 16  # stamps; more would only take memory
+_MISSING_PERIODS = (
+    1.5  # periods apart: a sample is missing between two neighbours that were stamped evenly
+)
 
 
 @dataclass(frozen=True, eq=False)
-class Stream:
-    """The samples of one device, on the host's clock.
+class DeviceStream:
+    """The samples of one device, on the host's clock."""
 
-    Parameters
-    ----------
-    host : ndarray of float64, shape (n,)
-        When each was taken, s.
-    values : ndarray of float64, shape (n, c)
-    holds : bool
-        Whether a value holds until the next one.
-    even : bool
-        Whether the stamps come from a clock; else from arrivals.
-    away : tuple of (float, float)
-        From when to when (s) it was unplugged.
-    before : bool
-        Whether the first value of one that holds was there before anything was recorded: then it
-        holds for samples, too, that were on their way when recording began.
-    """
-
+    #: When each was taken (s), shape (n,).
     host: NDArray[np.float64]
+    #: Shape (n, c).
     values: NDArray[np.float64]
+    #: Whether a value holds until the next one.
     holds: bool = False
+    #: Whether the stamps come from a clock; else from arrivals.
     even: bool = True
+    #: From when to when (s) it was unplugged.
     away: tuple[tuple[float, float], ...] = ()
+    #: Whether the first value of one that holds was there before anything was recorded: then it
+    #: holds for samples, too, that were on their way when recording began.
     before: bool = False
 
 
 @dataclass(frozen=True, eq=False)
-class Joined:
-    """All channels on the stamps of one device.
+class AlignedChannels:
+    """All channels on the stamps of one device."""
 
-    Parameters
-    ----------
-    times : ndarray of float64, shape (n,)
-        Seconds from the first sample, strictly increasing.
-    signals : ndarray of float64, shape (n, c)
-        The channels of all devices in their order; NaN where one has no sample near.
-    start : float
-        Host time (s) of time 0.
-    lead : int
-        The device that gives the stamps.
-    within : slice
-        Which of its samples these are: all but those of the moments at the ends in which not all
-        devices had begun, or some had ended.
-    """
-
+    #: Seconds from the first sample, strictly increasing, shape (n,).
     times: NDArray[np.float64]
+    #: The channels of all devices in their order, shape (n, c); NaN where one has no sample near.
     signals: NDArray[np.float64]
+    #: Host time (s) of time 0.
     start: float
+    #: The device that gives the stamps.
     lead: int
+    #: Which of its samples these are: all but those of the moments at the ends in which not all
+    #: devices had begun, or some had ended.
     within: slice
 
 
-def joined(streams: Sequence[Stream], names: Sequence[str]) -> Joined:
-    """Bring all channels onto the stamps of the first device that samples evenly, and did.
-
-    Parameters
-    ----------
-    streams, names
-        One for each device.
-
-    Returns
-    -------
-    Joined
-
-    Raises
-    ------
-    InputError
-        If no device that could lead has two samples.
-    """
+def align(streams: Sequence[DeviceStream], names: Sequence[str]) -> AlignedChannels:
+    """Bring all channels onto the stamps of the first device that samples evenly, and did."""
     even = [i for i, stream in enumerate(streams) if not stream.holds]
     # One that was silent all the time takes nothing away from the others.
     lead = next((i for i in even if len(streams[i].host) > 1), -1)
@@ -200,8 +148,8 @@ def joined(streams: Sequence[Stream], names: Sequence[str]) -> Joined:
             f"Fewer than two samples{which} were recorded; look at its channels live first."
         )
     first = streams[lead]
-    host = _increasing(first.host)
-    begin, end = _shared(host, [s for s in streams if not s.holds and len(s.host)])
+    host = _make_increasing(first.host)
+    begin, end = _shared_time(host, [s for s in streams if not s.holds and len(s.host)])
     within = slice(*np.searchsorted(host, [begin, np.nextafter(end, np.inf)]).tolist())
     if within.stop - within.start < 2:
         within = slice(0, len(host))
@@ -213,15 +161,15 @@ def joined(streams: Sequence[Stream], names: Sequence[str]) -> Joined:
         if i == lead:
             part[:] = stream.values[within]
         else:
-            _onto(host, stream, part)
+            resample(host, stream, part)
         column += part.shape[1]
     start = float(host[0])
     times = host - start
-    times.flags.writeable = signals.flags.writeable = False  # so that nobody needs a copy
-    return Joined(times, signals, start, lead, within)
+    times.flags.writeable = signals.flags.writeable = False  # so that no copy is needed
+    return AlignedChannels(times, signals, start, lead, within)
 
 
-def _increasing(host: NDArray[np.float64]) -> NDArray[np.float64]:
+def _make_increasing(host: NDArray[np.float64]) -> NDArray[np.float64]:
     """Stamps that go on increasing; two stretches may overlap by a delay.
 
     Those that would go back follow the one before by half a period, until they have caught up.
@@ -235,41 +183,27 @@ def _increasing(host: NDArray[np.float64]) -> NDArray[np.float64]:
     return increasing
 
 
-def _shared(host: NDArray[np.float64], streams: Sequence[Stream]) -> tuple[float, float]:
+def _shared_time(host: NDArray[np.float64], streams: Sequence[DeviceStream]) -> tuple[float, float]:
     """The time that all devices share, where they begin and end a moment apart."""
     begins = [float(s.host[0]) for s in streams if abs(s.host[0] - host[0]) < _EDGE]
     ends = [float(s.host[-1]) for s in streams if abs(s.host[-1] - host[-1]) < _EDGE]
     return max(begins, default=-np.inf), min(ends, default=np.inf)
 
 
-def onto(host: NDArray[np.float64], stream: Stream) -> NDArray[np.float64]:
-    """A device's channels at other stamps.
+def resample(
+    host: NDArray[np.float64], stream: DeviceStream, out: NDArray[np.float64] | None = None
+) -> NDArray[np.float64]:
+    """A device's channels at other stamps (s, host's clock): NaN where no sample is near.
 
-    Parameters
-    ----------
-    host : ndarray of float64, shape (n,)
-        The stamps, in seconds of the host's clock.
-    stream : Stream
-        The device.
-
-    Returns
-    -------
-    ndarray of float64, shape (n, c)
-        NaN where it has no sample near.
+    Shape (n, c); written into `out` if that is given.
     """
-    out = np.empty((len(host), stream.values.shape[1]))
-    _onto(host, stream, out)
-    return out
-
-
-def _onto(host: NDArray[np.float64], stream: Stream, out: NDArray[np.float64]) -> None:
-    """As :func:`onto`, into an array."""
     own, values = stream.host, stream.values
-    if len(own):
-        own = _increasing(own)
+    if out is None:
+        out = np.empty((len(host), values.shape[1]))
     out[:] = np.nan
     if len(own) == 0:
-        return
+        return out
+    own = _make_increasing(own)
     if stream.holds:
         after = np.searchsorted(own, host, side="right")
         if stream.before:
@@ -278,18 +212,19 @@ def _onto(host: NDArray[np.float64], stream: Stream, out: NDArray[np.float64]) -
         out[known] = values[after[known] - 1]
         for gone, back in stream.away:
             # Until it has something to say again, for what it held may have changed unseen.
-            again = own[own >= back]
-            out[(host >= gone) & (host < (again[0] if len(again) else np.inf))] = np.nan
-        return
+            later = own[own >= back]
+            out[(host >= gone) & (host < (later[0] if len(later) else np.inf))] = np.nan
+        return out
     if len(own) == 1:
-        return
-    apart = (_MISSED if stream.even else GAP_PERIODS) * float(np.median(np.diff(own)))
-    for first in range(0, len(host), _AT_ONCE):
-        part = slice(first, first + _AT_ONCE)
-        _between(host[part], own, values, apart, out[part])
+        return out
+    apart = (_MISSING_PERIODS if stream.even else GAP_PERIODS) * float(np.median(np.diff(own)))
+    for first in range(0, len(host), _STAMPS_AT_ONCE):
+        part = slice(first, first + _STAMPS_AT_ONCE)
+        _interpolate(host[part], own, values, apart, out[part])
+    return out
 
 
-def _between(
+def _interpolate(
     host: NDArray[np.float64],
     own: NDArray[np.float64],
     values: NDArray[np.float64],
@@ -313,77 +248,76 @@ def _between(
 
 #: Seconds between a key going up and down again that no finger is as fast as. On X a held key
 #: repeats as a release and a press; where these are read one by one, nothing tells what they are.
-BRIDGE = 0.03
+AUTOREPEAT_SECONDS = 0.03
 
 
 class LiveMarks:
-    """Grows while keys go down and up, in any clock's seconds that never run back.
-
-    Attributes
-    ----------
-    segments : list of Segment
-        Those that have ended.
-    """
+    """Grows while keys go down and up, in any clock's seconds that never run back."""
 
     def __init__(self) -> None:
         self.segments: list[Segment] = []
         self._held: list[str] = []
         self._since = 0.0
-        self._lifted: tuple[str, float] | None = None  # may come down again at once
+        self._released: tuple[str, float] | None = None  # may come down again at once
 
     def press(self, action: str, down: bool, now: float) -> None:
         """The key of an action went down or up."""
-        lifted = self._lifted
-        if down and lifted is not None and lifted[0] == action and now - lifted[1] <= BRIDGE:
-            self._lifted = None
+        released = self._released
+        if (
+            down
+            and released is not None
+            and released[0] == action
+            and now - released[1] <= AUTOREPEAT_SECONDS
+        ):
+            self._released = None
             return
         self._settle()
         if down:
-            self._take(action, now)
+            self._release(action, now)
             self._held.append(action)
         else:
-            self._lifted = action, now
+            self._released = action, now
 
-    def growing(self) -> tuple[str, float] | None:
+    def current(self) -> tuple[str, float] | None:
         """The action that counts now, and since when; None where no key is down."""
         self._settle()
         return (self._held[-1], self._since) if self._held else None
 
     def end(self, now: float) -> None:
-        """No key is heard any more."""
+        """Keys mark nothing any more."""
         self._settle()
-        self._until(now)
+        self._extend(now)
         self._held.clear()
 
     def track(self, now: float, since: float = 0.0) -> list[Segment]:
         """All segments that end after a time, with the one that grows."""
-        seen = []
+        segments = []
         for segment in reversed(self.segments):
             if segment.end <= since:
                 break
-            seen.append(segment)
-        seen.reverse()
-        lifted, until = self._lifted or ("", now)
-        if self._held and until > self._since:
-            seen.append(Segment(self._since, until, self._held[-1]))
-        below = [action for action in self._held if action != lifted]
-        if below and now > until:
-            seen.append(Segment(until, now, below[-1]))
-        return seen
+            segments.append(segment)
+        segments.reverse()
+        released, released_at = self._released or ("", now)
+        if self._held and released_at > self._since:
+            segments.append(Segment(self._since, released_at, self._held[-1]))
+        below = [action for action in self._held if action != released]
+        if below and now > released_at:
+            segments.append(Segment(released_at, now, below[-1]))
+        return segments
 
     def _settle(self) -> None:
         """What went up stays up."""
-        if self._lifted is not None:
-            (action, at), self._lifted = self._lifted, None
-            self._take(action, at)
+        if self._released is not None:
+            (action, at), self._released = self._released, None
+            self._release(action, at)
 
-    def _take(self, action: str, now: float) -> None:
+    def _release(self, action: str, now: float) -> None:
         """Hold an action no more, from a time on."""
-        self._until(now)
+        self._extend(now)
         if action in self._held:
             self._held.remove(action)
 
-    def _until(self, now: float) -> None:
+    def _extend(self, now: float) -> None:
         """The action that counts has lasted until a time."""
         if self._held and now > self._since:
             action, start = self._held[-1], self._since
@@ -402,154 +336,150 @@ _FORCE = re.compile(r"([ft][xyz])(\d*)")
 
 @dataclass(frozen=True, eq=False)
 class AssembledRecording:
-    """What a journal held.
-
-    Parameters
-    ----------
-    demonstration : Demonstration
-    track : Track or None
-        What was marked live; None where nothing was.
-    remarks : tuple of str
-        What is to be said, a sentence each.
-    stamps : dict of str to ndarray
-        The raw stamps: ``devices`` (names), and of device i ``arrived_i`` (s, host's monotonic
-        clock), ``ticks_i`` (where it has a counter) and ``clock_i``: offset (s), rate (s a tick)
-        and residual (s); of camera i ``frames_i``, shape (m, 2): arrived and the camera's own
-        stamp (s; NaN where it tells none); ``start`` (s, host's monotonic clock) of time 0.
-    filmed : tuple of Camera
-        The cameras that gave pictures; the first one's video is the demonstration's.
-    recorded : ndarray of float64, shape (n, c)
-        What the device that gave the stamps sent in the time of the demonstration.
-    column : int
-        Of its first channel in the demonstration.
-    precision : float
-        To how many seconds the stamps are known, those of the worst device: the residual of its
-        clock, or where only arrivals tell the longest time over which a delivery was spread.
-    """
+    """A journal's demonstration, and what is stored beside it."""
 
     demonstration: Demonstration
+    #: What was marked live; None where nothing was.
     track: Track | None
+    #: Sentences for the user.
     remarks: tuple[str, ...]
+    #: The raw stamps: ``devices`` (names), and of device i ``arrived_i`` (s, host's monotonic
+    #: clock), ``ticks_i`` (where it has a counter) and ``clock_i``: offset (s), rate (s a tick) and
+    #: residual (s); of camera i ``frames_i``, shape (m, 2): arrived and the camera's own stamp (s;
+    #: NaN where it has none); ``start`` (s, host's monotonic clock) of time 0.
     stamps: dict[str, NDArray[Any]]
-    filmed: tuple[Camera, ...]
-    recorded: NDArray[np.float64]
-    column: int
+    #: The cameras that gave pictures; the first one's video is the demonstration's.
+    cameras: tuple[Camera, ...]
+    #: What the device that gave the stamps sent in the time of the demonstration, shape (n, c), and
+    #: the place of its first channel in that.
+    lead_values: NDArray[np.float64]
+    lead_column: int
+    #: To how many seconds the stamps are known, those of the worst device: the residual of its
+    #: clock, or where only arrivals tell the longest time over which a delivery was spread.
     precision: float
 
 
-def gather(contents: Contents, folder: Path) -> AssembledRecording:
-    """Make a demonstration of a recording that has ended, however it ended.
+class _RecordedDevice(NamedTuple):
+    """A device as the journal's header has it."""
 
-    Parameters
-    ----------
-    contents : Contents
-        What the journal holds.
-    folder : Path
-        Where the videos lie that it names.
+    name: str
+    channels: tuple[Channel, ...]
+    rate: float
+    holds: bool
+    counted: bool
 
-    Raises
-    ------
-    InputError
-        If no device that samples evenly gave two samples, or the journal is not what it says.
+
+def _recorded_device(header: Mapping[str, Any]) -> _RecordedDevice:
+    return _RecordedDevice(
+        str(header["name"]),
+        tuple(Channel(*pair) for pair in header["channels"]),
+        float(header.get("rate", 0.0)),
+        bool(header["holds"]),
+        bool(header.get("counted", True)),
+    )
+
+
+def assemble(contents: JournalReader, folder: Path) -> AssembledRecording:
+    """Make a demonstration of a journal that has ended, with the videos in `folder`.
+
+    InputError if no device that samples evenly gave two samples, or the journal is invalid.
     """
     header = contents.header
     try:
         name, task, author = (str(header[key]) for key in ("name", "task", "author"))
-        told: list[Mapping[str, Any]] = list(header["devices"])
-        channels = [tuple(Channel(*pair) for pair in one["channels"]) for one in told]
-        names, holds = [str(one["name"]) for one in told], [bool(one["holds"]) for one in told]
-        rates = [float(one.get("rate", 0.0)) for one in told]
-        counted = [bool(one.get("counted", True)) for one in told]
+        devices = [_recorded_device(device) for device in header["devices"]]
         begun = float(header.get("monotonic", -np.inf))
         cameras: list[Mapping[str, Any]] = list(header["cameras"])
     except (KeyError, TypeError, ValueError) as error:
         raise InputError(f"The journal does not say what was recorded ({error}).") from error
-    found = sorted_records(contents, [len(each) for each in channels], len(cameras))
-    remarks = [] if not contents.torn else [_torn(contents.torn)]
+    names = [device.name for device in devices]
+    index = index_records(contents, [len(device.channels) for device in devices], len(cameras))
+    remarks = []
+    if contents.torn:
+        remarks.append(f"The last {contents.torn} bytes of the journal were torn and are left out.")
     stamps: dict[str, NDArray[Any]] = {"devices": np.array(names, dtype=np.str_)}
     streams, precision = [], 0.0
-    for i, recorded in enumerate(found.devices):
-        block = recorded.samples.block()
+    for i, (device, log) in enumerate(zip(devices, index.devices, strict=True)):
+        block = log.samples.block()
         stamps[f"arrived_{i}"] = block.arrived
         if block.ticks is not None and len(block):
             stamps[f"ticks_{i}"] = block.ticks
-        host, breaks = block.arrived, np.array(recorded.breaks, dtype=np.int64)
-        when = None if holds[i] else _stamped(block, breaks, counted[i], rates[i])
-        if when is not None:
-            stamps[f"clock_{i}"] = np.array([when.offset, when.rate, when.residual])
-            host, precision = when.host, max(precision, when.residual)
-        elif len(host) and not holds[i]:
-            host, bound = spread(host, breaks)
+        host, breaks = block.arrived, np.array(log.breaks, dtype=np.int64)
+        fitted = None if device.holds else _fit_device(block, breaks, device.counted, device.rate)
+        if fitted is not None:
+            stamps[f"clock_{i}"] = np.array([fitted.offset, fitted.rate, fitted.residual])
+            host, precision = fitted.host, max(precision, fitted.residual)
+        elif len(host) and not device.holds:
+            host, bound = spread_deliveries(host, breaks)
             precision = max(precision, bound)
-        before = holds[i] and len(host) > 0 and bool(host[0] <= begun)
-        away = tuple(recorded.away)
-        streams.append(Stream(host, block.values, holds[i], when is not None, away, before))
-    for i, stream in enumerate(streams):
-        remarks.append(_lost(names[i], stream, stamps.get(f"ticks_{i}"), counted[i]))
-    all_channels = joined(streams, names)
-    start, lead = all_channels.start, streams[all_channels.lead]
+        before = device.holds and len(host) > 0 and bool(host[0] <= begun)
+        stream = DeviceStream(
+            host, block.values, device.holds, fitted is not None, tuple(log.away), before
+        )
+        streams.append(stream)
+        remarks.append(loss_remark(device.name, stream, stamps.get(f"ticks_{i}"), device.counted))
+    aligned = align(streams, names)
+    start = aligned.start
     stamps["start"] = np.array(start)
-    filmed: list[Camera] = []
-    for i, camera in enumerate(cameras):
-        frames = found.frames[i]
+    videos: list[Camera] = []
+    for i, (camera, frames) in enumerate(zip(cameras, index.frames, strict=True)):
         stamps[f"frames_{i}"] = frames[:, :2]
         file = folder / str(camera["file"])
         if len(frames) and file.is_file():
             video = VideoReference(file, _video_clock(frames, start))
-            filmed.append(Camera(str(camera["name"]), video))
+            videos.append(Camera(str(camera["name"]), video))
         elif not len(frames):
             remarks.append(f"{camera['name']} gave no picture.")
-        remarks += _unseen(str(camera["name"]), frames[:, 0])
-    first = filmed[0].video if filmed else None
+        remarks += camera_remarks(str(camera["name"]), frames[:, 0])
     demonstration = Demonstration(
         name,
         task,
-        all_channels.times,
-        all_channels.signals,
-        channels_of_all(channels),
-        video=first,
+        aligned.times,
+        aligned.signals,
+        channels_of_all([device.channels for device in devices]),
+        video=videos[0].video if videos else None,
     )
     return AssembledRecording(
         demonstration,
-        _marked(found.marks, start, demonstration.end, author),
+        marks_track(index.marks, start, demonstration.end, author),
         tuple(remark for remark in remarks if remark),
         stamps,
-        tuple(filmed),
-        lead.values[all_channels.within],
-        sum(len(each) for each in channels[: all_channels.lead]),
+        tuple(videos),
+        streams[aligned.lead].values[aligned.within],
+        sum(len(device.channels) for device in devices[: aligned.lead]),
         precision,
     )
 
 
-def _unseen(name: str, arrived: NDArray[np.float64]) -> list[str]:
-    """What is said of a camera that was away for a while."""
+def camera_remarks(name: str, arrived: NDArray[np.float64]) -> list[str]:
+    """A sentence about a camera that was away for a while."""
     away = np.diff(arrived)
-    away = away[away > SILENT]
+    away = away[away > SILENT_SECONDS]
     if not len(away):
         return []
     times = "once" if len(away) == 1 else f"{len(away)} times"
     return [f"{name} was away {times}, {away.sum():.1f} s in all; its video has no frames then."]
 
 
-def _torn(count: int) -> str:
-    return f"The last {count} bytes of the journal were torn and are left out."
-
-
-def _stamped(block: Block, breaks: NDArray[np.int64], counted: bool, rate: float) -> Stamped | None:
+def _fit_device(
+    block: Block, breaks: NDArray[np.int64], counted: bool, rate: float
+) -> Timestamps | None:
     """When the samples were taken; None where only the arrivals tell."""
     if not len(block):
         return None
     if block.ticks is not None and counted:
-        return stamped(block.arrived, block.ticks, breaks, rate)
+        return fit_timestamps(block.arrived, block.ticks, breaks, rate)
     # Without a counter the samples count themselves, if they come evenly.
     ticks = np.arange(len(block)) if block.ticks is None else block.ticks
-    found = stamped(block.arrived, ticks, breaks, rate, counted=False)
-    even = found.residual <= _UNEVEN * found.rate and len(found.stretches) < 0.1 * len(found.host)
-    return found if even else None
+    fitted = fit_timestamps(block.arrived, ticks, breaks, rate, counted=False)
+    few_stretches = len(fitted.stretches) < 0.1 * len(block)
+    return fitted if fitted.residual <= _UNEVEN * fitted.rate and few_stretches else None
 
 
-def _lost(name: str, stream: Stream, ticks: NDArray[Any] | None, counted: bool = True) -> str:
-    """What is said of samples that are missing."""
+def loss_remark(
+    name: str, stream: DeviceStream, ticks: NDArray[Any] | None, counted: bool = True
+) -> str:
+    """A sentence about samples that are missing; empty where none are."""
     if not len(stream.host):
         return f"{name} gave nothing while it was recorded; its channels are empty."
     sentences, gaps = [], len(stream.away)
@@ -559,7 +489,7 @@ def _lost(name: str, stream: Stream, ticks: NDArray[Any] | None, counted: bool =
         if counted:
             period = float(np.median(seconds))
             pairs = zip(steps[wide].tolist(), seconds[wide].tolist(), strict=True)
-            lost, how = sum(missed(step, apart, period) for step, apart in pairs), "lost"
+            lost, how = sum(missing_samples(step, apart, period) for step, apart in pairs), "lost"
         else:  # each of them was seen
             lost, how = int((steps[wide] - 1).sum()), "in torn lines and lost"
         if lost:
@@ -577,33 +507,27 @@ def _lost(name: str, stream: Stream, ticks: NDArray[Any] | None, counted: bool =
 
 
 def channels_of_all(devices: Sequence[Sequence[Channel]]) -> tuple[Channel, ...]:
-    """The channels of all devices: ``fx1 fy1 fz1 fx2 ...``, others numbered where they clash.
-
-    Parameters
-    ----------
-    devices : sequence of sequence of Channel
-        Of each device, in the order of a demonstration's columns.
-    """
-    forces = [c.name for each in devices for c in each if _FORCE.fullmatch(c.name)]
+    """The channels of all devices: ``fx1 fy1 fz1 fx2 ...``, others numbered where they clash."""
+    forces = [c.name for device in devices for c in device if _FORCE.fullmatch(c.name)]
     clash = len(set(forces)) < len(forces)
-    found: dict[str, Channel] = {}
+    channels: dict[str, Channel] = {}
     sensors = 0
-    for each in devices:
-        most = 0
-        for channel in each:
+    for device in devices:
+        sensors_here = 0
+        for channel in device:
             match = _FORCE.fullmatch(channel.name)
             name = channel.name
             if match is not None and (clash or not match[2]):
                 number = int(match[2] or 1)
-                most = max(most, number)
+                sensors_here = max(sensors_here, number)
                 name = f"{match[1]}{number + (sensors if clash else 0)}"
             base, count = name, 1
-            while name in found:
+            while name in channels:
                 count += 1
                 name = f"{base} {count}"
-            found[name] = Channel(name, channel.unit)
-        sensors += most
-    return tuple(found.values())
+            channels[name] = Channel(name, channel.unit)
+        sensors += sensors_here
+    return tuple(channels.values())
 
 
 def _video_clock(frames: NDArray[np.float64], start: float) -> ClockMap:
@@ -611,10 +535,10 @@ def _video_clock(frames: NDArray[np.float64], start: float) -> ClockMap:
     return ClockMap(float(np.median(frames[:, 0] - start - frames[:, 2])))
 
 
-def _marked(
+def marks_track(
     marks: Sequence[Mapping[str, Any]], start: float, end: float, author: str
 ) -> Track | None:
-    """The track that keys made that were held down."""
+    """The track of the keys that were held down."""
     marked = LiveMarks()
     for mark in sorted(marks, key=lambda mark: float(mark["at"])):
         at = min(float(mark["at"]) - start, end)  # none before 0 either

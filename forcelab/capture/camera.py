@@ -1,8 +1,9 @@
 """A camera: every frame stamped as it arrives and written as it comes.
 
-A video file of JPEG pictures, each with its own time, that is whole whenever writing ends. Matroska
-(RFC 9559): clusters of unknown size, one a second, so that nothing written has to be changed later;
-what ended is read up to its last whole picture. Closing adds the cues by which players jump.
+The video is a file of JPEG pictures, each with its own time, that is whole whenever writing ends.
+Matroska (RFC 9559): clusters of unknown size, one a second, so that nothing written has to be
+changed later; what ended is read up to its last whole picture. Closing adds the cues by which
+players jump.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Sequence
+from dataclasses import dataclass
 from io import FileIO
 from pathlib import Path
 from statistics import median
@@ -22,18 +24,31 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from forcelab.capture.discovery import LOOK
-from forcelab.capture.journal import Kind
-from forcelab.capture.journal_writer import JournalWriter
-from forcelab.capture.messages import MessageQueue
-from forcelab.capture.reader import CameraState
+from forcelab.capture.device import MessageQueue
+from forcelab.capture.discovery import LIST_HINT
+from forcelab.capture.journal import JournalWriter, RecordKind
 from forcelab.errors import InputError
 
 #: Seconds without a picture after which a camera is away.
-SILENT = 2.0
+SILENT_SECONDS = 2.0
+
+
+@dataclass(frozen=True, slots=True)
+class CameraState:
+    """How a camera does; it counts from the start of a recording, before that from its opening."""
+
+    name: str
+    frames: int
+    #: Missing between those.
+    dropped: int
+    #: As measured, in Hz; 0 while not known.
+    rate: float
+    #: Of ``no picture`` and ``not written``.
+    alarms: tuple[str, ...]
+
 
 _INTERVALS = 30  # of which the median is the camera's period
-_KNOWN = 10  # intervals that tell it: what a driver kept before anybody read comes all at once
+_KNOWN = 10  # intervals that tell it: what a driver kept before it was read comes all at once
 _GAP, _EARLY = 1.6, 0.6  # periods between two frames: one is missing or late; it was late
 _LEAK = 0.8  # of a delay that is left with the next frame, as the period is not known exactly
 _WATCHED = 10  # frames after a gap that tell late frames from missing ones
@@ -45,11 +60,6 @@ class DropCounter:
     Where a camera stamps its frames, the stamps tell what is missing. Where only arrivals tell, a
     gap between two is a missing frame or a late one: late frames are followed by others that come
     sooner than a period, until the delay is made up; missing ones are not.
-
-    Attributes
-    ----------
-    frames, dropped : int
-        That came, and that are missing between those.
     """
 
     def __init__(self) -> None:
@@ -64,17 +74,17 @@ class DropCounter:
     def restart(self) -> None:
         """Count anew from the next frame on; the camera's period is known already."""
         self.frames = self._sure = 0
-        self._forgive()
+        self._clear_doubt()
 
-    def interrupted(self) -> None:
+    def interrupt(self) -> None:
         """The camera was away: what it did not see it did not drop."""
         self._sure += self._missing
         self._arrived = self._own = math.nan
-        self._forgive()
+        self._clear_doubt()
 
     @property
     def dropped(self) -> int:
-        """Frames that are missing, as far as is known."""
+        """Frames that are missing between those that came, as far as is known."""
         return self._sure + self._missing
 
     @property
@@ -83,15 +93,7 @@ class DropCounter:
         return 1.0 / median(self._steps) if self._steps else 0.0
 
     def count(self, arrived: float, own: float = 0.0) -> None:
-        """Count a frame.
-
-        Parameters
-        ----------
-        arrived : float
-            When it arrived, in seconds of the host's clock.
-        own : float
-            The camera's own stamp (s); 0 where it tells none.
-        """
+        """Count a frame: when it arrived (s, host's clock), and the camera's own stamp (s) or 0."""
         self.frames += 1
         stamped = self._own > 0 and own > self._own
         step = own - self._own if stamped else arrived - self._arrived
@@ -131,7 +133,7 @@ class DropCounter:
             self._behind -= self._missing * period
             self._least, self._missing = 0.0, 0
 
-    def _forgive(self) -> None:
+    def _clear_doubt(self) -> None:
         """Nothing is in doubt."""
         self._behind = self._least = 0.0
         self._left = self._missing = self._doubted = 0
@@ -157,34 +159,20 @@ _DOC_TYPE, _DOC_VERSION, _DOC_READ = 0x4282, 0x4287, 0x4285
 
 
 def _element(identity: int, content: bytes) -> bytes:
-    """An element with its identity and length."""
     name = identity.to_bytes((identity.bit_length() + 7) // 8, "big")
     return name + (len(content) | 1 << 56).to_bytes(8, "big") + content
 
 
 def _number(identity: int, value: int) -> bytes:
-    """An element that is an unsigned number of eight bytes, whatever it is."""
+    """An element that is an unsigned number of eight bytes, however small it is."""
     return _element(identity, value.to_bytes(8, "big"))
 
 
 class MatroskaWriter:
-    """Writes pictures as they come.
-
-    Parameters
-    ----------
-    path : Path
-        A file that is not there yet.
-    width, height : int
-        Of the pictures, in pixels.
-
-    Raises
-    ------
-    OSError
-        If the file cannot be written; as of all methods. Nothing is left of it where it could not
-        be begun.
-    """
+    """Writes pictures as they come; its methods raise OSError if the file cannot be written."""
 
     def __init__(self, path: Path, width: int, height: int) -> None:
+        """Begin a new file, of which nothing is left where that fails."""
         self._file = FileIO(path, "x")
         self._cues: list[tuple[int, int]] = []
         self._begun = self._last = 0
@@ -213,19 +201,7 @@ class MatroskaWriter:
             raise
 
     def write(self, jpeg: bytes, time: float) -> float:
-        """Write a picture.
-
-        Parameters
-        ----------
-        jpeg : bytes
-        time : float
-            Seconds from the first picture's; larger than the one before.
-
-        Returns
-        -------
-        float
-            The time (s) that the file keeps.
-        """
+        """Write a picture taken `time` s after the first; gives the time (s) as written."""
         stamp = max(round(time * _PER_SECOND), self._last + 1 if self._cues else 0)
         begun, cluster = self._begun, not self._cues or stamp - self._begun >= _CLUSTER
         place, out = self._file.tell() - self._segment, b""
@@ -240,7 +216,7 @@ class MatroskaWriter:
         return stamp / _PER_SECOND
 
     def close(self) -> None:
-        """Write what helps players to jump, and let go of the file; closing twice is fine."""
+        """Write what helps players to jump, and release the file; closing twice is fine."""
         if self._file.closed:
             return
         try:
@@ -267,7 +243,6 @@ class MatroskaWriter:
 
     @staticmethod
     def _cue(stamp: int, cluster: int) -> bytes:
-        """Where a cluster begins."""
         places = _number(_CUE_TRACK, 1) + _number(_CUE_CLUSTER, cluster)
         return _element(_CUE, _number(_CUE_TIME, stamp) + _element(_CUE_PLACES, places))
 
@@ -279,7 +254,7 @@ class MatroskaWriter:
 
     @staticmethod
     def _info_element(duration: float) -> bytes:
-        """What is said of the whole; its length (in stamps) is known at the end only."""
+        """The file's facts; the duration (in stamps) is known at the end only."""
         content = _number(_TIMESTAMP_SCALE, _SCALE) + _element(_MUXING_APP, b"forcelab")
         content += _element(_WRITING_APP, b"forcelab")
         lasts = _element(_DURATION, struct.pack(">d", duration))
@@ -300,43 +275,32 @@ class Capture(Protocol):
         """A property."""
 
     def release(self) -> None:
-        """Let go of the camera."""
+        """Release the camera."""
 
 
 class OpenCvCamera:
-    """A camera as of :class:`Capture`, that can be opened again.
-
-    Parameters
-    ----------
-    which : str
-        Its number, such as ``"0"``, or its device, such as ``"/dev/video0"``.
-
-    Raises
-    ------
-    InputError
-        If it cannot be opened.
-    """
+    """A camera that can be opened again, by its number such as ``"0"`` or its device."""
 
     def __init__(self, which: str) -> None:
         self.which = which
-        self._lasting = _lasting(which)
+        self._link = persistent_link(which)
         self._capture: Any = None
         if not self.reopen():
             raise InputError(
                 f"The camera {which} cannot be opened; plug it in, close what else uses it, and "
-                f"{LOOK}."
+                f"{LIST_HINT}."
             )
 
     def reopen(self) -> bool:
-        """Connect anew, by its own name where it has one; gives whether it is there."""
+        """Connect anew, by its own name where it has one; gives whether it is back."""
         from forcelab.video.codecs import opencv
 
         self.release()
         which = self.which
-        if self._lasting is not None:
-            if not self._lasting.exists():
+        if self._link is not None:
+            if not self._link.exists():
                 return False
-            which = str(self._lasting.resolve())
+            which = str(self._link.resolve())
         number = which.removeprefix("/dev/video")
         capture = opencv().VideoCapture(int(number) if number.isdigit() else which)
         if not capture.isOpened():
@@ -345,31 +309,25 @@ class OpenCvCamera:
         return True
 
     def read(self) -> tuple[bool, NDArray[np.uint8] | None]:
-        """The next frame; see :class:`Capture`."""
         if self._capture is None:
             return False, None
-        found: tuple[bool, NDArray[np.uint8] | None] = self._capture.read()
-        return found
+        frame: tuple[bool, NDArray[np.uint8] | None] = self._capture.read()
+        return frame
 
     def get(self, what: int, /) -> float:
         """A property by OpenCV's number."""
         return float(self._capture.get(what)) if self._capture is not None else 0.0
 
     def release(self) -> None:
-        """Let go of it."""
         if self._capture is not None:
             self._capture.release()
             self._capture = None
 
 
 def check_camera(which: str) -> None:
-    """Refuse words that mean no camera, whichever is plugged in.
+    """Refuse what cannot name a camera.
 
-    Raises
-    ------
-    InputError
-        Unless they are a number, a path, or an address on the network such as
-        ``"rtsp://10.0.0.5/stream"``.
+    Names are a number, a path, or an address on the network such as ``"rtsp://10.0.0.5/stream"``.
     """
     plain = which.isascii() and which.isdigit()
     if not plain and not which.startswith("/") and "://" not in which:
@@ -380,45 +338,28 @@ def check_camera(which: str) -> None:
 
 
 def open_camera(which: str) -> Capture:
-    """Open a camera; see :class:`OpenCvCamera`."""
     check_camera(which)
     return OpenCvCamera(which)
 
 
-def open_cameras(wanted: Sequence[str]) -> list[tuple[str, Capture]]:
-    """Open cameras, as a :class:`~forcelab.capture.recorder.Recorder` takes them.
-
-    Parameters
-    ----------
-    wanted : sequence of str
-        As of :func:`open_camera`.
-
-    Returns
-    -------
-    list of (str, Capture)
-        Their names and they themselves.
-
-    Raises
-    ------
-    InputError
-        If one cannot be opened, or is named twice; none is open then.
-    """
+def open_cameras(names: Sequence[str]) -> list[tuple[str, Capture]]:
+    """Open cameras, with their names, for a recorder; if one cannot be opened, none is."""
     opened: list[tuple[str, Capture]] = []
     try:
-        for which in wanted:
+        for which in names:
             name = f"camera {which}"
             if any(name == other for other, _ in opened):
                 raise InputError(f"The {name} is named twice; name it once.")
             opened.append((name, open_camera(which)))
-    except BaseException:  # whatever that is: those before it are let go of
+    except BaseException:  # whatever that is: those before it are released
         for _, capture in opened:
             capture.release()
         raise
     return opened
 
 
-def _lasting(which: str, links: Path = _LINKS) -> Path | None:
-    """The name of a camera that does not change when it is plugged in again, where there is one."""
+def persistent_link(which: str, links: Path = _LINKS) -> Path | None:
+    """The name of a camera that does not change when it is plugged in again, if any."""
     device = Path(f"/dev/video{which}" if which.isdigit() else which)
     if not links.is_dir():
         return None
@@ -433,36 +374,27 @@ _RETRY = 1.0  # s between two tries to find it again
 
 
 class CameraReader:
-    """Reads one camera.
+    """Reads one open camera in a thread of its own, which alone uses it.
 
-    One that falls silent is looked for until it is back, and is a gap in its video.
-
-    Parameters
-    ----------
-    number : int
-        Of the camera in the journal.
-    capture : Capture
-        Open; used by this thread alone from now on. After it fell silent, its `reopen` is called,
-        where it has that, until it gives whether it is back.
-    name : str
-        Such as ``"camera 0"``.
+    One that falls silent is looked for, by its `reopen` where it has that, until it is back, and is
+    a gap in its video.
     """
 
     def __init__(self, number: int, capture: Capture, name: str) -> None:
         self.name = name
         self._number, self._capture = number, capture
         self._lock = threading.Lock()
-        self._ended = threading.Event()
+        self._stop = threading.Event()
         self._journal: JournalWriter | None = None
         self._path: Path | None = None
         self._writer: MatroskaWriter | None = None
         self._first = 0.0
         self._size: tuple[int, int] | None = None  # height and width of the video
         self._refused = self._silent = False
-        self._events = MessageQueue()
+        self._messages = MessageQueue()
         self._latest: tuple[float, NDArray[np.uint8]] | None = None
         self._count = DropCounter()
-        self._heard = self._tried = time.monotonic()
+        self._last_arrival = self._tried = time.monotonic()
         self._thread = threading.Thread(target=self._run, name=f"forcelab {name}")
         self._thread.start()
 
@@ -480,20 +412,19 @@ class CameraReader:
             return self._latest
 
     def remarks(self) -> tuple[str, ...]:
-        """What happened since the last time this was asked, a sentence each."""
-        return self._events.take()
+        """What happened since the last call, a sentence each."""
+        return self._messages.take()
 
     def state(self) -> CameraState:
-        """How the camera does."""
         with self._lock:
             count = self._count
             alarms = {"no picture": self._silent, "not written": self._refused}
-            told = tuple(name for name, there in alarms.items() if there)
-            return CameraState(self.name, count.frames, count.dropped, count.rate, told)
+            names = tuple(name for name, on in alarms.items() if on)
+            return CameraState(self.name, count.frames, count.dropped, count.rate, names)
 
     def close(self) -> None:
-        """End the thread and let go of the camera."""
-        self._ended.set()
+        """End the thread and release the camera."""
+        self._stop.set()
         self._thread.join()
         self.record_to(None, None)
         self._capture.release()
@@ -501,48 +432,48 @@ class CameraReader:
     # In the thread
 
     def _run(self) -> None:
-        while not self._ended.is_set():
-            there, picture = self._capture.read()
+        while not self._stop.is_set():
+            read, picture = self._capture.read()
             arrived = time.monotonic()
-            if not there or picture is None:
-                self._nothing(arrived)
-                self._ended.wait(_PAUSE)
+            if not read or picture is None:
+                self._no_picture(arrived)
+                self._stop.wait(_PAUSE)
                 continue
             own = self._capture.get(_POSITION_MS) / 1000.0
             encoded = self._encode(picture) if self._journal is not None else None
             with self._lock:
-                self._heard_again(arrived)
+                self._picture_arrived(arrived)
                 self._count.count(arrived, own)
                 self._latest = (arrived, picture)
                 if encoded is not None and self._journal is not None:
                     self._write(encoded, arrived, own)
 
-    def _nothing(self, now: float) -> None:
+    def _no_picture(self, now: float) -> None:
         """No picture came; say so once it has been long, and look for the camera."""
-        if now - self._heard <= SILENT:
+        if now - self._last_arrival <= SILENT_SECONDS:
             return
         if not self._silent:
             with self._lock:
                 self._silent = True
-                self._count.interrupted()
+                self._count.interrupt()
                 self._report(f"{self.name} gives no picture; look at its cable.")
-        again = getattr(self._capture, "reopen", None)
-        if again is not None and now - self._tried >= _RETRY:
-            again()
+        reopen = getattr(self._capture, "reopen", None)
+        if reopen is not None and now - self._tried >= _RETRY:
+            reopen()
             self._tried = time.monotonic()
 
-    def _heard_again(self, arrived: float) -> None:
+    def _picture_arrived(self, arrived: float) -> None:
         """A picture came, perhaps after long; holding the lock."""
         if self._silent:
             self._silent = False
-            self._report(f"{self.name} is back after {arrived - self._heard:.1f} s.")
-        self._heard = arrived
+            self._report(f"{self.name} is back after {arrived - self._last_arrival:.1f} s.")
+        self._last_arrival = arrived
 
     def _report(self, sentence: str) -> None:
         """Say a sentence, and note it in the journal; holding the lock."""
-        self._events.say(sentence)
+        self._messages.put(sentence)
         if self._journal is not None:
-            self._journal.note(Kind.MESSAGE, at=time.monotonic(), text=sentence)
+            self._journal.note(RecordKind.MESSAGE, at=time.monotonic(), text=sentence)
 
     def _encode(self, picture: NDArray[np.uint8]) -> bytes:
         """A picture as JPEG, in the size that the video has."""
@@ -571,17 +502,16 @@ class CameraReader:
         except OSError as error:
             if not self._refused:
                 self._refused = True
-                self._events.say(
+                self._messages.put(
                     f"'{self._path}' cannot be written ({error.strerror or error}); frames are "
                     f"lost until it can."
                 )
             return
         self._refused = False
         stamps = [arrived, own if own > 0 else None, written]
-        self._journal.note(Kind.FRAME, self._number, frames=[stamps])
+        self._journal.note(RecordKind.FRAME, self._number, frames=[stamps])
 
     def _finish_video(self) -> None:
-        """Close the video that is being written."""
         writer, self._writer, self._size = self._writer, None, None
         if writer is not None:
             with contextlib.suppress(OSError):  # what is there can be read without its end

@@ -1,10 +1,9 @@
 """When a device's samples were taken, by all that arrived, once a recording has ended.
 
-Afterwards: when a device's samples were taken, by all that arrived. The offline counterpart of
-:mod:`forcelab.capture.clock`: the earliest arrival of each window, and through them lines fitted by
-least squares with weights that fall by half every 90 s *both* ways in time, as a smoother is made
-of a filter run forwards and one run backwards. So the first sample is as well known as the last,
-and a crystal that warms up is followed.
+The offline counterpart of :mod:`forcelab.capture.clock`: the earliest arrival of each window, and
+through them lines fitted by least squares with weights that fall by half every 90 s *both* ways in
+time, as a smoother is made of a filter run forwards and one run backwards. So the first sample is
+as well known as the last, and a crystal that warms up is followed.
 """
 
 from __future__ import annotations
@@ -22,9 +21,9 @@ _ENOUGH = 0.5  # s of arrivals after a step that tell it from a delay, at least
 _LONG = 30.0  # s, at most, over which the rate is guessed
 _BURSTS = 0.25  # s, at least, where there are as many: nearer pairs tell bursts of some 16 ms
 _SHORT = 5.0  # s over which a guess is no better than what a crystal promises
-_PROMISED = 0.1  # s by which a guess may contradict what the device was told
+_PROMISED = 0.1  # s by which a guess may contradict the configured rate
 # Shares by which the pace of a pair of samples may be off that of the device: by more, one of them
-# waited in a backlog or some were lost between them. Then of a rate that was told, and of a guess.
+# waited in a backlog or some were lost between them. Then of a configured rate, and of a guess.
 _NEAR, _NEARER = 0.5, 0.02
 _SOME = 0.02  # share of the pairs that have to be so near to say more than all of them
 _LATE = 0.003  # s behind the lines, at least, of windows that are left out
@@ -35,64 +34,41 @@ _STIFF = (1e-3 / (2e-4 * WINDOW)) ** 2
 
 
 @dataclass(frozen=True, eq=False)
-class Stamped:
-    """When the samples of a device were taken.
+class Timestamps:
+    """When the samples of a device were taken."""
 
-    Parameters
-    ----------
-    host : ndarray of float64, shape (n,)
-        Seconds of the host's monotonic clock; increasing within a stretch.
-    stretches : ndarray of int64, shape (s,)
-        The first sample of each stretch of ticks.
-    offset : float
-        Host time (s) at which the counter reads zero, in the longest stretch.
-    rate : float
-        Seconds of the host that one tick takes there.
-    residual : float
-        Root mean square distance, in s, of the windows' earliest arrivals from the lines.
-    """
-
+    #: Seconds of the host's monotonic clock, shape (n,); increasing within a stretch.
     host: NDArray[np.float64]
+    #: The first sample of each stretch of ticks, shape (s,).
     stretches: NDArray[np.int64]
+    #: Host time (s) at which the counter reads zero, in the longest stretch.
     offset: float
+    #: Host seconds a tick there.
     rate: float
+    #: RMS distance (s) of the windows' earliest arrivals from the lines.
     residual: float
 
 
-def stamped(
+def fit_timestamps(
     arrived: NDArray[np.float64],
     ticks: NDArray[np.int64],
     breaks: NDArray[np.int64] | None = None,
-    told: float = 0.0,
+    configured: float = 0.0,
     *,
     counted: bool = True,
-) -> Stamped:
-    """Find out when samples were taken.
+) -> Timestamps:
+    """When samples were taken, by their arrivals (s, not decreasing) and ticks, shape (n,), n >= 1.
+
+    The counter is known to begin anew with the samples `breaks`, such as after plugging in. The
+    `configured` rate (Hz, 0 for none) is believed where too little was recorded to know better;
+    where the samples count themselves (not `counted`) it was measured by arrivals too: it tells a
+    backlog, and nothing that they do not tell better.
 
     A short stretch, as after plugging in, has the rate of the longest one: it is the same crystal,
     and only its offset is to be found, for which one sample that was read at once is enough.
-
-    Parameters
-    ----------
-    arrived : ndarray of float64, shape (n,), n >= 1
-        When each was read, in seconds of the host's monotonic clock; not decreasing.
-    ticks : ndarray of int64, shape (n,)
-        The device's counter, in samples.
-    breaks : ndarray of int64, shape (b,), optional
-        Samples with which the counter is known to begin anew, such as after plugging in.
-    told : float
-        Samples a second that the device was told to give; believed where too little was recorded
-        to know better. 0 where it was told none.
-    counted : bool
-        Whether the device counts. Where the samples count themselves, `told` was measured by
-        arrivals too: it tells a backlog, and nothing that they do not tell better.
-
-    Returns
-    -------
-    Stamped
     """
     known = np.empty(0, dtype=np.int64) if breaks is None else breaks
-    rate = _believed(arrived, ticks, known, told, counted)
+    rate = _rate(arrived, ticks, known, configured, counted)
     jumps = _jumps(arrived, ticks, rate, known)
     firsts = np.unique(np.concatenate([[0], known, jumps]).astype(np.int64))
     firsts = firsts[firsts < len(ticks)]
@@ -106,40 +82,28 @@ def stamped(
         own = rate
         if lasting > 2 * _SHORT:
             own = _guess(arrived[piece], ticks[piece], 2, about=rate, near=_NEARER)[0]
-        host[piece], square, used = _stretch(arrived[piece], ticks[piece], own)
+        host[piece], square, used = _fit_stretch(arrived[piece], ticks[piece], own)
         squares, windows = squares + square, windows + used
         if np.isnan(slope):
-            offset, slope = _line(host[piece], ticks[piece], rate)
+            offset, slope = _fit_line(host[piece], ticks[piece], rate)
             rate = slope if lasting > 2 * _SHORT else rate
-    return Stamped(host, firsts, offset, slope, float(np.sqrt(squares / max(windows, 1))))
+    return Timestamps(host, firsts, offset, slope, float(np.sqrt(squares / max(windows, 1))))
 
 
-def spread(
+def spread_deliveries(
     arrived: NDArray[np.float64], breaks: NDArray[np.int64]
 ) -> tuple[NDArray[np.float64], float]:
     """When samples were taken of which only the arrivals tell, several in a delivery.
 
     Those of a delivery are spread evenly over the time since the one before, but not over more than
-    they take elsewhere, as a device may have been silent in between.
-
-    Parameters
-    ----------
-    arrived : ndarray of float64, shape (n,), n >= 1
-        When each was read, in seconds of the host's monotonic clock; not decreasing.
-    breaks : ndarray of int64, shape (b,)
-        Samples with which the device was plugged in again.
-
-    Returns
-    -------
-    host : ndarray of float64, shape (n,)
-        Seconds of the host's monotonic clock, strictly increasing.
-    bound : float
-        The longest time (s) over which a delivery was spread.
+    they take elsewhere, as a device may have been silent in between. `arrived` (s) does not
+    decrease; the device was plugged in again before the samples `breaks`. Gives host times (s),
+    strictly increasing, and the longest time (s) over which a delivery was spread.
     """
     firsts = np.concatenate([[0], np.flatnonzero(np.diff(arrived) > 0) + 1])
     number = np.diff(firsts, append=len(arrived))
     since = np.diff(arrived[firsts], prepend=np.nan)
-    since[np.isin(firsts, breaks)] = np.nan  # nobody knows since when
+    since[np.isin(firsts, breaks)] = np.nan  # since when is not known
     each = since / number
     usual = float(np.nanmedian(each)) if np.isfinite(each).any() else 1e-3
     each = np.fmin(np.where(np.isnan(each), usual, each), 2 * usual)
@@ -152,20 +116,20 @@ def spread(
     return host, float((each * number).max())
 
 
-def _believed(
+def _rate(
     arrived: NDArray[np.float64],
     ticks: NDArray[np.int64],
     breaks: NDArray[np.int64],
-    told: float,
+    configured: float,
     counted: bool,
 ) -> float:
-    """Seconds a tick: as told, or as the arrivals tell where they contradict it or tell enough."""
-    about = 1.0 / told if told > 0 else 0.0
+    """Seconds a tick: as configured, or by the arrivals where they contradict it or tell enough."""
+    about = 1.0 / configured if configured > 0 else 0.0
     guess, over = _guess(arrived, ticks, 8, breaks, about=about)
-    if not (told > 0 and counted):
+    if not (configured > 0 and counted):
         return guess
-    contradicted = over * abs(guess * told - 1) > _PROMISED
-    return guess if over > _SHORT or contradicted else 1.0 / told
+    contradicted = over * abs(guess * configured - 1) > _PROMISED
+    return guess if over > _SHORT or contradicted else 1.0 / configured
 
 
 def _guess(
@@ -221,7 +185,7 @@ def _jumps(
     back = np.flatnonzero(steps <= 0) + 1
     edges = np.unique(np.concatenate([[0], known, back, [len(ticks)]]))
     behind = arrived - rate * (ticks - ticks[0])
-    found: list[int] = []
+    jumps: list[int] = []
     # Where the counter went on by one, what comes early is the rest of a backlog.
     doubtful = (off > threshold) & (steps > 0) | (off < -threshold) & (steps > 1)
     for i in (np.flatnonzero(doubtful) + 1).tolist():
@@ -229,7 +193,7 @@ def _jumps(
         first, last = int(edges[place - 1]), int(edges[place])
         if first == i:
             continue
-        low = max(int(np.searchsorted(arrived, arrived[i - 1] - _AROUND)), first, *found[-1:])
+        low = max(int(np.searchsorted(arrived, arrived[i - 1] - _AROUND)), first, *jumps[-1:])
         # Delays end; what still disagrees afterwards is the counter. Where that went on by one, a
         # busy computer is the likelier cause, and is busy for seconds.
         after = _STAYS if steps[i - 1] == 1 else _AROUND
@@ -239,11 +203,11 @@ def _jumps(
         before = float(behind[min(low, i - 1) : i].min())
         stays = float(behind[i : max(high, i + 1)].min()) - before
         if stays * np.sign(off[i - 1]) > 0.75 * threshold:
-            found.append(i)
-    return np.union1d(back, np.array(found, dtype=np.int64))
+            jumps.append(i)
+    return np.union1d(back, np.array(jumps, dtype=np.int64))
 
 
-def _stretch(
+def _fit_stretch(
     arrived: NDArray[np.float64], ticks: NDArray[np.int64], rate: float
 ) -> tuple[NDArray[np.float64], float, int]:
     """Host times of a stretch without jumps; its windows' squared residuals, and their number."""
@@ -257,17 +221,17 @@ def _stretch(
     earliest[filled] = np.minimum.reduceat(late, starts) - base
     weights = np.zeros(len(earliest))
     # Nothing arrives before it was taken: the earliest of the neighbours are right.
-    weights[filled] = earliest[filled] - _running(earliest[filled]) <= _LATE
+    weights[filled] = earliest[filled] - _running_minimum(earliest[filled]) <= _LATE
     for _ in range(3):
         smooth = _smooth(earliest, weights)
-        weights[filled] = _on_time((earliest - smooth)[filled], weights[filled] > 0)
+        weights[filled] = _punctual((earliest - smooth)[filled], weights[filled] > 0)
     used = weights > 0
     squares = float(np.sum((earliest - smooth)[used] ** 2))
     centres = (np.arange(len(earliest)) + 0.5) * WINDOW
     return at + base + np.interp(at, centres, smooth), squares, int(used.sum())
 
 
-def _running(values: NDArray[np.float64]) -> NDArray[np.float64]:
+def _running_minimum(values: NDArray[np.float64]) -> NDArray[np.float64]:
     """The smallest of each value and its neighbours."""
     around = np.pad(values, _NEIGHBOURS, constant_values=np.inf)
     smallest: NDArray[np.float64] = np.lib.stride_tricks.sliding_window_view(
@@ -276,11 +240,11 @@ def _running(values: NDArray[np.float64]) -> NDArray[np.float64]:
     return smallest
 
 
-def _on_time(off: NDArray[np.float64], used: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def _punctual(off: NDArray[np.float64], used: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Which windows are not late, by those that were used so far; never none."""
-    spread = float(np.median(np.abs(off[used])))
-    found = off <= max(_LATE, 6.0 * spread)
-    return found if found.any() else used
+    typical = float(np.median(np.abs(off[used])))
+    punctual = off <= max(_LATE, 6.0 * typical)
+    return punctual if punctual.any() else used
 
 
 def _smooth(values: NDArray[np.float64], weights: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -316,11 +280,13 @@ def _past(values: NDArray[np.float64], fade: float) -> tuple[NDArray[np.float64]
     return rows[:, 0], rows[:, 1], rows[:, 2]
 
 
-def _line(host: NDArray[np.float64], ticks: NDArray[np.int64], rate: float) -> tuple[float, float]:
+def _fit_line(
+    host: NDArray[np.float64], ticks: NDArray[np.int64], rate: float
+) -> tuple[float, float]:
     """Offset and rate of the line through a stretch."""
     x = (ticks - ticks[0]).astype(np.float64)
     y = host - host[0]
-    spread = x - x.mean()
-    power = float(spread @ spread)
-    slope = float(spread @ y) / power if power > 0 else rate
+    centred = x - x.mean()
+    power = float(centred @ centred)
+    slope = float(centred @ y) / power if power > 0 else rate
     return float(host[0] + y.mean() - slope * (x.mean() + float(ticks[0]))), slope

@@ -1,7 +1,9 @@
-"""What every device gives: blocks of samples with their stamps."""
+"""What every device gives, blocks of stamped samples, and how it is opened, asked and closed."""
 
 from __future__ import annotations
 
+import threading
+import time
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import Protocol, TypeVar
@@ -14,29 +16,21 @@ from forcelab.errors import ForcelabError
 
 
 class UnpluggedError(ForcelabError):
-    """A device is not there any more; it may come back."""
+    """The device is gone; it may come back."""
 
 
 @dataclass(frozen=True)
 class Block:
-    """Some samples of one device, in their order.
+    """Consecutive samples of one device."""
 
-    Parameters
-    ----------
-    arrived : ndarray of float64, shape (n,)
-        When the bytes of each sample were read, in seconds of the host's monotonic clock.
-    ticks : ndarray of int64, shape (n,), or None
-        The device's own counter, unwrapped and in units of one sample: neighbours differ by one
-        where nothing was lost. None for a device without a counter.
-    values : ndarray of float64, shape (n, c)
-        One column a channel, in its unit.
-    status : ndarray of uint16, shape (n,), or None
-        What the device said of each sample; None where it says nothing.
-    """
-
+    #: When the bytes of each sample were read: seconds of the host's monotonic clock, shape (n,).
     arrived: NDArray[np.float64]
+    #: The device's counter, unwrapped, in samples: neighbours differ by one where nothing was lost.
+    #: Shape (n,); None for a device without a counter.
     ticks: NDArray[np.int64] | None
+    #: In the units of the channels, shape (n, c).
     values: NDArray[np.float64]
+    #: Status word of each sample, shape (n,), where the device sends any.
     status: NDArray[np.uint16] | None = None
 
     def __len__(self) -> int:
@@ -44,23 +38,11 @@ class Block:
 
 
 class Device(Protocol):
-    """Something that gives samples as time goes on.
-
-    Attributes
-    ----------
-    name : str
-        Such as ``"optoforce:/dev/ttyACM0"``.
-    channels : tuple of Channel
-        The columns of its blocks.
-    rate : float
-        Samples a second that it was told to give; only ever used for what is said on screen.
-    holds : bool
-        Whether it gives a sample on change only: the last value holds then, and that is no gap.
-    """
+    """A source of samples that is read as time goes on."""
 
     @property
     def name(self) -> str:
-        """What it is called."""
+        """Such as ``"optoforce:/dev/ttyACM0"``."""
 
     @property
     def channels(self) -> tuple[Channel, ...]:
@@ -68,61 +50,90 @@ class Device(Protocol):
 
     @property
     def rate(self) -> float:
-        """Samples a second that it was told to give (Hz)."""
+        """Configured samples a second (Hz), 0 where there are none; never used as a clock."""
 
     @property
     def holds(self) -> bool:
-        """Whether its last value holds."""
+        """Whether it sends a sample on change only: the last value holds, and that is no gap."""
 
     def open(self) -> None:
-        """Connect and configure, as a device that nothing is known of: a zero is forgotten.
+        """Connect and configure as if nothing were known of it; a zero is forgotten.
 
-        Raises
-        ------
-        InputError
-            If it cannot be opened: what, where, the cure.
+        Raises InputError if it cannot be opened.
         """
+
+    def reopen(self) -> None:
+        """Connect again after it was unplugged; a ForcelabError while it is not back."""
 
     def read(self, timeout: float) -> Block | None:
-        """What has arrived, after waiting for at most `timeout` seconds; None if nothing has.
-
-        Raises
-        ------
-        UnpluggedError
-            If the device is gone.
-        """
+        """What has arrived after at most `timeout` seconds, if anything; UnpluggedError if gone."""
 
     def zero(self) -> None:
         """Take the present readings for zero.
 
-        That holds until the device is zeroed again or opened anew, and so after a cable was
-        unplugged and plugged in again too.
+        That holds until the device is zeroed or opened anew, and so over an unplugged cable too.
         """
 
     def remarks(self) -> tuple[str, ...]:
-        """What went wrong since the last time this was asked, a sentence each."""
+        """What went wrong since the last call, a sentence each."""
 
     def close(self) -> None:
-        """Let go of it; closing twice is fine."""
+        """Release it; closing twice is fine."""
 
 
-OpenedT = TypeVar("OpenedT", bound="Opened")
+ClosableT = TypeVar("ClosableT", bound="Closable")
 
 
-class Opened(ABC):
-    """Something to open and to close: in a ``with`` statement both are done."""
+class Closable(ABC):
+    """Opened and closed by a ``with`` statement."""
 
     @abstractmethod
-    def open(self) -> None:
-        """Begin."""
+    def open(self) -> None: ...
 
     @abstractmethod
     def close(self) -> None:
-        """End; closing twice is fine."""
+        """Closing twice is fine."""
 
-    def __enter__(self: OpenedT) -> OpenedT:
+    def __enter__(self: ClosableT) -> ClosableT:
         self.open()
         return self
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+
+#: Seconds after which a condition that comes again is new.
+QUIET_SECONDS = 0.5
+#: The newest messages that are kept until they are taken.
+MOST_MESSAGES = 100
+
+
+class MessageQueue:
+    """Sentences for the user from any thread, each once however long its condition lasts."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._messages: list[str] = []
+        self._last: dict[object, float] = {}  # when each condition was last seen
+
+    def put(self, message: str) -> None:
+        with self._lock:
+            del self._messages[: max(0, len(self._messages) + 1 - MOST_MESSAGES)]
+            self._messages.append(message)
+
+    def put_once(self, condition: object, message: str, now: float | None = None) -> None:
+        """Put a message when a condition (a hashable) begins, not again while it lasts.
+
+        `now` is in seconds of the host's monotonic clock, by default the present.
+        """
+        now = time.monotonic() if now is None else now
+        last = self._last.get(condition)
+        self._last[condition] = now
+        if last is None or now - last > QUIET_SECONDS:
+            self.put(message)
+
+    def take(self) -> tuple[str, ...]:
+        """All messages since the last call."""
+        with self._lock:
+            messages, self._messages = tuple(self._messages), []
+        return messages

@@ -8,41 +8,30 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from forcelab.capture.optoforce import USB_ID
 from forcelab.errors import InputError
 
 #: The cure where a device is not there; a window has a button for it.
-LOOK = "see 'forcelab capture --list' for what there is"
+LIST_HINT = "see 'forcelab capture --list' for what there is"
 
 VIDEO_CLASS = Path("/sys/class/video4linux")
 
 
 @dataclass(frozen=True, slots=True)
-class Camera:
-    """A camera, by the device that OpenCV would open.
+class FoundCamera:
+    """A camera, by the device that OpenCV would open."""
 
-    Parameters
-    ----------
-    device, name : str
-        Such as ``/dev/video0``, and what the driver calls it.
-    usable : bool
-        Whether this user may read it.
-    """
-
+    #: Such as ``/dev/video0``.
     device: str
+    #: By its driver.
     name: str
+    #: Whether this user may read it.
     usable: bool
 
 
-def cameras(folder: Path = VIDEO_CLASS) -> tuple[Camera, ...]:
+def find_cameras(folder: Path = VIDEO_CLASS) -> tuple[FoundCamera, ...]:
     """The video capture devices of a Linux system, sorted by device.
 
-    Empty elsewhere, and where the system shows them to nobody, as in some containers.
-
-    Parameters
-    ----------
-    folder : Path
-        Where the kernel lists them.
+    Empty elsewhere, and where the system does not list them, as in some containers.
     """
     try:
         entries = sorted(folder.iterdir())
@@ -50,20 +39,22 @@ def cameras(folder: Path = VIDEO_CLASS) -> tuple[Camera, ...]:
         return ()
     named = ((entry.name, _driver_name(entry)) for entry in entries)
     return tuple(
-        Camera(f"/dev/{device}", name, os.access(f"/dev/{device}", os.R_OK))
+        FoundCamera(f"/dev/{device}", name, os.access(f"/dev/{device}", os.R_OK))
         for device, name in named
         if name is not None
     )
 
 
 def _driver_name(entry: Path) -> str | None:
-    """What the driver calls a device; None where it is none, or was unplugged a moment ago."""
+    """The driver's name of a device; None where it is none, or was unplugged a moment ago."""
     try:
         return (entry / "name").read_text("utf-8", errors="replace").strip()
     except OSError:
         return None
 
 
+#: Vendor and product of an OptoForce DAQ's USB port.
+USB_ID = (0x04D8, 0x000A)
 #: Chips that adapters of every kind have; the encoder's, a QSB, is known by its name.
 FTDI = 0x0403
 #: Vendors of boards that mostly print text, and of the chips that such boards talk through.
@@ -82,29 +73,19 @@ BOARDS = {
 
 @dataclass(frozen=True, slots=True)
 class FoundPort:
-    """A serial port and what seems to be behind it.
+    """A serial port and what seems to be behind it."""
 
-    Parameters
-    ----------
-    path : str
-        Such as ``/dev/ttyACM0`` or ``COM3``.
-    kind : str
-        ``"optoforce"``, ``"text"``, ``"encoder"`` or ``"unknown"``.
-    description : str
-        What it seems to be, in words.
-    serial : str or None
-        The serial number that its USB interface tells.
-    usb : tuple of (int, int), or None
-        Vendor and product; None for a port that is none of USB.
-    usable : bool
-        Whether this user may read and write it.
-    """
-
+    #: Such as ``/dev/ttyACM0`` or ``COM3``.
     path: str
+    #: ``"optoforce"``, ``"text"``, ``"encoder"`` or ``"unknown"``.
     kind: str
+    #: What it seems to be, in words.
     description: str
+    #: Serial number of its USB interface.
     serial: str | None
+    #: Vendor and product; None for a port that is not USB.
     usb: tuple[int, int] | None
+    #: Whether this user may read and write it.
     usable: bool
 
     @property
@@ -114,13 +95,7 @@ class FoundPort:
 
 
 def find_ports() -> tuple[FoundPort, ...]:
-    """All serial ports, sorted by path.
-
-    Raises
-    ------
-    InputError
-        If pyserial is not installed, or does not know this system.
-    """
+    """All serial ports, sorted by path."""
     try:
         from serial.tools import list_ports
     except ImportError as error:
@@ -128,7 +103,7 @@ def find_ports() -> tuple[FoundPort, ...]:
             f"Serial ports cannot be listed ({error}); install pyserial with "
             f"'pip install pyserial'."
         ) from error
-    return tuple(sorted((_found(port) for port in list_ports.comports()), key=lambda p: p.path))
+    return tuple(sorted((_identify(port) for port in list_ports.comports()), key=lambda p: p.path))
 
 
 def optoforce_ports() -> tuple[str, ...]:
@@ -136,21 +111,15 @@ def optoforce_ports() -> tuple[str, ...]:
     return tuple(port.path for port in find_ports() if port.kind == "optoforce")
 
 
-def port_of(kind: str) -> str:
-    """The path of the only device of a kind.
-
-    Raises
-    ------
-    InputError
-        If there is none or several.
-    """
-    found = [port.path for port in find_ports() if port.kind == kind]
-    if len(found) == 1:
-        return found[0]
-    if found:
+def only_port(kind: str) -> str:
+    """The path of the only device of a kind; InputError if there is none or several."""
+    paths = [port.path for port in find_ports() if port.kind == kind]
+    if len(paths) == 1:
+        return paths[0]
+    if paths:
         raise InputError(
-            f"There are {len(found)} devices that may be '{kind}'; say which, such as "
-            f"{kind}:{found[0]} (others: {', '.join(found[1:])})."
+            f"There are {len(paths)} devices that may be '{kind}'; say which, such as "
+            f"{kind}:{paths[0]} (others: {', '.join(paths[1:])})."
         )
     raise InputError(
         f"No device of kind '{kind}' is plugged in; plug it in, or name its port, such as "
@@ -158,28 +127,22 @@ def port_of(kind: str) -> str:
     )
 
 
-def port_like(known: FoundPort, ports: Iterable[FoundPort]) -> str | None:
-    """Where a device is that was seen before: by its USB serial number, else at its old port.
-
-    Returns
-    -------
-    str or None
-        None while it is not there.
-    """
-    there = list(ports)
+def relocate_port(known: FoundPort, ports: Iterable[FoundPort]) -> str | None:
+    """Where a device is now: by its USB serial number, else at its old port; None while away."""
+    present = list(ports)
     if known.serial:
-        same = [port for port in there if (port.usb, port.serial) == (known.usb, known.serial)]
+        same = [port for port in present if (port.usb, port.serial) == (known.usb, known.serial)]
         return same[0].path if same else None
     if known.usb:
-        return next((p.path for p in there if (p.path, p.usb) == (known.path, known.usb)), None)
+        return next((p.path for p in present if (p.path, p.usb) == (known.path, known.usb)), None)
     return known.path if os.path.lexists(known.path) else None
 
 
-def _found(port: Any) -> FoundPort:
-    """What pyserial tells of a port, and what that means."""
+def _identify(port: Any) -> FoundPort:
+    """What pyserial says of a port, and what that means."""
     path = str(port.device)
     usb = None if port.vid is None or port.pid is None else (int(port.vid), int(port.pid))
-    kind, description = _seems(usb, _words(port))
+    kind, description = _classify(usb, _port_texts(port))
     return FoundPort(
         path,
         kind,
@@ -190,14 +153,14 @@ def _found(port: Any) -> FoundPort:
     )
 
 
-def _words(port: Any) -> str:
-    """What a port says of itself; pyserial says 'n/a' where it says nothing."""
+def _port_texts(port: Any) -> str:
+    """The texts of a port; pyserial says 'n/a' where there is none."""
     parts = (port.manufacturer, port.product, port.description)
-    kept = list(dict.fromkeys(str(part) for part in parts if part and part != "n/a"))
-    return " ".join(kept)
+    texts = list(dict.fromkeys(str(part) for part in parts if part and part != "n/a"))
+    return " ".join(texts)
 
 
-def _seems(usb: tuple[int, int] | None, words: str) -> tuple[str, str]:
+def _classify(usb: tuple[int, int] | None, words: str) -> tuple[str, str]:
     """The kind of a device, and what it is in words."""
     if usb == USB_ID:
         # An example number of its processor's maker: only asking for a serial number tells.

@@ -3,12 +3,12 @@
 It speaks lines of text at 230,400 baud. A command is a letter, two hexadecimal digits for a
 register, and up to eight for a value: ``R0E`` reads, ``W0B1`` writes, ``S0E`` sends register 0E
 again and again. The answer has the letter in lower case, or ``e`` for an error, the register, eight
-digits of value, eight of the device's clock if it was told to, and an exclamation mark; blanks may
+digits of value, eight of the device's clock if so configured, and an exclamation mark; blanks may
 stand between them. Its clock counts 1/512 s.
 
 A stream comes at a fixed interval, but only when the count has changed by more than a threshold:
 in between the last value holds, which is no gap. Facts from US Digital's public "QSB Commands
-List"; what a register does that is not named here was not needed.
+List"; only the registers named here are needed.
 """
 
 from __future__ import annotations
@@ -49,47 +49,25 @@ _TURN = 1 << 32
 
 @dataclass(frozen=True, slots=True)
 class Reply:
-    """An answer to a command.
+    """The answer to a command."""
 
-    Parameters
-    ----------
-    letter : str
-        ``"r"``, ``"w"`` or ``"s"``; ``"e"`` for an error.
-    register : int
-        The register that it is about.
-    value : int
-        0 to 2 ** 32 - 1.
-    """
-
+    #: ``"r"``, ``"w"`` or ``"s"``; ``"e"`` for an error.
     letter: str
     register: int
+    #: 0 to 2 ** 32 - 1.
     value: int
 
     @property
     def serial(self) -> str:
-        """Serial number of the device, for the answer to reading register 14."""
+        """Serial number of the device, in the answer to reading register 14."""
         return str(self.value >> 12)
 
 
-def set_up(*, reverse: bool = False, rate: float = CLOCK_RATE) -> tuple[bytes, ...]:
+def setup_commands(*, reverse: bool = False, rate: float = CLOCK_RATE) -> tuple[bytes, ...]:
     """The commands that make a device stream its count whenever that changes, in their order.
 
-    Parameters
-    ----------
-    reverse : bool
-        Count the other way round.
-    rate : float
-        The most that is sent, in Hz: 512 / n.
-
-    Returns
-    -------
-    tuple of bytes
-        Each is answered by a line of its own, except that the stream begins after the last one.
-
-    Raises
-    ------
-    InputError
-        If the device has no such rate.
+    Each is answered by a line of its own, except that the stream begins after the last one. `rate`
+    is the most that is sent, in Hz: 512 / n; `reverse` counts the other way round.
     """
     if not 0 < rate <= CLOCK_RATE:
         raise InputError(f"The encoder sends at most {CLOCK_RATE:g} counts a second, not {rate:g}.")
@@ -124,11 +102,6 @@ class EncoderParser:
 
         A count that was asked for with ``R0E`` comes as one that was streamed. Lines that are no
         answer are passed over.
-
-        Parameters
-        ----------
-        data : bytes
-            What follows on what was given before; an unfinished line is kept.
         """
         counts: list[int] = []
         for line in self._splitter.feed(data):
@@ -138,16 +111,16 @@ class EncoderParser:
             letter, register = answer[1].decode().lower(), int(answer[2], 16)
             value = int(answer[3], 16)
             if letter in "rs" and register == COUNT:
-                self._count = _going_on(self._count, value)
+                self._count = _unwrap(self._count, value)
                 counts.append(self._count)
             else:
                 self._replies.append(Reply(letter, register, value))
         return np.array(counts, np.int64)
 
     def take_replies(self) -> list[Reply]:
-        """The answers to other commands since this was asked last."""
-        taken, self._replies = self._replies, []
-        return taken
+        """The answers to other commands since the last call."""
+        replies, self._replies = self._replies, []
+        return replies
 
     def restart(self) -> None:
         """Go on after the cable was plugged in again, when the count may start anew."""
@@ -155,42 +128,22 @@ class EncoderParser:
         self._count = None
 
 
-def _going_on(before: int | None, value: int) -> int:
+def _unwrap(before: int | None, value: int) -> int:
     """A signed value of 32 bits as the nearest one to what was before."""
-    going = (value - (before or 0)) % _TURN
-    return (before or 0) + (going - _TURN if going >= _TURN // 2 else going)
+    step = (value - (before or 0)) % _TURN
+    return (before or 0) + (step - _TURN if step >= _TURN // 2 else step)
 
 
-#: Seconds that an encoder has for its answers.
-ANSWERS = 1.0
+#: Seconds within which an encoder answers.
+ANSWER_SECONDS = 1.0
 
 
 class Encoder(LineDevice):
-    """The opening of the tongs by a quadrature encoder behind a QSB; see ``Device``.
+    """The opening of the tongs by a quadrature encoder behind a QSB.
 
     It sends its count when that changes: in between the last value holds. A zero holds over the
     cable as that of every device does; but without power the adapter forgets what it counted, and
-    whether it had any is not told: a remark asks to zero it again.
-
-    Parameters
-    ----------
-    path : str
-        Its port.
-    scale : float
-        Units a count.
-    unit, channel : str
-        Unit and name of its channel.
-    rate : float
-        The most it sends, in Hz: 512 / n.
-    reverse : bool
-        Count the other way round.
-    ports : callable
-        All ports that there are.
-
-    Raises
-    ------
-    InputError
-        If the scale is zero or not finite, or the device has no such rate.
+    nothing tells whether it had any: a remark asks to zero it again.
     """
 
     kind = "encoder"
@@ -207,35 +160,34 @@ class Encoder(LineDevice):
         reverse: bool = False,
         ports: Ports = find_ports,
     ) -> None:
+        """At most `rate` counts a second (Hz: 512 / n), each of `scale` units."""
         super().__init__(path, BAUD, ports)
         if not 0 < abs(scale) < np.inf:
             raise InputError(
                 f"An encoder cannot be read at {scale:g} units a count; write a number that is not "
                 f"zero, such as scale=0.01."
             )
-        self._commands = set_up(rate=rate, reverse=reverse)
+        self._commands = setup_commands(rate=rate, reverse=reverse)
         self.rate = rate
         self.channels = (Channel(channel, unit),)
-        #: Serial number that it told; None before that.
+        #: Its serial number, once it has answered.
         self.serial: str | None = None
         self._scale, self._zero, self._count = scale, 0, 0
         self._parser = EncoderParser()
         self._first: Block | None = None
 
     def open(self) -> None:
-        """Connect and have it stream; see ``Device.open``."""
         self._parser, self._zero, self._count, self.serial = EncoderParser(), 0, 0, None
         super().open()
 
     def read(self, timeout: float) -> Block | None:
-        """What has arrived; see ``Device.read``."""
         if self._first is not None:
             block, self._first = self._first, None
             return block
         return self._parse_counts(*self._port.read(timeout))
 
     def zero(self) -> None:
-        """Take the present opening for zero; see ``Device.zero``."""
+        """Take the present opening for zero."""
         self._zero = self._count
 
     def _parse_counts(self, data: bytes, arrived: float) -> Block | None:
@@ -243,7 +195,7 @@ class Encoder(LineDevice):
         counts = self._parser.feed(data)
         for reply in self._parser.take_replies():
             if reply.letter == "e":
-                self._events.say(f"{self.name} refused a command; is it a QSB?")
+                self._messages.put(f"{self.name} refused a command; is it a QSB?")
             elif reply.letter == "r":
                 self.serial = reply.serial
         if not len(counts):
@@ -252,18 +204,18 @@ class Encoder(LineDevice):
         values = self._scale * (counts - self._zero).astype(np.float64)
         return Block(np.full(len(counts), arrived), None, values[:, None])
 
-    def _begin(self) -> None:
+    def _configure(self) -> None:
         """Have it stream; its first count is kept, as it holds until the next one."""
         self._parser.restart()
         if self.connections:
-            self._events.say(
+            self._messages.put(
                 f"{self.name} may have lost its count while it was unplugged; close the tongs and "
                 f"zero it again."
             )
         for command in self._commands:
             self._port.write(command)
         self._first = None
-        until = time.monotonic() + ANSWERS
+        until = time.monotonic() + ANSWER_SECONDS
         while self._first is None and time.monotonic() < until:
             self._first = self._parse_counts(*self._port.read(0.05))
         if self._first is None:

@@ -1,65 +1,66 @@
 """The journal: all that is recorded, on the disk while it is recorded.
 
-Samples as the payloads of a journal's records, and put together again. Little-endian: how many
-samples and channels, whether there are counters and status words, then arrivals, counters, values
-and status words, one array after the other.
-
 An append-only file: a line with the version, then records of a head (kind, device, length, and a
 CRC-32 over these and the payload) and a payload, little-endian. Whatever ends the program, the file
-is whole up to the last record that was forced to the disk, at most :data:`FLUSHED` seconds ago. Its
-first record, JSON, says what is recorded. The writer keeps what the disk refuses in memory.
+is whole up to the last record that was forced to the disk, at most :data:`FLUSH_SECONDS` ago. Its
+first record, JSON, says what is recorded. The writer, a thread, keeps what the disk refuses in
+memory.
+
+Samples are payloads of how many samples and channels there are, whether there are counters and
+status words, then arrivals, counters, values and status words, one array after the other.
 """
 
 from __future__ import annotations
 
+import contextlib
 import itertools
 import json
 import math
+import os
 import struct
+import tempfile
+import threading
+import time
 import zlib
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator
 from enum import IntEnum
+from io import FileIO
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from forcelab.capture.device import Block
+from forcelab.capture.device import Block, MessageQueue
 from forcelab.errors import InputError
+from forcelab.io import sync_folder
 
 _BLOCK = struct.Struct("<IHBx")
 _TICKS, _STATUS = 1, 2
 
 
-def block_bytes(block: Block) -> bytes:
+def encode_block(block: Block) -> bytes:
     """A block of samples as the payload of a record."""
     flags = (_TICKS if block.ticks is not None else 0) | (
         _STATUS if block.status is not None else 0
     )
     rows, columns = block.values.shape
-    parts = [_BLOCK.pack(rows, columns, flags), _raw(block.arrived, "<f8")]
+    parts = [_BLOCK.pack(rows, columns, flags), _little_endian(block.arrived, "<f8")]
     if block.ticks is not None:
-        parts.append(_raw(block.ticks, "<i8"))
-    parts.append(_raw(block.values, "<f8"))
+        parts.append(_little_endian(block.ticks, "<i8"))
+    parts.append(_little_endian(block.values, "<f8"))
     if block.status is not None:
-        parts.append(_raw(block.status, "<u2"))
+        parts.append(_little_endian(block.status, "<u2"))
     return b"".join(parts)
 
 
-class Samples:
-    """All samples of a device, put together out of its records.
-
-    Parameters
-    ----------
-    columns : int
-        Channels of the device.
-    """
+class SampleBuffer:
+    """All samples of a device, put together out of its records."""
 
     def __init__(self, columns: int) -> None:
         self._columns = columns
         # Bytes are cut and joined, and are made numbers once: that is what takes time.
         self._arrived, self._ticks, self._values = bytearray(), bytearray(), bytearray()
-        self._ticked = True
+        self._has_ticks = True
 
     def __len__(self) -> int:
         return len(self._arrived) // 8
@@ -67,21 +68,18 @@ class Samples:
     def add(self, payload: bytes) -> None:
         """Add the samples in the payload of a record.
 
-        Raises
-        ------
-        InputError
-            If its length is not what it says of itself, or it has other channels.
+        InputError if its length is not what it says of itself, or it has other channels.
         """
         if _columns_of(payload) != self._columns:
             raise InputError("The journal's samples do not fit its channels; record again.")
         rows, columns, flags = _BLOCK.unpack_from(payload)
-        ticked, told = bool(flags & _TICKS), bool(flags & _STATUS)
-        if len(payload) != _BLOCK.size + rows * (8 + 8 * ticked + 8 * columns + 2 * told):
+        has_ticks, has_status = bool(flags & _TICKS), bool(flags & _STATUS)
+        if len(payload) != _BLOCK.size + rows * (8 + 8 * has_ticks + 8 * columns + 2 * has_status):
             raise InputError("A block of samples in the journal has a wrong length; record again.")
-        self._ticked = self._ticked and ticked
+        self._has_ticks = self._has_ticks and has_ticks
         at = _BLOCK.size + 8 * rows
         self._arrived += payload[_BLOCK.size : at]
-        if ticked:
+        if has_ticks:
             self._ticks += payload[at : at + 8 * rows]
             at += 8 * rows
         self._values += payload[at : at + 8 * rows * columns]
@@ -90,7 +88,7 @@ class Samples:
         """The samples so far as one block, with counters where all have them."""
         return Block(
             np.frombuffer(self._arrived, "<f8"),
-            np.frombuffer(self._ticks, "<i8") if self._ticked else None,
+            np.frombuffer(self._ticks, "<i8") if self._has_ticks else None,
             np.frombuffer(self._values, "<f8").reshape(-1, self._columns),
         )
 
@@ -103,17 +101,18 @@ def _columns_of(payload: bytes) -> int:
     return columns
 
 
-def _raw(array: Any, kind: str) -> bytes:
-    """An array's numbers as little-endian bytes."""
+def _little_endian(array: Any, kind: str) -> bytes:
     return np.ascontiguousarray(array, dtype=kind).tobytes()
 
 
+#: Events of a device.
+UNPLUGGED, PLUGGED = "unplugged", "plugged in again"
 #: Seconds after which what was recorded is on the disk, at most.
-FLUSHED = 0.2
+FLUSH_SECONDS = 0.2
 #: How the names of journals end.
 SUFFIX = ".journal"
 #: Bytes that are read at once.
-PIECE = 1 << 20
+READ_BYTES = 1 << 20
 
 _MAGIC = b"forcelab journal "
 _VERSION = 1
@@ -123,7 +122,7 @@ _BEGIN = _HEAD.size + _CRC.size
 _LINE = len(_MAGIC) + 12  # bytes of the first line, at most
 
 
-class Kind(IntEnum):
+class RecordKind(IntEnum):
     """What a record holds."""
 
     HEADER = 1  #: JSON: what is recorded
@@ -134,67 +133,46 @@ class Kind(IntEnum):
     FRAME = 6  #: JSON: stamps of frames that a camera gave
 
 
-_KINDS = {int(kind): kind for kind in Kind}
+_KINDS = {int(kind): kind for kind in RecordKind}
 
 
 class Record(NamedTuple):  # a recording has hundreds of thousands
-    """One record.
+    """`device` is the number of its device or camera in the header; 0 where there is none."""
 
-    Parameters
-    ----------
-    kind : Kind
-    device : int
-        Number of the device or camera in the header; 0 where there is none.
-    payload : bytes
-    """
-
-    kind: Kind
+    kind: RecordKind
     device: int
     payload: bytes
 
 
-class Contents:
+class JournalReader:
     """What is in a journal, read piece by piece whenever it is gone through.
 
     An hour of recording is hundreds of megabytes, which need never be in memory at once.
-
-    Parameters
-    ----------
-    source : callable
-        Gives the journal's bytes from the first on, in pieces of any length.
-    name : str
-        What errors call it.
-
-    Attributes
-    ----------
-    header : dict
-        What is recorded.
-
-    Raises
-    ------
-    InputError
-        If it cannot be read, is no journal or one of another version, or ends before it says what
-        was recorded.
     """
 
     def __init__(self, source: Callable[[], Iterator[bytes]], name: str) -> None:
+        """`source` gives the journal's bytes from the first on, in pieces of any length.
+
+        InputError if it is no journal or one of another version, or ends before it says what was
+        recorded.
+        """
         self._source, self._name = source, name
         self._torn: int | None = None
-        found = self._all()
-        first = next(found, None)
-        found.close()
-        if first is None or first.kind != Kind.HEADER:
+        records = self._records()
+        first = next(records, None)
+        records.close()
+        if first is None or first.kind != RecordKind.HEADER:
             raise InputError(
                 f"The journal '{name}' ends before it says what was recorded; nothing is in it, "
                 f"delete it."
             )
-        self.header = json_of(first)
+        self.header = decode_json(first)
 
     def __iter__(self) -> Iterator[Record]:
         """All whole records after the header."""
-        found = self._all()
-        next(found)
-        yield from found
+        records = self._records()
+        next(records)
+        yield from records
 
     @property
     def torn(self) -> int:
@@ -204,50 +182,48 @@ class Contents:
                 pass
         return self._torn
 
-    def _all(self) -> Generator[Record, None, None]:
+    def _records(self) -> Generator[Record, None, None]:
         """The whole records from the first on."""
         pieces = self._source()
         try:
             parts: list[bytes] = []
-            held, wanted = 0, 0.0  # bytes that are not in a record yet, and that the next one needs
+            buffered, needed = (
+                0,
+                0.0,
+            )  # bytes that are not in a record yet, and that the next one needs
             for piece in itertools.chain((_after_version(pieces, self._name),), pieces):
-                held += len(piece)
-                if wanted == math.inf:
+                buffered += len(piece)
+                if needed == math.inf:
                     continue  # what follows a damaged record is counted, not kept
                 parts.append(piece)
-                if held < wanted:
+                if buffered < needed:
                     continue
                 data, at = b"".join(parts), 0
-                while (found := _record(data, at)) is not None:
-                    yield found
-                    at += _BEGIN + len(found.payload)
-                parts, held = [data[at:]], len(data) - at
-                wanted = _wanted(parts[0])
-            self._torn = held
+                while (record := _parse_record(data, at)) is not None:
+                    yield record
+                    at += _BEGIN + len(record.payload)
+                parts, buffered = [data[at:]], len(data) - at
+                needed = _bytes_needed(parts[0])
+            self._torn = buffered
         finally:
             if isinstance(pieces, Generator):
                 pieces.close()  # and with it the file
 
 
-def encoded(kind: Kind, payload: bytes, device: int = 0) -> bytes:
-    """A record as bytes."""
+def encode_record(kind: RecordKind, payload: bytes, device: int = 0) -> bytes:
     head = _HEAD.pack(kind, device, len(payload))
     return head + _CRC.pack(zlib.crc32(payload, zlib.crc32(head))) + payload
 
 
-def header_bytes(header: dict[str, Any]) -> bytes:
-    """What a journal begins with."""
-    return _MAGIC + b"%d\n" % _VERSION + encoded(Kind.HEADER, json.dumps(header).encode())
+def encode_header(header: dict[str, Any]) -> bytes:
+    """The beginning of a journal."""
+    return (
+        _MAGIC + b"%d\n" % _VERSION + encode_record(RecordKind.HEADER, json.dumps(header).encode())
+    )
 
 
-def json_of(record: Record) -> dict[str, Any]:
-    """The JSON object in a record.
-
-    Raises
-    ------
-    InputError
-        If it is none.
-    """
+def decode_json(record: Record) -> dict[str, Any]:
+    """The JSON object in a record; InputError if it is none."""
     try:
         value = json.loads(record.payload)
     except (ValueError, RecursionError) as error:
@@ -257,19 +233,13 @@ def json_of(record: Record) -> dict[str, Any]:
     return value
 
 
-def read(path: Path) -> Contents:
-    """The contents of a journal; see :class:`Contents` for what may be wrong with it.
-
-    Parameters
-    ----------
-    path : Path
-        Of a recording that has ended, however it ended.
-    """
+def read_journal(path: Path) -> JournalReader:
+    """The contents of the journal of a recording that has ended, however it ended."""
 
     def pieces() -> Iterator[bytes]:
         try:
             with path.open("rb") as file:
-                while piece := file.read(PIECE):
+                while piece := file.read(READ_BYTES):
                     yield piece
         except OSError as error:
             raise InputError(
@@ -277,7 +247,7 @@ def read(path: Path) -> Contents:
                 f"the disk is connected."
             ) from error
 
-    return Contents(pieces, str(path))
+    return JournalReader(pieces, str(path))
 
 
 def _after_version(pieces: Iterator[bytes], name: str) -> bytes:
@@ -299,7 +269,7 @@ def _after_version(pieces: Iterator[bytes], name: str) -> bytes:
     return rest
 
 
-def _record(data: bytes, at: int) -> Record | None:
+def _parse_record(data: bytes, at: int) -> Record | None:
     """The record that begins at a place; None where there is no whole one."""
     if len(data) - at < _BEGIN:
         return None
@@ -313,10 +283,238 @@ def _record(data: bytes, at: int) -> Record | None:
     return Record(_KINDS[kind], device, payload)
 
 
-def _wanted(data: bytes) -> float:
+def _bytes_needed(data: bytes) -> float:
     """How many bytes the record needs that begins here and is not whole; infinity: it is none."""
     if len(data) < _BEGIN:
         return _BEGIN
     kind, _, length = _HEAD.unpack_from(data)
     needed: int = _BEGIN + length
     return needed if kind in _KINDS and len(data) < needed else math.inf
+
+
+_RETRY = 1.0  # s between two tries while the disk refuses
+
+
+class JournalWriter:
+    """Writes one journal: records from any thread, in a thread of its own."""
+
+    def __init__(self, path: Path, header: dict[str, Any]) -> None:
+        """Begin a new file in a folder that exists; the header is what JSON can hold.
+
+        InputError if the file cannot be made.
+        """
+        self.path = path
+        #: Where all of it is after `close`, if the disk refused some to the end.
+        self.saved: Path | None = None
+        self._lock = threading.Lock()
+        self._waiting: list[bytes] = [encode_header(header)]
+        self._unwritten = b""  # what the disk has not confirmed, which begins at this place
+        self._place = 0
+        self._messages = MessageQueue()
+        self._refused = False
+        self._tried = 0.0
+        self._ended = threading.Event()
+        try:
+            self._file = FileIO(path, "x+")
+            _lock(self._file)
+        except OSError as error:
+            raise InputError(
+                f"'{path}' cannot be written ({error.strerror or error}); nothing is recorded."
+            ) from error
+        self._flush()
+        if self._refused:
+            self._file.close()
+            with contextlib.suppress(OSError):
+                path.unlink()
+            raise InputError(f"{self.remarks()[0].rpartition(';')[0]}; nothing is recorded.")
+        self._thread = threading.Thread(target=self._run, name="forcelab journal")
+        self._thread.start()
+
+    @property
+    def in_memory(self) -> int:
+        """Bytes that the disk has refused so far and that are kept in memory; 0 if it works."""
+        with self._lock:
+            return len(self._unwritten) + sum(map(len, self._waiting)) if self._refused else 0
+
+    def block(self, device: int, block: Block) -> None:
+        self.record(RecordKind.BLOCK, encode_block(block), device)
+
+    def note(self, kind: RecordKind, device: int = 0, **what: Any) -> None:
+        """Record what JSON can hold."""
+        self.record(kind, json.dumps(what).encode(), device)
+
+    def record(self, kind: RecordKind, payload: bytes, device: int = 0) -> None:
+        """Record anything; it is on the disk :data:`FLUSH_SECONDS` later at most."""
+        data = encode_record(kind, payload, device)
+        with self._lock:
+            self._waiting.append(data)
+
+    def remarks(self) -> tuple[str, ...]:
+        """What went wrong since the last call, a sentence each."""
+        return self._messages.take()
+
+    def finish(self) -> None:
+        """Write what there is and let the thread end; the file stays open for :meth:`contents`."""
+        self._ended.set()
+        self._thread.join()
+        self._tried = 0.0
+        self._flush()
+
+    def contents(self) -> JournalReader:
+        """All that was recorded, from the disk and from memory; after :meth:`finish`."""
+        return JournalReader(self._pieces, str(self.path))
+
+    def close(self, *, delete: bool = False) -> None:
+        """Release the file, and remove it if it is not needed any more; closing twice is fine."""
+        if not self._ended.is_set():
+            self.finish()
+        if self._unwritten and not delete and not self._file.closed:
+            self.saved = self._save_elsewhere()
+        self._file.close()
+        if delete or self.saved is not None:
+            with contextlib.suppress(OSError):  # it is offered at the next start then
+                self.path.unlink()
+
+    def _run(self) -> None:
+        while not self._ended.wait(FLUSH_SECONDS / 2):
+            self._flush()
+
+    def _flush(self) -> None:
+        """Bring what waits to the disk, or keep it and say so once."""
+        if self._refused and time.monotonic() - self._tried < _RETRY:
+            return
+        with self._lock:
+            self._unwritten += b"".join(self._waiting)
+            self._waiting.clear()
+        if not self._unwritten:
+            return
+        self._tried = time.monotonic()
+        try:
+            if not self._is_in_place():
+                self._rewrite()
+            self._file.seek(self._place)  # what was written and not confirmed may be lost
+            _write(self._file, (self._unwritten,))
+        except OSError as error:
+            self._refuse(error)
+            return
+        self._place += len(self._unwritten)
+        self._unwritten = b""
+        if self._refused:
+            self._refused = False
+            self._messages.put(
+                f"'{self.path}' can be written again; all that was kept in memory is there."
+            )
+
+    def _save_elsewhere(self) -> Path | None:
+        """Write all of it where there is room, as nothing of it may be lost; where that is."""
+        for folder in fallback_folders():
+            try:
+                file, name = tempfile.mkstemp(SUFFIX, f"{self.path.stem} ", folder)
+            except OSError:
+                continue
+            try:
+                with os.fdopen(file, "wb") as copy:
+                    copy.writelines(self._confirmed())
+                    copy.write(self._unwritten)
+                    copy.flush()
+                    os.fsync(copy.fileno())
+            except OSError:
+                with contextlib.suppress(OSError):
+                    Path(name).unlink()
+                continue
+            return Path(name)
+        return None
+
+    def _is_in_place(self) -> bool:
+        """Whether the open file is still the one under its name."""
+        try:
+            return os.path.samestat(os.fstat(self._file.fileno()), self.path.stat())
+        except FileNotFoundError:
+            return False
+
+    def _rewrite(self) -> None:
+        """Write the whole journal anew: its folder was away, and is back."""
+        file = FileIO(self.path, "x+")  # fails while the folder is away
+        try:
+            _lock(file)
+            _write(file, self._confirmed())
+            sync_folder(self.path.parent)
+        except OSError:
+            file.close()
+            with contextlib.suppress(OSError):
+                self.path.unlink()
+            raise
+        self._file.close()
+        self._file = file
+
+    def _pieces(self) -> Iterator[bytes]:
+        """What is on the disk, and in memory."""
+        try:
+            yield from self._confirmed()
+        except OSError as error:
+            raise InputError(
+                f"The journal '{self.path}' cannot be read back ({error.strerror or error}); "
+                f"connect the disk again."
+            ) from error
+        yield self._unwritten
+
+    def _confirmed(self) -> Iterator[bytes]:
+        """What the disk has confirmed of the open file, which outlives its name, in pieces."""
+        at = 0
+        while at < self._place:
+            self._file.seek(at)
+            piece = self._file.read(min(READ_BYTES, self._place - at))
+            if not piece:
+                break
+            yield piece
+            at += len(piece)
+
+    def _refuse(self, error: OSError) -> None:
+        """Go on in memory, and say so once."""
+        if not self._refused:
+            self._refused = True
+            self._messages.put(
+                f"'{self.path}' cannot be written ({error.strerror or error}); the recording goes "
+                f"on in memory and is written as soon as that is possible."
+            )
+
+
+def _write(file: FileIO, pieces: Iterable[bytes]) -> None:
+    """Write all of it where the file stands, and have the disk confirm it."""
+    for piece in pieces:
+        rest = memoryview(piece)
+        while rest:
+            rest = rest[file.write(rest) or 0 :]
+    os.fsync(file.fileno())
+
+
+def fallback_folders() -> tuple[Path, ...]:
+    """Folders for what a disk refuses: the home folder, and that for temporary files."""
+    places = [Path(tempfile.gettempdir())]
+    with contextlib.suppress(RuntimeError):  # this user has no home
+        places.insert(0, Path.home())
+    return tuple(places)
+
+
+def is_being_written(path: Path) -> bool:
+    """Whether a process that is alive writes this journal; False where that is unknown."""
+    try:
+        with FileIO(path, "r") as file:
+            return not _lock(file)
+    except OSError:
+        return False
+
+
+def _lock(file: FileIO) -> bool:
+    """Lock a file until it is closed, or the process ends; False if another process holds it."""
+    try:
+        import fcntl
+    except ImportError:  # Windows, where no other process can remove an open file anyway
+        return True
+    try:
+        fcntl.flock(file.fileno(), fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    except OSError:  # a file system without locks
+        return True
+    return True

@@ -1,133 +1,54 @@
-"""OptoForce DAQs: their packets, what is sent to them, and what is said of them.
+"""OptoForce DAQs at serial ports: their commands, their stream, and the device itself.
 
-Nothing here opens a port; :mod:`forcelab.formats.optoforce_packets` holds the packets themselves.
+:mod:`forcelab.formats.optoforce_packets` has the packets themselves.
 """
 
 from __future__ import annotations
 
 import time
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Final
+from pathlib import Path
+from typing import Final, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from forcelab.capture.device import Block
-from forcelab.capture.messages import MessageQueue
+from forcelab.capture.device import Block, UnpluggedError
+from forcelab.capture.discovery import optoforce_ports
+from forcelab.capture.serial_port import Port, PortDevice
+from forcelab.demonstration import Channel
 from forcelab.errors import InputError
-from forcelab.formats.calibration import Calibration
+from forcelab.formats.calibration import Calibration, channels_of, read_calibrations
 from forcelab.formats.optoforce_packets import (
     Packets,
     Parser,
     Reply,
+    SensorKind,
     Unwrapper,
     modal_step,
     status_sentences,
     with_checksum,
 )
 
-#: Seconds without a packet after which that is remarked.
-SILENCE = 1.0
-
-
-class StatusMessages(MessageQueue):
-    """Events of a DAQ, as sentences."""
-
-    def status(self, called: str, status: NDArray[np.uint16], arrived: float) -> None:
-        """Remark what status words say.
-
-        Parameters
-        ----------
-        called : str
-            What sentences call the DAQ.
-        status : ndarray of uint16, shape (n,)
-            Those that are not zero.
-        arrived : float
-            When the last one came, in s of the host's monotonic clock.
-        """
-        for number in np.unique(status & 0xF):
-            word = int(np.bitwise_or.reduce(status[status & 0xF == number]))
-            for sentence in status_sentences(word & ~0x03F0):
-                self.during(sentence, f"{called}: {sentence}", arrived)
-            for sentence in status_sentences(word & 0x03FF):
-                self.during(int(number), f"{called}: {sentence}", arrived)
-
-    def still(self, called: str, arrived: float) -> None:
-        """Remark it once when nothing has come but samples that are dropped as repeated.
-
-        Parameters
-        ----------
-        called : str
-            What sentences call the DAQ.
-        arrived : float
-            When the last of them came, in s of the host's monotonic clock.
-        """
-        self.during(
-            "still",
-            f"{called}: its sample counter stands still, so its packets are left out as repeated; "
-            f"unplug it and plug it in again.",
-            arrived,
-        )
-
-    def silence(self, called: str, heard: float) -> None:
-        """Remark it once when nothing has come for long.
-
-        Parameters
-        ----------
-        called : str
-            What sentences call the DAQ.
-        heard : float
-            When the last packet came, in s of the host's monotonic clock.
-        """
-        now = time.monotonic()
-        if now - heard > SILENCE:
-            self.during(
-                "silence",
-                f"{called} has sent no valid packet for {SILENCE:g} s; check its cable.",
-                now,
-            )
-
-
-@dataclass(frozen=True)
-class Tare(Calibration):
-    """A calibration of a DAQ that has forgotten its zero.
-
-    Parameters
-    ----------
-    offset : ndarray of float64, shape (c,)
-        Counts that it reads where zero was taken.
-    """
-
-    offset: NDArray[np.float64]
-
-    def apply(self, counts: NDArray[np.int16]) -> NDArray[np.float64]:
-        """Carry counts, shape (n, c), to the unit of the channels, from the zero on."""
-        left = counts - self.offset
-        return left * np.where(left < 0, self.negative, self.positive)
-
-
 BAUD: Final = 1_000_000
-#: Vendor and product of its USB port.
-USB_ID: Final = (0x04D8, 0x000A)
 #: Cut-off frequencies of the built-in low-pass filter in Hz, by code; 0 Hz is no filter.
 FILTERS: Final = (0.0, 500.0, 150.0, 50.0, 15.0, 5.0, 1.5)
+#: Seconds that a DAQ has for an answer, and for the first packet.
+ANSWER_SECONDS = 1.0
+#: Seconds without a packet after which that is remarked.
+SILENCE_SECONDS = 1.0
+#: Seconds over which the readings are averaged that a zeroing takes for zero.
+ZEROING_SECONDS = 0.03
 #: Steps of the counter from which its usual step is learnt, if so large a share is the same; and
 #: the number from which the commonest is taken whatever its share.
 _LEARN, _SHARE, _LEARN_ANYHOW = 16, 0.75, 256
 
 
-def speed_for(rate: float) -> int:
-    """The speed code for a rate: n for 1000 / n samples a second, 0 to stop.
+def speed_code(rate: float) -> int:
+    """The speed code for a rate (Hz): n for 1000 / n samples a second, 0 to stop.
 
-    Parameters
-    ----------
-    rate : float
-        Samples a second.
-
-    Raises
-    ------
-    InputError
-        If the DAQ has no such rate. The sentence names the nearest ones.
+    Raises InputError, which names the nearest rates, if the DAQ has no such one.
     """
     if rate == 0:
         return 0
@@ -136,29 +57,16 @@ def speed_for(rate: float) -> int:
         near = sorted({1000 / n for n in (code - 1, code, code + 1) if 1 <= n <= 255} or {1000, 4})
         raise InputError(
             f"An OptoForce DAQ cannot give {rate:g} samples a second; choose 1000 / n with n from "
-            f"1 to 255, such as {' or '.join(f'{one:.5g}' for one in near)}."
+            f"1 to 255, such as {' or '.join(f'{rate:.5g}' for rate in near)}."
         )
     return code
 
 
-def configure(speed: int, filtered: int = 4, zero: int = 0) -> bytes:
-    """The command that sets speed and filter, and zeroes if asked to.
+def configure_command(speed: int, filtered: int = 4, zero: int = 0) -> bytes:
+    """The command that sets speed and filter by their codes, and zeroes if asked to.
 
-    To zero, send it with `zero` 0, then with 255, and drop what had been buffered.
-
-    Parameters
-    ----------
-    speed : int
-        n for 1000 / n samples a second, 0 to stop; see :func:`speed_for`.
-    filtered : int
-        Place in :data:`FILTERS`; 4 (15 Hz) is what the device starts with.
-    zero : int
-        255 takes the present readings for zero, 0 takes that back.
-
-    Raises
-    ------
-    InputError
-        If a code does not exist.
+    To zero, send it with `zero` 0, then with 255, and drop what had been buffered. A DAQ starts
+    with filter 4 (15 Hz), see :data:`FILTERS`.
     """
     if not 0 <= speed <= 255:
         raise InputError(f"The speed of an OptoForce DAQ is a code from 0 to 255, not {speed}.")
@@ -172,23 +80,16 @@ def configure(speed: int, filtered: int = 4, zero: int = 0) -> bytes:
     return with_checksum(bytes([170, 0, 50, 3, speed, filtered, zero]))
 
 
-def serial_request() -> bytes:
+def serial_command() -> bytes:
     """The command that asks for the serial number."""
     return with_checksum(bytes([171, 0, 18, 8]))
 
 
-class Stream:
-    """Turns the bytes of one DAQ into blocks of samples.
+class PacketStream:
+    """Turns the bytes of one DAQ into blocks of samples, of counts where it has no calibration.
 
     The first few samples are withheld until the usual step of the counter is known; they come with
     the first block then. A sample that came twice is dropped.
-
-    Parameters
-    ----------
-    rate : float
-        Samples a second that the DAQ was told to give.
-    calibration : Calibration, optional
-        Without it the values are counts.
     """
 
     def __init__(self, rate: float, calibration: Calibration | None = None) -> None:
@@ -205,30 +106,22 @@ class Stream:
         return 0 if self._unwrapper is None else self._unwrapper.doubled
 
     def take_replies(self) -> list[Reply]:
-        """What the DAQ answered since this was asked last."""
+        """The DAQ's answers since the last call."""
         return self._parser.take_replies()
 
     def feed(self, data: bytes, arrived: float) -> Block | None:
-        """The samples that are complete with these bytes; None if there are none.
-
-        Parameters
-        ----------
-        data : bytes
-            What follows on what was given before.
-        arrived : float
-            When they were read, in seconds of the host's monotonic clock.
-        """
+        """The samples that are complete with these bytes, read at `arrived` (s); None without."""
         packets, self._arrived = self._parser.feed(data), arrived
         if not len(packets):
             return None
         self._withheld.append((packets, np.full(len(packets), arrived)))
         if self._step is None:
-            counts = np.concatenate([one.counts for one, _ in self._withheld])
+            counts = np.concatenate([packets.counts for packets, _ in self._withheld])
             step, share = modal_step(counts)
             if len(counts) <= (_LEARN if share >= _SHARE else _LEARN_ANYHOW):
                 return None
-            self._learnt(step)
-        return self._released()
+            self._set_step(step)
+        return self._release()
 
     def flush(self) -> Block | None:
         """What is still withheld or unfinished, as nothing follows; None if there is nothing.
@@ -241,41 +134,330 @@ class Stream:
         if not self._withheld:
             return None
         if self._step is None:
-            self._learnt(modal_step(np.concatenate([p.counts for p, _ in self._withheld]))[0])
-        return self._released()
+            self._set_step(modal_step(np.concatenate([p.counts for p, _ in self._withheld]))[0])
+        return self._release()
 
     def restart(self, rate: float) -> None:
-        """Learn the step anew, as after the DAQ was plugged in again or told another speed.
+        """Learn the step anew, as after the DAQ was plugged in again.
 
         Ticks go on: the host's clock decides how many samples are missing in between. Call
-        :meth:`flush` first, or what is withheld counts as having come afterwards.
-
-        Parameters
-        ----------
-        rate : float
-            Samples a second that it was told to give; the same as before, or ticks and samples
-            would not go together any more.
+        :meth:`flush` first, or what is withheld counts as having come afterwards. `rate` is the
+        same as before, or ticks and samples would not go together any more.
         """
         self.rate, self._step = rate, None
 
-    def _learnt(self, step: int) -> None:
-        """Go on with a step that is known now."""
+    def _set_step(self, step: int) -> None:
         self._step = step
         if self._unwrapper is None:
             self._unwrapper = Unwrapper(step, self.rate)
         else:
             self._unwrapper.resume(step, self.rate)
 
-    def _released(self) -> Block | None:
-        """What was withheld, as a block."""
+    def _release(self) -> Block | None:
+        """The withheld packets as a block."""
         pieces, self._withheld = self._withheld, []
         assert self._unwrapper is not None
-        arrived = np.concatenate([when for _, when in pieces])
+        arrived = np.concatenate([arrived for _, arrived in pieces])
         unwrapped = self._unwrapper.feed(np.concatenate([p.counts for p, _ in pieces]), arrived)
-        kept = unwrapped.is_new
-        if not kept.any():
+        valid = unwrapped.is_new
+        if not valid.any():
             return None
-        counts = np.concatenate([p.values for p, _ in pieces])[kept]
-        status = np.concatenate([p.status for p, _ in pieces])[kept]
+        counts = np.concatenate([p.values for p, _ in pieces])[valid]
+        status = np.concatenate([p.status for p, _ in pieces])[valid]
         calibrated = self.calibration.apply(counts) if self.calibration else counts.astype(float)
-        return Block(arrived[kept], unwrapped.ticks, calibrated, status)
+        return Block(arrived[valid], unwrapped.ticks, calibrated, status)
+
+
+@dataclass(frozen=True)
+class Tare(Calibration):
+    """The calibration of a DAQ that has forgotten its zero, at which it reads `offset` counts."""
+
+    offset: NDArray[np.float64]
+
+    def apply(self, counts: NDArray[np.int16]) -> NDArray[np.float64]:
+        """Carry counts, shape (n, c), to the unit of the channels, from the zero on."""
+        net = counts - self.offset
+        return net * np.where(net < 0, self.negative, self.positive)
+
+
+class _Described(Protocol):
+    """A device, or its state."""
+
+    @property
+    def name(self) -> str: ...
+
+    @property
+    def channels(self) -> Sequence[Channel]: ...
+
+
+def sends_raw_counts(device: _Described) -> bool:
+    """Whether an open device is an OptoForce DAQ without a calibration."""
+    return device.name.startswith("optoforce:") and any(not c.unit for c in device.channels)
+
+
+def uncalibrated_warning(name: str, cure: str = "give ?calibration=FILE") -> str:
+    """The warning, before it is recorded, that a device gives raw counts, and what to do."""
+    return (
+        f"{name} is not calibrated: its forces are recorded as raw counts, which do not compare "
+        f"with newtons; {cure}."
+    )
+
+
+class CommandChannel:
+    """Questions and answers between packets of data, which are passed over."""
+
+    def __init__(self, port: Port) -> None:
+        self._port, self._parser = port, Parser()
+        self._tail = b""
+
+    @property
+    def unfinished(self) -> bytes:
+        """The unfinished packet at the end of what was read."""
+        pending = self._parser.pending
+        return self._tail[-pending:] if pending else b""
+
+    def ask(self, message: bytes, is_answer: Callable[[Reply], bool]) -> Reply | None:
+        """Send a message, once more if no answer comes; the answer, or None."""
+        for _ in range(2):
+            self._port.write(message)
+            until = time.monotonic() + ANSWER_SECONDS / 2
+            while time.monotonic() < until:
+                self._read()
+                answers = [reply for reply in self._parser.take_replies() if is_answer(reply)]
+                if answers:
+                    return answers[-1]
+        return None
+
+    def read_kind(self) -> SensorKind:
+        """The kind of its packets."""
+        until = time.monotonic() + ANSWER_SECONDS
+        while self._parser.kind is None:
+            if time.monotonic() > until:
+                raise InputError(
+                    f"The device at {self._port.path} sends no OptoForce packets; check that it "
+                    f"is a DAQ, and that its sensors are plugged in."
+                )
+            self._read()
+        return self._parser.kind
+
+    def _read(self) -> None:
+        data, _ = self._port.read(0.05)
+        self._parser.feed(data)
+        self._tail = (self._tail + data)[-64:]
+
+
+class OptoForce(PortDevice):
+    """A DAQ with its sensors; not for several threads at once.
+
+    A zero survives an unplugged cable: the DAQ forgets it, and what it read at that moment is
+    subtracted here from then on.
+    """
+
+    kind = "optoforce"
+
+    def __init__(
+        self,
+        path: str,
+        *,
+        rate: float = 1000.0,
+        cutoff: float = 15.0,
+        calibration: Path | None = None,
+        serial: str | None = None,
+        first: int = 1,
+        ports: Callable[[], Sequence[str]] = optoforce_ports,
+    ) -> None:
+        """`rate` is 1000 / n Hz, `cutoff` (Hz, 0 for none) that of its filter.
+
+        The file `calibration` says how many newtons a count is; without it the readings are counts.
+        Any DAQ with another `serial` is refused; by default the one that is found first is
+        remembered. The names of its channels end with the numbers of its sensors, from `first` on;
+        it may be at one of `ports` after it was plugged in again.
+        """
+        if cutoff not in FILTERS:
+            raise InputError(
+                f"An OptoForce DAQ has no filter of {cutoff:g} Hz; choose one of "
+                f"{', '.join(f'{cutoff:g}' for cutoff in FILTERS)} (0 is none)."
+            )
+        self.rate = rate
+        self.serial = serial
+        self.first = first
+        super().__init__(path, BAUD)
+        if not rate > 0:
+            raise InputError(f"An OptoForce DAQ needs a rate above zero, not {rate:g}.")
+        self._speed, self._filter = speed_code(rate), FILTERS.index(cutoff)
+        self._calibrations = None if calibration is None else read_calibrations(calibration)
+        self._calibration: Calibration | None = None
+        self._ports = ports
+        self._kind: SensorKind | None = None
+        self._stream = PacketStream(rate)
+        self._offset: NDArray[np.float64] | None = None
+        self._zeroed = 0  # the connection in which the DAQ was zeroed; after it, it is not any more
+        self._unparsed = b""
+
+    @property
+    def channels(self) -> tuple[Channel, ...]:
+        """Such as ``fx1 fy1 fz1``; none before it was opened, as its packets tell how many."""
+        if self._kind is None:
+            return ()
+        return channels_of(self._kind, calibrated=self._calibrations is not None, first=self.first)
+
+    @property
+    def sensors(self) -> int:
+        """How many sensors its packets tell of; 0 before it was opened."""
+        return self._kind.sensors if self._kind else 0
+
+    def open(self) -> None:
+        """Connect, learn what it is, and configure it."""
+        self._stream, self._offset = PacketStream(self.rate), None
+        super().open()
+
+    def read(self, timeout: float) -> Block | None:
+        """What has arrived."""
+        try:
+            data, arrived = self._port.read(timeout)
+        except UnpluggedError:
+            self._port.close()
+            withheld = self._stream.flush()
+            if withheld is not None:
+                return withheld  # the next call says that it is gone
+            raise
+        if self._unparsed:
+            data, self._unparsed = self._unparsed + data, b""
+        if not data:
+            self._report_silence()
+            return None
+        repeated = self._stream.repeated
+        block = self._stream.feed(data, arrived)
+        for reply in self._stream.take_replies():
+            if reply.code:
+                self._messages.put(
+                    f"{self._display_name()} refused a configuration (code {reply.code})."
+                )
+        if block is None:
+            if self._stream.repeated > repeated:
+                self._last_arrival = arrived
+                self._messages.put_once(
+                    "still",
+                    f"{self._display_name()}: its sample counter stands still, so its packets are "
+                    f"left out as repeated; unplug it and plug it in again.",
+                    arrived,
+                )
+            else:
+                self._report_silence()
+            return None
+        self._last_arrival = arrived
+        if block.status is not None:
+            self._report_status(block.status[block.status != 0], arrived)
+        return block
+
+    def zero(self) -> None:
+        """Take the present readings for zero; samples that come meanwhile are dropped."""
+        self._offset = None
+        self._send_configuration(configure_command(self._speed, self._filter, 0))
+        self._stream.calibration = None
+        readings: list[NDArray[np.float64]] = []
+        until = time.monotonic() + ANSWER_SECONDS
+        needed = max(1, round(ZEROING_SECONDS * self.rate))
+        while sum(map(len, readings)) < needed and time.monotonic() < until:
+            block = self._stream.feed(*self._port.read(0.1))
+            if block is not None:
+                readings.append(block.values)
+        self._send_configuration(configure_command(self._speed, self._filter, 255))
+        if readings:
+            self._offset, self._zeroed = np.concatenate(readings).mean(axis=0), self.connections
+        self._calibrate()
+
+    def _display_name(self) -> str:
+        return f"OptoForce DAQ {self.serial}" if self.serial else f"The DAQ at {self._path}"
+
+    def _candidate_ports(self) -> Sequence[str]:
+        """Where it was, and wherever a DAQ may be if its serial number is known."""
+        others = [path for path in self._ports() if path != self._path] if self.serial else []
+        return (self._path, *others)
+
+    def _connect(self, path: str) -> None:
+        """Connect, and let the stream give what this connection's zero makes of it."""
+        super()._connect(path)
+        self._calibrate()
+
+    def _configure(self) -> None:
+        """Learn which DAQ this is, and configure it if it is the right one."""
+        commands, where = CommandChannel(self._port), self._port.path
+        reply = commands.ask(serial_command(), lambda reply: reply.serial is not None)
+        serial = reply.serial if reply else None
+        if self.serial is not None and serial != self.serial:
+            raise InputError(
+                f"The device at {where} is {serial or 'one without a serial number'}, not "
+                f"OptoForce DAQ {self.serial}; name the port that this one is at."
+            )
+        code = commands.ask(
+            configure_command(self._speed, self._filter, 0), lambda reply: reply.code is not None
+        )
+        kind = commands.read_kind()
+        if self.connections and kind != self._kind:
+            raise InputError(f"The device at {where} has other sensors; connect it anew.")
+        if self._calibrations is not None:
+            self._calibration = self._calibrations.find(serial, kind)
+        self._kind, self.serial, self._unparsed = kind, serial, commands.unfinished
+        if self.connections:
+            self._stream.flush()
+            self._stream.restart(self.rate)
+        name = self._display_name() if serial else f"The DAQ at {where}"
+        if serial is None:
+            self._messages.put(
+                f"{name} does not tell its serial number; after unplugging it is looked for at "
+                f"the same port only."
+            )
+        if code is None or code.code:
+            why = "did not confirm" if code is None else f"refused (code {code.code})"
+            self._messages.put(f"{name} {why} its configuration.")
+
+    def _calibrate(self) -> None:
+        """Let the stream give what the channels promise."""
+        calibration = self._calibration
+        if self._offset is not None and self._zeroed != self.connections:
+            ones = np.ones(len(self._offset))
+            known = calibration or Calibration("counts", ones, ones)
+            calibration = Tare(known.source, known.positive, known.negative, self._offset)
+        self._stream.calibration = calibration
+
+    def _send_configuration(self, message: bytes) -> None:
+        """Send a configuration, and drop what comes until it is confirmed."""
+        self._port.write(message)
+        until = time.monotonic() + ANSWER_SECONDS
+        while time.monotonic() < until:
+            data, arrived = self._port.read(0.1)
+            self._stream.feed(self._unparsed + data, arrived)
+            self._unparsed = b""
+            codes = [reply.code for reply in self._stream.take_replies() if reply.code is not None]
+            if codes:
+                self._last_arrival = arrived
+                if codes[-1] != 0:
+                    self._messages.put(
+                        f"{self._display_name()} refused to be zeroed (code {codes[-1]})."
+                    )
+                return
+        self._messages.put(
+            f"{self._display_name()} did not confirm that it was zeroed; zero it again."
+        )
+
+    def _report_status(self, status: NDArray[np.uint16], arrived: float) -> None:
+        """Remark what status words other than zero say, shape (n,), the last read at `arrived`."""
+        name = self._display_name()
+        for number in np.unique(status & 0xF):
+            word = int(np.bitwise_or.reduce(status[status & 0xF == number]))
+            for sentence in status_sentences(word & ~0x03F0):
+                self._messages.put_once(sentence, f"{name}: {sentence}", arrived)
+            for sentence in status_sentences(word & 0x03FF):
+                self._messages.put_once(int(number), f"{name}: {sentence}", arrived)
+
+    def _report_silence(self) -> None:
+        """Remark it once when nothing has come for long."""
+        now = time.monotonic()
+        if now - self._last_arrival > SILENCE_SECONDS:
+            self._messages.put_once(
+                "silence",
+                f"{self._display_name()} has sent no valid packet for {SILENCE_SECONDS:g} s; "
+                f"check its cable.",
+                now,
+            )

@@ -4,50 +4,51 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
-from forcelab.capture.camera import CameraReader, Capture
-from forcelab.capture.device import Device, Opened
-from forcelab.capture.devices import number_sensors
-from forcelab.capture.journal import Contents, Kind
-from forcelab.capture.journal_writer import JournalWriter
-from forcelab.capture.reader import DeviceReader, RecorderState, Window
+from forcelab.capture.camera import CameraReader, CameraState, Capture
+from forcelab.capture.device import Closable, Device
+from forcelab.capture.device_names import number_sensors
+from forcelab.capture.journal import JournalReader, JournalWriter, RecordKind
+from forcelab.capture.reader import DeviceReader, DeviceState, Window
 from forcelab.capture.save import (
     PartialSaveError,
     SavedRecording,
-    begin_journal,
+    create_journal,
     delete_videos,
     discard,
-    keep,
+    save,
 )
 from forcelab.errors import InputError
 
 
-class Recorder(Opened):
+@dataclass(frozen=True, slots=True)
+class RecorderState:
+    """How a recorder does."""
+
+    recording: bool
+    #: Of the demonstration that is recorded; empty while none is.
+    name: str
+    #: Since the recording began; 0 while none runs.
+    seconds: float
+    #: Bytes that the disk refuses and that are kept in memory.
+    in_memory: int
+    devices: tuple[DeviceState, ...]
+    cameras: tuple[CameraState, ...]
+
+    @property
+    def obstacle(self) -> str:
+        """Why no recording can begin, in a sentence; empty where one can."""
+        if any(device.plugged for device in self.devices):
+            return ""
+        return "No device is plugged in, so nothing can be recorded; plug one in again."
+
+
+class Recorder(Closable):
     """Reads devices and cameras from :meth:`open` to :meth:`close`, and records in between.
 
-    A context manager. Its methods are for one thread; whoever shows it asks every now and then.
-
-    Parameters
-    ----------
-    path : Path
-        A project's folder.
-    devices : sequence of Device
-        Not open yet; the first that samples evenly gives the clock.
-    cameras : sequence of (str, Capture)
-        Names and open capture objects; a demonstration has the first one's video, the others lie
-        beside it. They are released at the end.
-    seconds : float
-        That are kept for views.
-
-    Attributes
-    ----------
-    begun : float
-        When the recording began, in seconds of the host's monotonic clock.
-    saved : Path or None
-        After :meth:`close`, the journal of a recording that could not be kept and that the
-        project's disk did not take either: it is all there.
+    Its methods are for one thread; what happened is asked for every now and then.
     """
 
     def __init__(
@@ -58,26 +59,28 @@ class Recorder(Opened):
         *,
         seconds: float = 60.0,
     ) -> None:
+        """Record into the project at `path`; the last `seconds` are kept for views.
+
+        The devices are not open yet; the first that samples evenly gives the clock. The cameras are
+        open, and released at the end; a demonstration has the first one's video, the others lie
+        beside it.
+        """
         self.path = Path(path)
         self._devices, self._captures, self._seconds = tuple(devices), tuple(cameras), seconds
         self._readers: list[DeviceReader] = []
-        self._cameras: list[CameraReader] = []
+        self.cameras: list[CameraReader] = []
         self._journal: JournalWriter | None = None
         self._stopped = False
-        self._part: SavedRecording | None = (
-            None  # of what could not be kept whole, but is in the project
-        )
-        self._name, self.begun = "", 0.0
+        #: Of what could not be kept whole, but is in the project.
+        self._part: SavedRecording | None = None
+        #: The last recording's name, and its begin in seconds of the host's monotonic clock.
+        self.name, self.begun = "", 0.0
+        #: After `close`, the journal of a recording that could not be kept and that the project's
+        #: disk did not take either: it is all in this file.
         self.saved: Path | None = None
 
     def open(self) -> None:
-        """Open all devices and read them from now on.
-
-        Raises
-        ------
-        InputError
-            If one cannot be opened; none is then.
-        """
+        """Open all devices and read them from now on; if one cannot be opened, none is."""
         opened = []
         try:
             for device in self._devices:
@@ -93,15 +96,15 @@ class Recorder(Opened):
         for number, device in enumerate(self._devices):
             self._readers.append(DeviceReader(number, device, self._seconds))
         for number, (name, capture) in enumerate(self._captures):
-            self._cameras.append(CameraReader(number, capture, name))
+            self.cameras.append(CameraReader(number, capture, name))
 
     def close(self) -> None:
-        """Let go of everything; a recording that was not stopped stays as its journal."""
+        """Release everything; a recording that was not stopped stays as its journal."""
         for reader in self._readers:
             reader.close()
-        for camera in self._cameras:
+        for camera in self.cameras:
             camera.close()
-        self._readers, self._cameras = [], []
+        self._readers, self.cameras = [], []
         if self._journal is not None:
             self._journal.close()
             self.saved = self._journal.saved
@@ -110,99 +113,74 @@ class Recorder(Opened):
     # Recording
 
     def start(self, task: str, name: str | None = None, author: str = "live") -> str:
-        """Record from now on; gives the demonstration's name.
+        """Record from now on; gives the demonstration's name, by default task and next number.
 
-        Parameters
-        ----------
-        task : str
-            Not blank where there is no name.
-        name : str, optional
-            By default the task and the next number.
-        author : str
-            Whose track live marks become.
-
-        Raises
-        ------
-        InputError
-            If the project cannot be written or no device is plugged in; nothing is recorded.
+        Live marks become a track of `author`. Nothing is recorded if it fails, as where the project
+        cannot be written or no device is plugged in.
         """
         if self._journal is not None:
-            raise InputError(f"'{self._name}' is still being recorded; stop it first.")
+            raise InputError(f"'{self.name}' is still being recorded; stop it first.")
         if obstacle := self.state().obstacle:
             raise InputError(obstacle)
-        names = [camera.name for camera in self._cameras]
-        name, self._journal, videos = begin_journal(
+        names = [camera.name for camera in self.cameras]
+        name, self._journal, videos = create_journal(
             self.path, task, name, author, self._devices, names
         )
         self._stopped, self._part = False, None
-        self._name, self.begun = name, time.monotonic()
-        for camera, video in zip(self._cameras, videos, strict=True):
+        self.name, self.begun = name, time.monotonic()
+        for camera, video in zip(self.cameras, videos, strict=True):
             camera.record_to(self._journal, video)
         for reader in self._readers:
             reader.record_to(self._journal)
         return name
 
     @property
-    def holding(self) -> bool:
+    def has_recording(self) -> bool:
         """Whether a recording runs, or has ended and is not kept yet."""
         return self._journal is not None
 
     def stop(self) -> SavedRecording:
         """End the recording and make a demonstration of it.
 
-        Raises
-        ------
-        InputError
-            If nothing is recorded, or it cannot be kept: stop again once that is mended, or
-            discard it.
+        Where it cannot be kept, stop again once that is mended, or discard it.
         """
-        journal = self._ended()
+        journal = self.end()
         contents = journal.contents()
         try:
-            kept = keep(self.path, contents)
+            recording = save(self.path, contents)
         except PartialSaveError as error:
             self._part = error.part
             raise
-        if self._part is not None and kept.added.status != "new":
-            # It is this recording's own part: whoever does not want it may discard it still.
-            kept = replace(kept, added=replace(kept.added, status="new"), heads=self._part.heads)
+        if self._part is not None and recording.added.status != "new":
+            # It is this recording's own part, which may still be discarded.
+            added = replace(recording.added, status="new")
+            recording = replace(recording, added=added, heads=self._part.heads)
         self._forget(journal, contents)
-        return kept
+        return recording
 
     def discard(self) -> None:
         """End the recording and keep nothing of it.
 
-        Raises
-        ------
-        InputError
-            If nothing is recorded, or a part of it is in the project and cannot be removed: it is
-            still recorded then.
+        It is still recorded if a part of it is in the project and cannot be removed.
         """
-        journal = self._ended()
+        journal = self.end()
         contents = journal.contents()
         if self._part is not None:
             discard(self.path, self._part)
             self._part = None
         self._forget(journal, contents)
 
-    def _forget(self, journal: JournalWriter, contents: Contents) -> None:
+    def _forget(self, journal: JournalWriter, contents: JournalReader) -> None:
         """Remove the files of a recording."""
         journal.close(delete=True)
         delete_videos(journal.path.parent, contents)
         self._journal = None
 
-    def end(self) -> None:
-        """End the recording; it is held until it is kept, by :meth:`stop`, or discarded.
+    def end(self) -> JournalWriter:
+        """End the recording, into whose journal nothing goes any more.
 
-        Raises
-        ------
-        InputError
-            If nothing is recorded.
+        It is held until it is kept, by :meth:`stop`, or discarded.
         """
-        self._ended()
-
-    def _ended(self) -> JournalWriter:
-        """Nothing goes into the journal any more."""
         journal = self._journal
         if journal is None:
             raise InputError("Nothing is being recorded; start a recording first.")
@@ -210,7 +188,7 @@ class Recorder(Opened):
             self._stopped = True
             for reader in self._readers:
                 reader.record_to(None)
-            for camera in self._cameras:
+            for camera in self.cameras:
                 camera.record_to(None, None)
             journal.finish()
         return journal
@@ -218,17 +196,11 @@ class Recorder(Opened):
     def mark(self, action: str, down: bool, at: float | None = None) -> None:
         """Note that the key of an action went down or up, while something is recorded.
 
-        Parameters
-        ----------
-        action : str
-        down : bool
-            Whether it went down.
-        at : float, optional
-            When, in seconds of the host's monotonic clock; now if left out.
+        `at` is in seconds of the host's monotonic clock, by default the present.
         """
         if self._journal is not None and not self._stopped and action:
             at = time.monotonic() if at is None else at
-            self._journal.note(Kind.MARK, at=at, action=action, down=down)
+            self._journal.note(RecordKind.MARK, at=at, action=action, down=down)
 
     def zero(self) -> None:
         """Let all devices take their present readings for zero."""
@@ -238,27 +210,23 @@ class Recorder(Opened):
     # Looking
 
     def state(self) -> RecorderState:
-        """How it does now."""
         recording = self._journal is not None and not self._stopped
         return RecorderState(
             recording,
-            self._name if recording else "",
+            self.name if recording else "",
             time.monotonic() - self.begun if recording else 0.0,
             self._journal.in_memory if self._journal is not None else 0,
             tuple(reader.state() for reader in self._readers),
-            tuple(camera.state() for camera in self._cameras),
+            tuple(camera.state() for camera in self.cameras),
         )
 
     def latest(self, seconds: float) -> tuple[Window, ...]:
-        """The last seconds of each device: number of the first sample, times (s), values.
-
-        Times are those of the host's monotonic clock; see :class:`~forcelab.capture.reader.Ring`.
-        """
-        return tuple(reader.latest(seconds) for reader in self._readers)
+        """The last seconds of each device."""
+        return tuple(reader.ring.latest(seconds) for reader in self._readers)
 
     def since(self, device: int, number: int) -> Window:
-        """All samples of a device from one on, counted since it was opened, as far as kept."""
-        return self._readers[device].since(number)
+        """All samples of a device from a number on, counted since it was opened."""
+        return self._readers[device].ring.since(number)
 
     @property
     def firsts(self) -> tuple[int, ...]:
@@ -270,13 +238,9 @@ class Recorder(Opened):
         """Number of each device's first sample after what was recorded; None while it goes on."""
         return tuple(reader.end for reader in self._readers)
 
-    @property
-    def cameras(self) -> tuple[CameraReader, ...]:
-        """The cameras, for their latest frames."""
-        return tuple(self._cameras)
-
     def remarks(self) -> tuple[str, ...]:
-        """What happened since the last time this was asked, a sentence each."""
-        told = [sentence for reader in self._readers for sentence in reader.remarks()]
-        told += [sentence for camera in self._cameras for sentence in camera.remarks()]
-        return (*told, *(self._journal.remarks() if self._journal is not None else ()))
+        """What happened since the last call, a sentence each."""
+        sources: list[DeviceReader | CameraReader | JournalWriter] = [*self._readers, *self.cameras]
+        if self._journal is not None:
+            sources.append(self._journal)
+        return tuple(sentence for source in sources for sentence in source.remarks())

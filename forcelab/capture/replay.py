@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from forcelab.capture.device import Opened
-from forcelab.capture.emulator import VirtualOptoForce, VirtualTextLine
+from forcelab.capture.device import Closable
+from forcelab.capture.emulator import VirtualOptoForce, VirtualTextDevice
 from forcelab.demonstration import GAP_PERIODS, Demonstration
 from forcelab.errors import InputError
 from forcelab.formats.calibration import Calibrations
@@ -28,73 +28,47 @@ FARTHEST = 10 * LARGEST
 
 @dataclass(frozen=True)
 class Sensor:
-    """A 3-axis sensor of a recording, as a DAQ would read it.
+    """A 3-axis sensor of a recording, as a DAQ would read it."""
 
-    Parameters
-    ----------
-    names : tuple of str
-        Names of its x, y and z.
-    serial : str
-        Serial number of the DAQ that plays it.
-    counts : ndarray of int64, shape (n, 3)
-        What that reads.
-    missing : ndarray of bool, shape (n,)
-        Where the recording has no reading.
-    clipped : int
-        Samples beyond what the sensor can read.
-    """
-
+    #: Of its x, y and z.
     names: tuple[str, ...]
+    #: Of the DAQ that plays it.
     serial: str
+    #: What that reads, shape (n, 3).
     counts: NDArray[np.int64]
+    #: Where the recording has no reading, shape (n,).
     missing: NDArray[np.bool_]
+    #: Samples beyond what the sensor can read.
     clipped: int
 
 
 @dataclass(frozen=True)
 class Board:
-    """All channels of a recording, as a microcontroller would print them.
-
-    Parameters
-    ----------
-    names, units : tuple of str
-        Of the channels.
-    values : ndarray, shape (n, c)
-        NaN where the recording has no reading.
-    """
+    """All channels of a recording, as a microcontroller would print them."""
 
     names: tuple[str, ...]
     units: tuple[str, ...]
+    #: Shape (n, c); NaN where the recording has no reading.
     values: NDArray[np.float64]
 
     @property
     def header(self) -> tuple[str, ...]:
-        """What stands above its columns."""
+        """The names above its columns, with units."""
         both = zip(self.names, self.units, strict=True)
         return tuple(f"{name} [{unit}]" if unit else name for name, unit in both)
 
 
-def board_of(demonstration: Demonstration) -> Board:
-    """A recording's channels, whatever they measure."""
+def extract_board(demonstration: Demonstration) -> Board:
     channels = demonstration.channels
     names, units = tuple(c.name for c in channels), tuple(c.unit for c in channels)
     return Board(names, units, np.asarray(demonstration.signals))
 
 
-def sensors_of(demonstration: Demonstration, calibrations: Calibrations) -> tuple[Sensor, ...]:
-    """The 3-axis sensors of a recording, in counts.
+def extract_sensors(demonstration: Demonstration, calibrations: Calibrations) -> tuple[Sensor, ...]:
+    """The 3-axis sensors of a recording with channels such as ``fx1 fy1 fz1`` (N), in counts.
 
-    Parameters
-    ----------
-    demonstration : Demonstration
-        With channels such as ``fx1 fy1 fz1``, in N.
-    calibrations : Calibrations
-        What a count is worth; of the DAQs ``SIM00001``, ``SIM00002``, ..., or of any.
-
-    Raises
-    ------
-    InputError
-        If there is no such sensor, or no calibration for it.
+    The calibrations are those of the DAQs ``SIM00001``, ``SIM00002``, ..., or of any. InputError if
+    there is no such sensor, or no calibration for it.
     """
     columns = channel_map(demonstration.channels)
     tangential = [places for places in columns.columns if len(places) == 2]
@@ -106,43 +80,29 @@ def sensors_of(demonstration: Demonstration, calibrations: Calibrations) -> tupl
         )
     normal = columns.columns[len(tangential) : 2 * len(tangential)]
     sensors = []
-    for number, (two, one) in enumerate(zip(tangential, normal, strict=True), start=1):
-        recorded = [columns.recorded[place] for place in (*two, *one)]
+    for number, (tangential_places, normal_place) in enumerate(
+        zip(tangential, normal, strict=True), start=1
+    ):
+        recorded = [columns.recorded[place] for place in (*tangential_places, *normal_place)]
         serial = f"SIM{number:05}"
         calibration = calibrations.find(serial, KINDS[0])
         newtons = np.asarray(demonstration.signals[:, recorded])
         missing: NDArray[np.bool_] = np.logical_not(np.isfinite(newtons).all(axis=1))
-        worth = np.where(newtons < 0, calibration.negative, calibration.positive)
-        read = np.round(np.where(missing[:, None], 0.0, newtons) / worth)
+        newtons_per_count = np.where(newtons < 0, calibration.negative, calibration.positive)
+        readings = np.round(np.where(missing[:, None], 0.0, newtons) / newtons_per_count)
         # What is far beyond all that can be read has no whole number to be cut off.
-        counts = np.clip(read, -FARTHEST, FARTHEST).astype(np.int64)
+        counts = np.clip(readings, -FARTHEST, FARTHEST).astype(np.int64)
         clipped = int((np.abs(counts) > LARGEST).any(axis=1).sum())
-        called = tuple(demonstration.channels[column].name for column in recorded)
-        sensors.append(Sensor(called, serial, counts, missing, clipped))
+        sensor_names = tuple(demonstration.channels[column].name for column in recorded)
+        sensors.append(Sensor(sensor_names, serial, counts, missing, clipped))
     return tuple(sensors)
 
 
-class Replay(Opened):
-    """Virtual devices that play a recording together.
+class Replay(Closable):
+    """Virtual devices that play the parts of a recording together, a device each.
 
     Each gives its first sample over and over until all ports are opened and `lead` seconds have
-    passed since then; all begin at the same moment.
-
-    Parameters
-    ----------
-    demonstration : Demonstration
-        The recording.
-    parts : sequence of Sensor or Board
-        Of it, a device each; see :func:`sensors_of` and :func:`board_of`.
-    speed : float
-        Recorded seconds in one second.
-    lead : float
-        Seconds from the opening of the last port to the beginning.
-
-    Raises
-    ------
-    InputError
-        If the speed or lead is not usable.
+    passed since then; all begin at the same moment. `speed` is in recorded seconds a second.
     """
 
     def __init__(
@@ -167,7 +127,9 @@ class Replay(Opened):
         self._start: float | None = None
         self._folder: Path | None = None
         rate = demonstration.rate * speed
-        self.devices = [self._device(number, part, rate) for number, part in enumerate(self.parts)]
+        self.devices = [
+            self._create_device(number, part, rate) for number, part in enumerate(self.parts)
+        ]
 
     @property
     def ports(self) -> tuple[str, ...]:
@@ -211,7 +173,7 @@ class Replay(Opened):
                 device.duration = self._start - (begun or 0.0) + self.seconds
         return all(device.ended.wait(max(until - time.monotonic(), 0.0)) for device in self.devices)
 
-    def _recorded(self, number: int, times: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _recording_time(self, number: int, times: NDArray[np.float64]) -> NDArray[np.float64]:
         """Seconds of the recording at seconds of a device; 0 before it begins."""
         begun = self.devices[number].begun
         if self._start is None or begun is None:
@@ -224,16 +186,16 @@ class Replay(Opened):
         nearer = recorded - self._times[after - 1] <= self._times[after] - recorded
         return after - nearer
 
-    def _device(
+    def _create_device(
         self, number: int, part: Sensor | Board, rate: float
-    ) -> VirtualOptoForce | VirtualTextLine:
+    ) -> VirtualOptoForce | VirtualTextDevice:
         """The device that plays a part."""
 
         def now(times: NDArray[np.float64]) -> NDArray[np.int64]:
-            return self._nearest(self._recorded(number, times))
+            return self._nearest(self._recording_time(number, times))
 
         if isinstance(part, Board):
-            return VirtualTextLine(
+            return VirtualTextDevice(
                 lambda times: part.values[now(times)],
                 rate,
                 names=part.header,
@@ -260,7 +222,7 @@ class Replay(Opened):
         """Where a device reads nothing: in the recording's gaps."""
 
         def absent(times: NDArray[np.float64]) -> NDArray[np.bool_]:
-            recorded = self._recorded(number, times)
+            recorded = self._recording_time(number, times)
             nearest = self._nearest(recorded)
             far = np.abs(recorded - self._times[nearest]) > 0.5 * GAP_PERIODS * self._period
             return missing[nearest] | far

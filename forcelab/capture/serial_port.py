@@ -10,9 +10,8 @@ from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from typing import TYPE_CHECKING, Final
 
-from forcelab.capture.device import UnpluggedError
-from forcelab.capture.discovery import LOOK, FoundPort, port_like
-from forcelab.capture.messages import MessageQueue
+from forcelab.capture.device import MessageQueue, UnpluggedError
+from forcelab.capture.discovery import LIST_HINT, FoundPort, relocate_port
 from forcelab.demonstration import Channel
 from forcelab.errors import InputError
 
@@ -27,21 +26,14 @@ LONGEST: Final = 2048
 class LineSplitter:
     """Splits a stream at CR, LF or both; blank lines are left out, unfinished ones are kept.
 
-    A line longer than :data:`LONGEST` comes cut to one byte more than that, however much of it
-    there was.
+    A line longer than :data:`LONGEST` comes cut to one byte more than that, however long it was.
     """
 
     def __init__(self) -> None:
         self._tail = b""
 
     def feed(self, data: bytes) -> list[bytes]:
-        """The lines that are complete with these bytes, without their ends.
-
-        Parameters
-        ----------
-        data : bytes
-            What follows on what was given before.
-        """
+        """The lines that are complete with these bytes, without their ends."""
         *lines, tail = (self._tail + data.replace(b"\r", b"\n")).split(b"\n")
         self._tail = tail[: LONGEST + 1]
         cut = [line[: LONGEST + 1] for line in lines]
@@ -53,33 +45,21 @@ class LineSplitter:
 
 
 #: Seconds after which a device that takes no bytes is taken for gone.
-WRITING = 1.0
+WRITE_TIMEOUT = 1.0
 #: Bytes that are read at once at most, so that a fast device cannot keep a reader for ever.
 AT_ONCE = 1 << 20
-#: What the system says of a port that somebody else has open.
+#: Errors of a port that another program has open.
 BUSY = {errno.EBUSY, errno.EAGAIN}
 
 
 class Port:
-    """A serial port, 8 data bits, no parity, 1 stop bit.
-
-    Parameters
-    ----------
-    path : str
-        Such as ``/dev/ttyACM0`` or ``COM3``.
-    baud : int
-        Bits a second.
-    gather : float
-        Seconds that lie between two reads at least: what arrives meanwhile is read together, which
-        costs a fraction of reading packet by packet.
-
-    Attributes
-    ----------
-    path : str
-        As given.
-    """
+    """A serial port with 8 data bits, no parity and 1 stop bit."""
 
     def __init__(self, path: str, baud: int, gather: float = 0.0) -> None:
+        """At least `gather` seconds lie between two reads.
+
+        What arrives meanwhile is read together, which costs a fraction of reading packet by packet.
+        """
         self.path = path
         self._baud, self._gather = baud, gather
         self._port: serial.Serial | None = None
@@ -87,13 +67,7 @@ class Port:
         self._next = 0.0
 
     def open(self) -> None:
-        """Open it for this program alone; what arrived before is dropped.
-
-        Raises
-        ------
-        InputError
-            If that cannot be done: what, where, the cure.
-        """
+        """Open it for this program alone; what arrived before is dropped."""
         try:
             import serial
         except ImportError as error:
@@ -104,7 +78,7 @@ class Port:
         self._errors = (OSError, *_terminal_errors())
         try:
             self._port = serial.Serial(
-                self.path, self._baud, timeout=0.1, write_timeout=WRITING, exclusive=True
+                self.path, self._baud, timeout=0.1, write_timeout=WRITE_TIMEOUT, exclusive=True
             )
         except ValueError as error:
             raise InputError(
@@ -112,71 +86,54 @@ class Port:
                 f"such as 115200."
             ) from error
         except self._errors as error:
-            raise InputError(_sentence(self.path, error)) from error
+            raise InputError(open_error(self.path, error)) from error
         self._next = 0.0
 
     def read(self, timeout: float) -> tuple[bytes, float]:
-        """Everything there is, after waiting for at most so many seconds for the first of it.
+        """What has arrived after at most `timeout` s, and when it was read.
 
-        Returns
-        -------
-        data : bytes
-            Empty if nothing has come.
-        arrived : float
-            When the read returned, in seconds of the host's monotonic clock.
-
-        Raises
-        ------
-        UnpluggedError
-            If the device is gone.
+        The time is in seconds of the host's monotonic clock. Raises UnpluggedError if the device is
+        gone.
         """
         begun = time.monotonic()
         pause = min(self._next - begun, timeout)
         if pause > 0:
             time.sleep(pause)
-        port = self._opened()
+        port = self._open_port()
         try:
-            data = _taken(port, max(timeout - max(pause, 0.0), 0.0))
+            data = _read_all(port, max(timeout - max(pause, 0.0), 0.0))
         except self._errors as error:
-            raise self._lost_device_sentence() from error
+            raise self._unplugged() from error
         arrived = time.monotonic()
         self._next = arrived + self._gather
         return data, arrived
 
     def write(self, data: bytes) -> None:
-        """Send bytes.
-
-        Raises
-        ------
-        UnpluggedError
-            If the device is gone, or takes nothing.
-        """
-        port = self._opened()
+        """Send bytes; UnpluggedError if the device is gone or takes nothing."""
+        port = self._open_port()
         try:
             port.write(data)
         except self._errors as error:
-            raise self._lost_device_sentence() from error
+            raise self._unplugged() from error
 
     def close(self) -> None:
-        """Let go of it; closing twice is fine."""
+        """Closing twice is fine."""
         port, self._port = self._port, None
         if port is not None:
             with suppress(*self._errors):  # the device may be gone already
                 port.close()
 
-    def _opened(self) -> serial.Serial:
-        """The open port."""
+    def _open_port(self) -> serial.Serial:
         if self._port is None:
             raise UnpluggedError(f"The port {self.path} is not open.")
         return self._port
 
-    def _lost_device_sentence(self) -> UnpluggedError:
-        """What is said when the device does not answer any more."""
-        # What the system says of it (an input/output error, mostly) helps nobody to plug it in.
+    def _unplugged(self) -> UnpluggedError:
+        # The system's own text (an input/output error, mostly) does not say what to do.
         return UnpluggedError(f"The device at {self.path} is gone; plug it in again.")
 
 
-def _taken(port: serial.Serial, timeout: float) -> bytes:
+def _read_all(port: serial.Serial, timeout: float) -> bytes:
     """Everything that has arrived, after waiting for the first byte."""
     waiting = port.in_waiting
     if not waiting:
@@ -188,11 +145,11 @@ def _taken(port: serial.Serial, timeout: float) -> bytes:
         pieces = [data]
     else:
         pieces = []
-    taken = 0
+    received = 0
     # The system may hand over only a part of what there is at a time.
-    while (waiting := port.in_waiting) and taken < AT_ONCE:
+    while (waiting := port.in_waiting) and received < AT_ONCE:
         pieces.append(port.read(waiting))
-        taken += waiting
+        received += waiting
     return b"".join(pieces)
 
 
@@ -205,11 +162,11 @@ def _terminal_errors() -> tuple[type[Exception], ...]:
     return (termios.error,)
 
 
-def _sentence(path: str, error: Exception) -> str:
+def open_error(path: str, error: Exception) -> str:
     """Why a port cannot be opened, and the cure."""
     number = error.errno if isinstance(error, OSError) else error.args[0]
     if number == errno.ENOENT:
-        return f"There is no port {path}; plug the device in, and {LOOK}."
+        return f"There is no port {path}; plug the device in, and {LIST_HINT}."
     if number in {errno.EACCES, errno.EPERM}:
         return (
             f"You may not open {path}; become a member of the group that owns it "
@@ -221,33 +178,22 @@ def _sentence(path: str, error: Exception) -> str:
 
 
 #: Seconds between two reads at least; the newest sample of each is still a millisecond old at most.
-GATHER = 0.004
+GATHER_SECONDS = 0.004
 
 
 class PortDevice(ABC):
-    """What devices at serial ports have in common.
-
-    Parameters
-    ----------
-    path : str
-        Its port.
-    baud : int
-        Bits a second.
-
-    Attributes
-    ----------
-    connections : int
-        How often it was connected since it was opened.
-    """
+    """What devices at serial ports have in common."""
 
     kind = ""
     holds = False
 
     def __init__(self, path: str, baud: int) -> None:
+        #: How often it was connected since it was opened.
         self.connections = 0
         self._path, self._baud = path, baud
-        self._port = Port(path, baud, GATHER)
-        self._heard = 0.0
+        self._port = Port(path, baud, GATHER_SECONDS)
+        self._last_arrival = 0.0
+        self._messages = MessageQueue()
 
     @property
     def name(self) -> str:
@@ -255,7 +201,7 @@ class PortDevice(ABC):
         return f"{self.kind}:{self._path}"
 
     def open(self) -> None:
-        """Connect and learn what it sends; see ``Device.open``."""
+        """Connect and learn what it sends."""
         self.connections = 0
         try:
             self._connect(self._path)
@@ -263,58 +209,55 @@ class PortDevice(ABC):
             raise InputError(str(error)) from error
 
     def reopen(self) -> None:
-        """Find the same device again, at whatever port, and connect to it.
-
-        Raises
-        ------
-        UnpluggedError
-            While it is not back.
-        """
+        """Find the same device again, at whatever port; UnpluggedError while it is not back."""
         self.close()
-        for path in self._places():
+        for path in self._candidate_ports():
             try:
                 self._connect(path)
             except (InputError, UnpluggedError):
                 continue
             return
-        raise UnpluggedError(f"{self._called()} is not plugged in again yet.")
+        raise UnpluggedError(f"{self._display_name()} is not plugged in again yet.")
+
+    def remarks(self) -> tuple[str, ...]:
+        """What went wrong since the last call, a sentence each."""
+        return self._messages.take()
 
     def close(self) -> None:
-        """Let go of it; see ``Device.close``."""
         self._port.close()
 
     def _connect(self, path: str) -> None:
-        """Open a port and begin, if the right device is behind it."""
-        port = Port(path, self._baud, GATHER)
+        """Open a port and configure the device, if it is the right one."""
+        port = Port(path, self._baud, GATHER_SECONDS)
         port.open()
         self._port.close()
         self._port = port
         try:
-            self._begin()
+            self._configure()
         except BaseException:
             port.close()
             raise
-        self._path, self._heard = path, time.monotonic()
+        self._path, self._last_arrival = path, time.monotonic()
         self.connections += 1
 
-    def _called(self) -> str:
-        """What sentences call it."""
+    def _display_name(self) -> str:
+        """What messages call it."""
         return self.name
 
     @abstractmethod
-    def _places(self) -> Sequence[str]:
+    def _candidate_ports(self) -> Sequence[str]:
         """The ports at which it may be after it was plugged in again, the likeliest first."""
 
     @abstractmethod
-    def _begin(self) -> None:
-        """What has to be said and learnt first, at a port that is open."""
+    def _configure(self) -> None:
+        """Configure the device at the open port and learn what it sends."""
 
 
 Ports = Callable[[], Iterable[FoundPort]]
 
 
 class LineDevice(PortDevice):
-    """What such devices have in common: the port is found again by its USB serial number."""
+    """A device that sends lines; its port is found again by its USB serial number."""
 
     def __init__(self, path: str, baud: int, ports: Ports) -> None:
         super().__init__(path, baud)
@@ -322,20 +265,15 @@ class LineDevice(PortDevice):
         self.channels: tuple[Channel, ...] = ()
         self._ports = ports
         self._known = FoundPort(path, "unknown", "", None, None, usable=True)
-        self._events = MessageQueue()
 
     def open(self) -> None:
-        """Connect and learn what it sends; see ``Device.open``."""
+        """Connect and learn what it sends."""
         real = os.path.realpath(self._path)
         same = (port for port in self._ports() if os.path.realpath(port.path) == real)
         self._known = next(same, FoundPort(self._path, "unknown", "", None, None, usable=True))
         super().open()
 
-    def remarks(self) -> tuple[str, ...]:
-        """What went wrong since the last time this was asked; see ``Device.remarks``."""
-        return self._events.take()
-
-    def _places(self) -> Sequence[str]:
+    def _candidate_ports(self) -> Sequence[str]:
         """Wherever its USB serial number is now; else where it was."""
-        path = port_like(self._known, self._ports()) if self._known.usb else self._path
+        path = relocate_port(self._known, self._ports()) if self._known.usb else self._path
         return () if path is None else (path,)

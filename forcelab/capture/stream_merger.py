@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from forcelab.capture.assemble import Stream, channels_of_all, onto
+from forcelab.capture.assemble import DeviceStream, channels_of_all, resample
 from forcelab.capture.device import Device
 from forcelab.capture.reader import Window
 from forcelab.demonstration import Channel
@@ -15,33 +15,18 @@ from forcelab.demonstration import Channel
 Real = NDArray[np.float64]
 
 #: Seconds by which another device may be behind the first before it is not waited for any more.
-PATIENCE = 0.25
+PATIENCE_SECONDS = 0.25
 #: Samples of another device that are kept from before the last stamp: they tell its period.
-KEPT = 64
+OVERLAP_SAMPLES = 64
 #: Seconds of another device that are kept while the first is silent, as when it is unplugged.
-SILENT = 60.0
+SILENT_SECONDS = 60.0
 
 
 class StreamMerger:
-    """What a recorder's devices give, joined as :mod:`forcelab.capture.assemble` does.
+    """A recorder's devices, joined as :mod:`forcelab.capture.assemble` does, while they come.
 
     The stamps are those of the clocks as they are known when the samples come; afterwards, when all
     arrivals are known, a demonstration's are better by up to some milliseconds.
-
-    Parameters
-    ----------
-    devices : sequence of Device
-        Open; the first that does not hold gives the stamps.
-    since : callable
-        Samples of a device from a number on, such as
-        :meth:`~forcelab.capture.recorder.Recorder.since`.
-
-    Attributes
-    ----------
-    channels : tuple of Channel
-        Of the joined samples, as a demonstration of these devices has them.
-    rate : float
-        Samples a second of the first device, as it was told; 0 where it was not.
     """
 
     def __init__(
@@ -49,9 +34,15 @@ class StreamMerger:
         devices: Sequence[Device],
         since: Callable[[int, int], Window],
     ) -> None:
+        """`since` gives the samples of a device from a number on, as ``Recorder.since``.
+
+        The first device that does not hold gives the stamps.
+        """
+        #: As a demonstration of these devices has them.
         self.channels: tuple[Channel, ...] = channels_of_all([d.channels for d in devices])
         holds = [device.holds for device in devices]
-        self._lead = next((i for i, held in enumerate(holds) if not held), 0)
+        self._lead = next((i for i, hold in enumerate(holds) if not hold), 0)
+        #: Configured samples a second of the first device; 0 where there are none.
         self.rate = devices[self._lead].rate
         self._since, self._holds = since, holds
         self._times = [np.empty(0) for _ in devices]
@@ -60,18 +51,11 @@ class StreamMerger:
         self._last = -np.inf
 
     def skip(self, latest: Sequence[Window]) -> None:
-        """Leave out what came before.
-
-        Parameters
-        ----------
-        latest : sequence of (int, ndarray, ndarray)
-            The last sample of each device, such as
-            :meth:`~forcelab.capture.recorder.Recorder.latest` gives for 0 s.
-        """
+        """Leave out what came before the last sample of each device, as of ``Recorder.latest``."""
         # What a device holds, it holds since before.
         self._next = [
-            first + len(times) - int(held and len(times) > 0)
-            for (first, times, _), held in zip(latest, self._holds, strict=True)
+            first + len(times) - int(holds and len(times) > 0)
+            for (first, times, _), holds in zip(latest, self._holds, strict=True)
         ]
 
     def start(self, firsts: Sequence[int]) -> None:
@@ -79,24 +63,14 @@ class StreamMerger:
         self._next = list(firsts)
 
     def read(self, ends: Sequence[int | None] | None = None) -> tuple[Real, Real]:
-        """The samples that all devices have by now.
+        """The samples that all devices have by now: stamps (s, host's clock), and values.
 
-        Parameters
-        ----------
-        ends : sequence of int or None, optional
-            The end has come, and no other device is waited for: of each device, the number of the
-            first sample that counts no more, such as the recorder's
-            :attr:`~forcelab.capture.recorder.Recorder.ends`; None where all count.
-
-        Returns
-        -------
-        times : ndarray of float64, shape (n,)
-            Seconds of the host's monotonic clock, strictly increasing.
-        values : ndarray of float64, shape (n, c)
-            NaN where a device has no sample near.
+        Stamps increase strictly; values, shape (n, c), are NaN where a device has no sample near.
+        With `ends`, such as ``Recorder.ends``, the end has come, and no other device is waited for:
+        of each device, the number of the first sample that counts no more; None where all count.
         """
-        for i, wanted in enumerate(self._next):
-            first, times, values = self._since(i, wanted)
+        for i, number in enumerate(self._next):
+            first, times, values = self._since(i, number)
             if ends is not None and (end := ends[i]) is not None:
                 times, values = times[: max(end - first, 0)], values[: max(end - first, 0)]
             self._next[i] = first + len(times)
@@ -107,15 +81,17 @@ class StreamMerger:
         n = (
             len(host)
             if ends is not None
-            else int(np.searchsorted(host, self._until(), side="right"))
+            else int(np.searchsorted(host, self._complete_until(), side="right"))
         )
         if not n:
-            self._forget(max((t[-1] for t in self._times if len(t)), default=0.0) - SILENT)
+            self._forget(max((t[-1] for t in self._times if len(t)), default=0.0) - SILENT_SECONDS)
             return np.empty(0), np.empty((0, len(self.channels)))
-        stamps = self._increasing(host[:n])
+        stamps = self._make_increasing(host[:n])
         columns = [
-            self._values[i][:n] if i == self._lead else self._onto(stamps, i)
-            for i in range(len(self._times))
+            self._values[i][:n]
+            if i == self._lead
+            else resample(stamps, DeviceStream(times, self._values[i], self._holds[i]))
+            for i, times in enumerate(self._times)
         ]
         self._times[self._lead] = host[n:]
         self._values[self._lead] = self._values[self._lead][n:]
@@ -124,32 +100,28 @@ class StreamMerger:
         return stamps, np.concatenate(columns, axis=1)
 
     def _forget(self, until: float) -> None:
-        """Drop what the other devices told before a time (s), but for the last of it."""
+        """Drop what the other devices sent before a time (s), but for the last of it."""
         for i in range(len(self._times)):
             if i != self._lead:
-                place = max(int(np.searchsorted(self._times[i], until)) - KEPT, 0)
+                place = max(int(np.searchsorted(self._times[i], until)) - OVERLAP_SAMPLES, 0)
                 self._times[i] = self._times[i][place:]
                 self._values[i] = self._values[i][place:]
 
-    def _until(self) -> float:
-        """Host time (s) up to which all devices have told."""
+    def _complete_until(self) -> float:
+        """Host time (s) up to which all devices have sent."""
         host = self._times[self._lead]
         if not len(host):
             return -np.inf
-        told = [
+        last_times = [
             float(times[-1]) if len(times) else -np.inf
             for i, times in enumerate(self._times)
             if i != self._lead and not self._holds[i]
         ]
-        return max(min(told, default=np.inf), float(host[-1]) - PATIENCE)
+        return max(min(last_times, default=np.inf), float(host[-1]) - PATIENCE_SECONDS)
 
-    def _increasing(self, host: Real) -> Real:
+    def _make_increasing(self, host: Real) -> Real:
         """Stamps that go on increasing when the clock that gave them was set back."""
         least = 0.5 / self.rate if self.rate > 0 else 1e-6
         passed = least * np.arange(1, len(host) + 1)
         highest = np.maximum.accumulate(np.concatenate([[self._last], host - passed]))
         return highest[1:] + passed
-
-    def _onto(self, stamps: Real, device: int) -> Real:
-        stream = Stream(self._times[device], self._values[device], self._holds[device])
-        return onto(stamps, stream)

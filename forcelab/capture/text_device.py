@@ -1,12 +1,11 @@
 """Devices that print lines of values: microcontrollers with sensors, load cells behind an HX711.
 
-Sensors that send lines of text: Arduinos, and load cells behind an HX711. A line is a sample:
-numbers separated by tabs, semicolons, commas or blanks, or ``label:value`` pairs as the Arduino
-plotter reads them. A line of names in front of the numbers names the channels, and units in it
-(``Fz [N]``) are theirs; a column that is named as stamps with a unit of time (``time_ms``,
-``micros``, ``t (s)``) is the device's clock. What a line is made of is settled by two samples in a
-row that agree; every other line is junk from then on, which is counted. Numbers have points:
-``1,5`` is two of them.
+A line is a sample: numbers separated by tabs, semicolons, commas or blanks, or ``label:value``
+pairs as the Arduino plotter reads them. A line of names in front of the numbers names the channels,
+and units in it (``Fz [N]``) are theirs; a column that is named as stamps with a unit of time
+(``time_ms``, ``micros``, ``t (s)``) is the device's clock. What a line is made of is settled by two
+samples in a row that agree; every other line is junk from then on, which is counted. Numbers have
+points: ``1,5`` is two of them.
 
 Samples are numbered in the order in which they were sent. A torn line (cut short, or grown together
 with the next one for want of a line end) takes as many numbers as lines went into it, so that what
@@ -15,6 +14,7 @@ is missing is known and the samples after it keep their times.
 
 from __future__ import annotations
 
+import math
 import re
 import time
 from collections.abc import Sequence
@@ -26,7 +26,6 @@ from numpy.typing import NDArray
 
 from forcelab.capture.device import Block
 from forcelab.capture.discovery import find_ports
-from forcelab.capture.sample_counter import SampleCounter
 from forcelab.capture.serial_port import LONGEST, LineDevice, LineSplitter, Ports
 from forcelab.demonstration import Channel
 from forcelab.errors import InputError
@@ -59,21 +58,14 @@ _WRAPS = 2.0**32
 
 
 @dataclass(frozen=True)
-class Lines:
-    """Samples in their order.
+class TextSamples:
+    """Samples in their order."""
 
-    Parameters
-    ----------
-    values : ndarray of float64, shape (n, c)
-        One column a channel; NaN where the device sent ``nan``.
-    times : ndarray of float64, shape (n,), or None
-        Seconds of the device's own clock, which may start anywhere; None if it sends none.
-    numbers : ndarray of int64, shape (n,)
-        Of each sample among all that were sent, torn ones included.
-    """
-
+    #: One column a channel, shape (n, c); NaN where the device sent ``nan``.
     values: NDArray[np.float64]
+    #: Seconds of the device's own clock, which may start anywhere, shape (n,); None without one.
     times: NDArray[np.float64] | None
+    #: Of each sample among all that were sent, torn ones included, shape (n,).
     numbers: NDArray[np.int64]
 
     def __len__(self) -> int:
@@ -88,7 +80,7 @@ class _Row:
     labels: tuple[str, ...] = ()
     units: tuple[str, ...] = ()
 
-    def agrees(self, other: _Row) -> bool:
+    def matches(self, other: _Row) -> bool:
         """Whether both are made of the same parts."""
         return len(self.values) == len(other.values) and self.labels == other.labels
 
@@ -98,25 +90,18 @@ class TextParser:
 
     The first line is not trusted if it holds numbers, as the connection may have begun in its
     middle.
-
-    Attributes
-    ----------
-    channels : tuple of Channel
-        Empty until two samples in a row agree.
-    junk_lines : int
-        Lines that were no sample.
-    torn_lines : int
-        Lines among them that were a sample before they were torn.
     """
 
     def __init__(self) -> None:
+        #: Empty until two samples in a row agree.
         self.channels: tuple[Channel, ...] = ()
+        #: Lines that were no sample, and those of them that were one before they were torn.
         self.junk_lines = self.torn_lines = 0
         self._sent = 0  # samples so far, those in torn lines included
         self._length = 0  # bytes of the longest line so far that was a sample
         self._decimals = _Decimals()
         self._splitter = LineSplitter()
-        self._torn = True
+        self._distrust = True
         self._header: tuple[str, ...] = ()
         self._shape: _Row | None = None
         self._candidate: _Row | None = None
@@ -124,18 +109,12 @@ class TextParser:
         self._per_second = 1.0
         self._last_stamp, self._turns = -np.inf, 0
 
-    def feed(self, data: bytes) -> Lines | None:
-        """The samples that are complete with these bytes; None if there are none.
-
-        Parameters
-        ----------
-        data : bytes
-            What follows on what was given before; an unfinished line is kept.
-        """
+    def feed(self, data: bytes) -> TextSamples | None:
+        """The samples that are complete with these bytes; None if there are none."""
         rows: list[tuple[float, ...]] = []
         numbers: list[int] = []
         for line in self._splitter.feed(data):
-            for row in self._line(line):
+            for row in self._parse_line(line):
                 rows.append(row)
                 numbers.append(self._sent)
                 self._sent += 1
@@ -143,35 +122,35 @@ class TextParser:
             return None
         values, order = np.array(rows, np.float64), np.array(numbers, np.int64)
         if self._clock is None:
-            return Lines(values, None, order)
+            return TextSamples(values, None, order)
         times = self._seconds(values[:, self._clock])
-        return Lines(np.delete(values, self._clock, axis=1), times, order)
+        return TextSamples(np.delete(values, self._clock, axis=1), times, order)
 
     def restart(self) -> None:
         """Go on after the cable was plugged in again: the first line may be torn once more."""
         self._splitter.forget()
-        self._torn = True
+        self._distrust = True
 
-    def _line(self, line: bytes) -> list[tuple[float, ...]]:
+    def _parse_line(self, line: bytes) -> list[tuple[float, ...]]:
         """The samples that a line completes: mostly one."""
-        torn, self._torn = self._torn, False
-        row = _row(line) if len(line) <= LONGEST else None
+        distrusted, self._distrust = self._distrust, False
+        row = _parse_row(line) if len(line) <= LONGEST else None
         if row is None:
-            header = _header(line) if len(line) <= LONGEST else ()
+            header = _parse_header(line) if len(line) <= LONGEST else ()
             if not header or (self._shape is not None and header != self._header):
                 self._reject(line)
             elif self._shape is None:
                 self.junk_lines += bool(self._header) and header != self._header
                 self._header = header
-        elif torn:
+        elif distrusted:
             self.junk_lines += 1
         elif self._shape is not None:
-            if row.agrees(self._shape) and self._decimals.agree(line):
+            if row.matches(self._shape) and self._decimals.matches(line):
                 self._length = max(self._length, len(line))
                 return [row.values]
             self._reject(line)
-        elif self._candidate is not None and row.agrees(self._candidate):
-            self._settle(row)
+        elif self._candidate is not None and row.matches(self._candidate):
+            self._set_shape(row)
             if self.channels:
                 return [self._candidate.values, row.values]
             self._shape, self._candidate = None, row  # nothing but a clock
@@ -183,11 +162,11 @@ class TextParser:
     def _reject(self, line: bytes) -> None:
         """Count a line that is no sample, and the samples that were in it if it was torn."""
         self.junk_lines += 1
-        if self._shape is not None and self._length and _was_sample(line, self._shape.labels):
+        if self._shape is not None and self._length and _is_torn_sample(line, self._shape.labels):
             self.torn_lines += 1
             self._sent += -(-min(len(line), LONGEST) // self._length)
 
-    def _settle(self, row: _Row) -> None:
+    def _set_shape(self, row: _Row) -> None:
         """Name the channels, once it is known what a line is made of."""
         self._shape = row
         if row.labels:
@@ -198,12 +177,14 @@ class TextParser:
         else:
             self.junk_lines += bool(self._header)
             columns = tuple(Column(f"a{i + 1}", named=False) for i in range(len(row.values)))
-        clocks = [i for i, one in enumerate(columns) if one.named and _is_clock(one)]
+        clocks = [i for i, column in enumerate(columns) if column.named and _is_clock(column)]
         self._clock = clocks[0] if clocks else None
         if self._clock is not None:
             self._per_second = float(SECONDS_IN[unit_of_time(columns[self._clock])])
         self.channels = tuple(
-            Channel(one.name, one.unit) for i, one in enumerate(columns) if i != self._clock
+            Channel(column.name, column.unit)
+            for i, column in enumerate(columns)
+            if i != self._clock
         )
 
     def _seconds(self, stamps: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -228,25 +209,25 @@ class _Decimals:
         self._usual: tuple[int, ...] = ()
         self._alike = self._others = 0
 
-    def agree(self, line: bytes) -> bool:
+    def matches(self, line: bytes) -> bool:
         """Whether a line has as many decimals as almost all before it."""
-        found = tuple(len(match[1] or b"") for match in _DECIMALS.finditer(line))
-        if found == self._usual:
+        decimals = tuple(len(match[1] or b"") for match in _DECIMALS.finditer(line))
+        if decimals == self._usual:
             self._alike += 1
             return True
         fixed = self._alike >= _ALIKE and self._others < _SELDOM * self._alike
         self._others += 1
         if self._others > self._alike:
-            self._usual, self._alike, self._others = found, 1, 0
+            self._usual, self._alike, self._others = decimals, 1, 0
         fewer = [
-            now < usual for now, usual in zip(found, self._usual, strict=False) if now != usual
+            now < usual for now, usual in zip(decimals, self._usual, strict=False) if now != usual
         ]
-        return not (fixed and len(found) == len(self._usual) and fewer == [True])
+        return not (fixed and len(decimals) == len(self._usual) and fewer == [True])
 
 
-def _was_sample(line: bytes, labels: tuple[str, ...]) -> bool:
+def _is_torn_sample(line: bytes, labels: tuple[str, ...]) -> bool:
     """Whether a line that is no sample is what is left of one, or of several."""
-    text = _text(line)
+    text = _decode(line)
     for label in labels:
         text = text.replace(label, "")
     return any(sign.isdigit() for sign in text) and _CELLS.fullmatch(text) is not None
@@ -257,23 +238,23 @@ def _is_clock(column: Column) -> bool:
     return is_time_name(column.name) and bool(unit_of_time(column))
 
 
-def _text(line: bytes) -> str:
+def _decode(line: bytes) -> str:
     """A line as text; a byte that is none becomes a sign that no number and no name has."""
     return line.decode("utf-8", errors="replace").strip()
 
 
-def _row(line: bytes) -> _Row | None:
+def _parse_row(line: bytes) -> _Row | None:
     """A line that holds a sample; None for any other."""
-    text = _text(line)
+    text = _decode(line)
     if ":" in text or "=" in text:
-        return _labelled(text)
-    cells = _cells(text)
+        return _parse_pairs(text)
+    cells = _split_cells(text)
     if not all(_IS_NUMBER.fullmatch(cell) for cell in cells):
         return None
     return _Row(tuple(float(cell) for cell in cells))
 
 
-def _cells(text: str) -> Sequence[str]:
+def _split_cells(text: str) -> Sequence[str]:
     """The cells of a line; one separator behind the last cell is left out."""
     for separator in "\t;,":
         if separator in text:
@@ -282,7 +263,7 @@ def _cells(text: str) -> Sequence[str]:
     return text.split()
 
 
-def _labelled(text: str) -> _Row | None:
+def _parse_pairs(text: str) -> _Row | None:
     """A line of ``label:value`` pairs and nothing else; None for any other."""
     pairs, place = [], 0
     while place < len(text):
@@ -298,57 +279,88 @@ def _labelled(text: str) -> _Row | None:
     return _Row(tuple(float(pair["value"]) for pair in pairs), labels, units)
 
 
-def _header(line: bytes) -> tuple[str, ...]:
+def _parse_header(line: bytes) -> tuple[str, ...]:
     """The names in a line that may be a header; empty for any other."""
-    text = _text(line)
+    text = _decode(line)
     if "�" in text or (not text.isprintable() and "\t" not in text) or ":" in text:
         return ()
-    cells = tuple(_cells(text))
+    cells = tuple(_split_cells(text))
     named = all(_NAME.match(cell) and not _IS_NUMBER.fullmatch(cell) for cell in cells)
     return cells if named else ()
 
 
+#: Samples that can be missing at one go: a month of them at 1 kHz.
+MOST_TICKS = 2.0**31
+
+
+class SampleCounter:
+    """Counts samples by a clock that comes with them, of `period` seconds a sample."""
+
+    def __init__(self, period: float) -> None:
+        self.period = period
+        self._last: tuple[float, int] | None = None  # the last stamp that was one, and its tick
+        self._tick = -1
+
+    @classmethod
+    def from_stamps(cls, times: NDArray[np.float64]) -> SampleCounter | None:
+        """From the first stamps (s); None where they are not even, as nothing can be counted."""
+        steps = np.diff(times)
+        if len(steps) < 2 or not np.all(steps > 0):
+            return None
+        period = float(np.median(steps))
+        off = np.abs(steps / period - np.round(steps / period))
+        return cls(period) if off.max() < 0.25 else None
+
+    def feed(self, times: NDArray[np.float64]) -> NDArray[np.int64]:
+        """Ticks of samples with these stamps (s).
+
+        A stamp that is no number, or so late that the clock must have been set anew, is the next
+        tick.
+        """
+        ticks = np.empty(len(times), dtype=np.int64)
+        for i, stamp in enumerate(times.tolist()):
+            self._tick += 1
+            if math.isfinite(stamp):
+                self._tick = max(self._tick, self._tick_at(stamp))
+                self._last = stamp, self._tick
+            ticks[i] = self._tick
+        return ticks
+
+    def _tick_at(self, stamp: float) -> int:
+        """The tick by a stamp alone; -1 where it tells none."""
+        if self._last is None:
+            return -1
+        last, tick = self._last
+        step = stamp - last
+        if not 0 < step < MOST_TICKS * self.period:
+            return -1
+        steps = max(1, round(step / self.period))
+        # Stamps in whole milliseconds tell the period of fast devices only by and by.
+        self.period += 0.02 * (step / steps - self.period)
+        return tick + steps
+
+    def restart(self) -> None:
+        """Go on with a clock that may have started anew."""
+        self._last = None
+
+
 #: Seconds for the first lines; a board that starts anew when its port is opened needs two.
-FIRST_LINES = 5.0
+FIRST_LINES_SECONDS = 5.0
 #: Samples from which a device's clock is learnt when it is opened, and its rate where that was
 #: told; seconds of lines from which it is measured, by their arrivals or by their own clock: the
 #: sample that a delivery holds more or less, or a whole millisecond, is a hundredth of it at most.
-LEARNT, MEASURED, CLOCKED = 8, 1.0, 0.2
+LEARNING_LINES, MEASURING_SECONDS, CLOCK_SECONDS = 8, 1.0, 0.2
 #: Seconds without a line after which that is remarked.
-SILENCE = 2.0
+SILENCE_SECONDS = 2.0
 #: Junk lines in a row of which one is remarked.
-MUCH_JUNK = 20
+MOST_JUNK = 20
 
 
-class TextLine(LineDevice):
-    """A board that prints a line of values for each sample; see ``Device``.
+class TextDevice(LineDevice):
+    """A board that prints a line of values for each sample.
 
     Where its lines carry a clock of their own and that is even, its samples are counted by it, so
     that lost lines are known; otherwise they are counted as they come, torn lines included.
-
-    Parameters
-    ----------
-    path : str
-        Its port.
-    baud : int
-        Bits a second.
-    rate : float, optional
-        Samples a second, in Hz; measured by default.
-    ports : callable
-        All ports that there are.
-
-    Attributes
-    ----------
-    counted : bool
-        Whether its samples are counted by its own clock; else torn lines are known, and those that
-        never came are not.
-    measured : bool
-        Whether its rate was measured by arrivals: no promise, and good to a hundredth.
-
-    Raises
-    ------
-    InputError
-        If the rate is negative or not finite.
     """
 
     kind = "text"
@@ -363,87 +375,88 @@ class TextLine(LineDevice):
                 f"away, and it is measured."
             )
         self.rate = self._stated_rate = rate
+        #: Whether its rate was measured by arrivals: no promise, and good to a hundredth.
         self.measured = False
         self._parser = TextParser()
-        self._counting: SampleCounter | None = None
+        self._counter: SampleCounter | None = None
         self._offset: NDArray[np.float64] | None = None
         self._latest: NDArray[np.float64] | None = None
         self._junk = 0
 
     @property
     def counted(self) -> bool:
-        """Whether its samples are counted by its own clock."""
-        return self._counting is not None
+        """Whether its samples are counted by its own clock.
+
+        Else torn lines are known, and those that never came are not.
+        """
+        return self._counter is not None
 
     def open(self) -> None:
-        """Connect and learn what it sends; see ``Device.open``."""
-        self._parser, self._counting, self._offset = TextParser(), None, None
+        self._parser, self._counter, self._offset = TextParser(), None, None
         self.rate, self.measured = self._stated_rate, False
         super().open()
 
     def read(self, timeout: float) -> Block | None:
-        """What has arrived; see ``Device.read``."""
         data, arrived = self._port.read(timeout)
         before = self._parser.junk_lines
         lines = self._parser.feed(data) if data else None
         self._remark_junk(self._parser.junk_lines - before, lines is not None)
         if lines is None:
-            if time.monotonic() - self._heard > SILENCE:
-                self._events.during("silence", f"{self.name} has sent no values for {SILENCE:g} s.")
+            if time.monotonic() - self._last_arrival > SILENCE_SECONDS:
+                self._messages.put_once(
+                    "silence", f"{self.name} has sent no values for {SILENCE_SECONDS:g} s."
+                )
             return None
-        self._heard = arrived
+        self._last_arrival = arrived
         self._latest = lines.values[-1]
         values = lines.values if self._offset is None else lines.values - self._offset
         ticks = lines.numbers
-        if self._counting is not None and lines.times is not None:
-            ticks = self._counting.feed(lines.times)
+        if self._counter is not None and lines.times is not None:
+            ticks = self._counter.feed(lines.times)
         return Block(np.full(len(lines), arrived), ticks, values)
 
     def zero(self) -> None:
-        """Take the present readings for zero; see ``Device.zero``.
-
-        A channel that has none at present keeps the zero it has.
-        """
+        """Take the present readings for zero; a channel without one keeps the zero it has."""
         if self._latest is not None:
             before = np.zeros(len(self._latest)) if self._offset is None else self._offset
             self._offset = np.where(np.isfinite(self._latest), self._latest, before)
 
-    def _begin(self) -> None:
+    def _configure(self) -> None:
         """Wait until it is known what a line holds; what comes meanwhile is dropped."""
         if self.connections:
             self._parser.restart()
-            if self._counting is not None:
-                self._counting.restart()
+            if self._counter is not None:
+                self._counter.restart()
             return
-        first = _First()
-        until = time.monotonic() + FIRST_LINES
+        first = _FirstLines()
+        until = time.monotonic() + FIRST_LINES_SECONDS
         while not first.enough(bool(self._stated_rate)) and time.monotonic() < until:
             data, arrived = self._port.read(0.1)
-            first.take(self._parser.feed(data), arrived)
+            first.add(self._parser.feed(data), arrived)
         if not self._parser.channels:
             raise InputError(
                 f"{self.name} sends no lines of numbers at {self._baud} baud; choose its rate, "
                 f"such as {self.name}?baud=9600, or see what it prints."
             )
         self.channels = self._parser.channels
-        self._counting = first.counting()
+        self._counter = first.counter()
         if not self._stated_rate:
-            self.measured = self._counting is None
-            self.rate = first.rate() if self._counting is None else 1.0 / self._counting.period
+            self.measured = self._counter is None
+            self.rate = first.rate() if self._counter is None else 1.0 / self._counter.period
 
     def _remark_junk(self, number: int, good: bool) -> None:
         """Remark it when nothing but junk comes; single junk lines are only counted."""
         self._junk = 0 if good else self._junk + number
-        if self._junk >= MUCH_JUNK:
-            self._events.during(
+        if self._junk >= MOST_JUNK:
+            self._messages.put_once(
                 "junk",
                 f"{self.name} sends lines that are not like the first ones; is the board as it "
                 f"was when recording began?",
             )
 
 
-class _First:
-    """The first lines of a device, which tell its clock and its rate."""
+class _FirstLines:
+    """The first lines of a device, from which its clock and its rate are learnt."""
 
     def __init__(self) -> None:
         self._times: list[NDArray[np.float64]] = []
@@ -451,8 +464,7 @@ class _First:
         self._counts: list[int] = []
         self._stamps: list[float] = []
 
-    def take(self, lines: Lines | None, arrived: float) -> None:
-        """Take in what a delivery held."""
+    def add(self, lines: TextSamples | None, arrived: float) -> None:
         if lines is None:
             return
         if lines.times is not None:
@@ -460,39 +472,39 @@ class _First:
         self._counts.append(int(lines.numbers[-1]) + 1)
         self._stamps.append(arrived)
 
-    def enough(self, told: bool) -> bool:
-        """Whether there are enough lines; fewer where the rate was told."""
-        if not self._counts or self._counts[-1] < LEARNT:
+    def enough(self, configured: bool) -> bool:
+        """Whether there are enough lines; fewer where the rate was configured."""
+        if not self._counts or self._counts[-1] < LEARNING_LINES:
             return False
-        seconds = 0.0 if told else CLOCKED if self._times else MEASURED
+        seconds = 0.0 if configured else CLOCK_SECONDS if self._times else MEASURING_SECONDS
         return self._stamps[-1] - self._stamps[0] >= seconds
 
-    def counting(self) -> SampleCounter | None:
-        """What counts samples by the device's own clock; None where it has none that is even."""
+    def counter(self) -> SampleCounter | None:
+        """A counter by the device's own clock; None where it has none that is even."""
         if not self._times:
             return None
         times = np.concatenate(self._times)
-        counting = SampleCounter.learnt(times[:LEARNT])
-        if counting is None:
+        counter = SampleCounter.from_stamps(times[:LEARNING_LINES])
+        if counter is None:
             return None
-        ticks, known = counting.feed(times), np.isfinite(times)
+        ticks, known = counter.feed(times), np.isfinite(times)
         span, steps = float(np.ptp(times[known])), int(np.ptp(ticks[known]))
         # Stamps in whole milliseconds tell the period of fast devices by all of them only.
-        even = 0.8 < span / (steps * counting.period) < 1.25
-        return SampleCounter(span / steps if even else counting.period)
+        even = 0.8 < span / (steps * counter.period) < 1.25
+        return SampleCounter(span / steps if even else counter.period)
 
     def rate(self) -> float:
         """Lines a second by their arrivals; 0 where too few came.
 
-        A delivery tells too few lines, never too many: those that waited least, one among the
-        first deliveries and one among the last, are held against each other.
+        A delivery tells too few lines, never too many: those that waited least, one among the first
+        deliveries and one among the last, are held against each other.
         """
         counts, stamps = np.array(self._counts), np.array(self._stamps)
         if len(counts) < 2:
             return 0.0
         third = max(len(counts) // 3, 1)
         first, last, rate = 0, len(counts) - 1, 0.0
-        for _ in range(4):  # who waited least depends on the rate, but little
+        for _ in range(4):  # which waited least depends on the rate, but little
             rate = float((counts[last] - counts[first]) / max(stamps[last] - stamps[first], 1e-6))
             waited = stamps - counts / rate
             first = int(np.argmin(waited[:third]))

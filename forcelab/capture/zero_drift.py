@@ -1,9 +1,9 @@
-"""Whether the zero of a force sensor drifts, as by temperature.
+"""Whether the zero of a force sensor drifts, as by temperature, while it is used.
 
-Whether the zero of a force sensor wanders, as by temperature, told from what is done with it.
-Nobody says when a sensor is unloaded. But whoever handles things makes its readings change, and
-lets go of them again and again: a level that is quiet, near the zero as it was known, and there for
-many windows is the zero as it is now. A load that is held steadily is farther from zero than that.
+Nothing tells when a sensor is unloaded. But a person who handles things makes its readings change,
+and lets go of them again and again: a level that is quiet, near the zero as it was known, and there
+for many windows is the zero as it is now. A load that is held steadily is farther from zero than
+that.
 """
 
 from __future__ import annotations
@@ -18,24 +18,15 @@ _NEEDED = 8  # samples of a window that tell its noise
 _REMEMBERED = 20  # quiet windows whose median is the zero: 10 s
 _FIRST = 4  # quiet windows that tell the zero at the beginning: 2 s
 _QUIET = 3.0  # times the least noise so far, at most, in a quiet window and between its halves
-_NOISE, _SHARE = 20.0, 0.01  # a wander is told beyond so many times the noise and this share
+_NOISE, _SHARE = 20.0, 0.01  # a drift is reported beyond so many times the noise and this share
 _NEAR = 5.0  # times that, at most, from which a quiet level is still the zero
 
 
 class ZeroDrift:
-    """Follows the zero level of each channel of a device.
+    """Follows the zero level of each channel of a device; not thread-safe.
 
-    The zero is what is read when it begins, after which :meth:`restart` takes it anew. A wander is
-    told where it is more than 20 times the noise and 1 % of the largest reading so far.
-
-    Parameters
-    ----------
-    channels : int
-        Columns of what it is fed.
-
-    Notes
-    -----
-    Not for several threads at once.
+    The zero is what is read when it begins, after which :meth:`restart` takes it anew. A drift is
+    reported where it is more than 20 times the noise and 1 % of the largest reading so far.
     """
 
     def __init__(self, channels: int) -> None:
@@ -56,40 +47,33 @@ class ZeroDrift:
     def interrupt(self) -> None:
         """Some time is missing: no window reaches across it."""
         self._pending: list[NDArray[np.float64]] = []
-        self._begun = np.nan
+        self._window_start = np.nan
 
     @property
-    def wander(self) -> NDArray[np.float64]:
-        """By how much each zero has wandered, in the channel's unit, shape (c,); 0 if not far."""
+    def drift(self) -> NDArray[np.float64]:
+        """By how much each zero has drifted, in the channel's unit, shape (c,); 0 if not far."""
         now = np.array([np.median(levels) if levels else np.nan for levels in self._levels])
         away = now - self._zero
-        told = np.abs(away) > self._threshold()
-        told &= np.array([len(levels) == _REMEMBERED for levels in self._levels])
-        return np.where(told, away, 0.0)
+        reported = np.abs(away) > self._threshold()
+        reported &= np.array([len(levels) == _REMEMBERED for levels in self._levels])
+        return np.where(reported, away, 0.0)
 
     def update(self, times: NDArray[np.float64], values: NDArray[np.float64]) -> None:
-        """Take in samples as they come.
-
-        Parameters
-        ----------
-        times : ndarray of float64, shape (n,)
-            When they were taken or came, in s.
-        values : ndarray of float64, shape (n, c)
-        """
+        """Take in samples taken or come at `times` (s), values of shape (n, c)."""
         if not len(times):
             return
-        if not times[0] - self._begun < _WINDOW:  # or nothing has begun
-            self._close()
-            self._begun = float(times[0])
+        if not times[0] - self._window_start < _WINDOW:  # or nothing has begun
+            self._close_window()
+            self._window_start = float(times[0])
         self._pending.append(values)
 
     def _threshold(self) -> NDArray[np.float64]:
-        """The least wander that is told."""
+        """The least drift that is reported."""
         least: NDArray[np.float64] = np.maximum(_NOISE * self._noise, _SHARE * self._largest)
         return least
 
-    def _close(self) -> None:
-        """Look at the window that has ended."""
+    def _close_window(self) -> None:
+        """Evaluate the window that has ended."""
         values = np.concatenate(self._pending) if self._pending else np.empty((0, self._channels))
         self._pending = []
         if len(values) < _NEEDED or not np.isfinite(values).all():
@@ -106,13 +90,13 @@ class ZeroDrift:
         moved = np.abs(values[:half].mean(axis=0) - values[half:].mean(axis=0))
         quiet = (moved <= _QUIET * self._noise) & (noise <= _QUIET * self._noise)
         for i in np.flatnonzero(quiet).tolist():
-            self._take(i, float(level[i]))
+            self._add_level(i, float(level[i]))
         known = np.isfinite(self._zero)
         off = np.abs(values - np.where(known, self._zero, 0.0)).max(axis=0)
         self._largest = np.where(known, np.maximum(self._largest, off), self._largest)
 
-    def _take(self, channel: int, level: float) -> None:
-        """A quiet level of a channel."""
+    def _add_level(self, channel: int, level: float) -> None:
+        """Take in a quiet level of a channel."""
         levels = self._levels[channel]
         if np.isnan(self._zero[channel]):
             levels.append(level)

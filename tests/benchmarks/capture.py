@@ -19,14 +19,14 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from forcelab.capture.devices import device_named
-from forcelab.capture.emulator import Faults, VirtualCamera, VirtualOptoForce
+from forcelab.capture.device_names import parse_device
 from forcelab.capture.recorder import Recorder
 from forcelab.errors import InputError
 from forcelab.jobs import Progress
 from forcelab.measure.rows import Row, Table, with_front
 from forcelab.project import Project
 from forcelab.video.codecs import opencv
+from tests.capture.virtual_devices import Faults, FaultyOptoForce, VirtualCamera
 
 Real = NDArray[np.float64]
 
@@ -81,7 +81,7 @@ def recording(seconds: float, faults: Faults | None = None) -> Generator[Progres
         Project.create(path).close()
         before = set(threading.enumerate())
         daqs = [
-            VirtualOptoForce(_counting, RATE, clock_ppm=ppm, serial=f"MEAS{number:04}")
+            FaultyOptoForce(_counting, RATE, clock_ppm=ppm, serial=f"MEAS{number:04}")
             for number, ppm in enumerate(PPM)
         ]
         for daq in daqs:
@@ -90,7 +90,7 @@ def recording(seconds: float, faults: Faults | None = None) -> Generator[Progres
             daqs[0].faults = faults
         others = [thread for thread in threading.enumerate() if thread not in before]
         opencv()  # to load it stops every thread, as no recording does: who opens a camera has it
-        devices = [device_named(f"optoforce:{daq.port}") for daq in daqs]
+        devices = [parse_device(f"optoforce:{daq.port}") for daq in daqs]
         cameras = [("camera", VirtualCamera(*CAMERA))]
         with Recorder(path, devices, cameras) as recorder:
             recorder.start("measured")

@@ -30,7 +30,7 @@ from PySide6.QtGui import QImage
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QAbstractItemView, QApplication, QVBoxLayout, QWidget
 
-from forcelab.capture.emulator import VirtualOptoForce, rows
+from forcelab.capture.emulator import VirtualOptoForce
 from forcelab.demonstration import Channel, Demonstration, VideoReference
 from forcelab.errors import InputError
 from forcelab.gui import theme
@@ -54,6 +54,7 @@ from forcelab.recognition.training import train
 from forcelab.runtime import collect_garbage, collect_garbage_rarely, switch_threads_often
 from forcelab.video.codecs import opencv
 from tests.benchmarks.latency import Bound, Latencies, Latency, load, refused
+from tests.capture.virtual_devices import table_source
 
 #: The coder of all measurements, and the size of the window in pixels.
 AUTHOR = "Measured"
@@ -1163,17 +1164,17 @@ def measuring_capture(
     counts = np.round(COUNTS * np.asarray(performances[0][0].signals)).astype(np.int64)
     found: list[Latency] = []
     with ExitStack() as stack:
-        daqs = [VirtualOptoForce(rows(counts[:, i : i + 3], CAPTURED_RATE)) for i in (0, 3)]
+        daqs = [VirtualOptoForce(table_source(counts[:, i : i + 3], CAPTURED_RATE)) for i in (0, 3)]
         for daq in daqs:
             stack.enter_context(daq)
         window = stack.enter_context(shown(project, size))
         window.show_workspace("capture")
         page = window.capture.workspace
         for daq in daqs:
-            page.sources.add(f"optoforce:{daq.port}")
+            page.device_list.add(f"optoforce:{daq.port}")
         page.connect_button.click()
-        until(lambda: page.session.phase is CaptureState.READY)
-        watched = _Frames(page.live)
+        until(lambda: page.controller.phase is CaptureState.READY)
+        watched = _Frames(page.live_view)
         for recognised in (False, True):
             for channel in ("", "tangential 1"):
                 yield Progress(len(found) // 2, 4, "live frames")
@@ -1189,12 +1190,12 @@ def _choose(page: CaptureWorkspace, channel: str, recogniser: Path | None) -> No
     """Show a scalogram or none, recognise or not, and wait until it does."""
     page.scalogram.choose(channel)
     until(lambda: bool(page.scalogram.strip) == bool(channel))
-    recognising = page.session.recognising
-    if (recogniser is None) == (recognising.choice is None):
+    live_model = page.controller.live_model
+    if (recogniser is None) == (live_model.selection is None):
         return
-    recognising.set_latency(LATENCY)
-    recognising.choose(None if recogniser is None else RecogniserSelection("measured", recogniser))
-    until(lambda: recogniser is None or recognising.glimpse is not None)
+    live_model.set_latency(LATENCY)
+    live_model.select(None if recogniser is None else RecogniserSelection("measured", recogniser))
+    until(lambda: recogniser is None or live_model.track.snapshot is not None)
 
 
 def _told(

@@ -8,5 +8,5 @@ from forcelab.project import Project
 @pytest.fixture
 def project(tmp_path):
     """The folder of an empty project."""
-    with Project.create(tmp_path / "lab.forcelab") as made:
-        return made.path
+    with Project.create(tmp_path / "lab.forcelab") as created:
+        return created.path

@@ -1,4 +1,4 @@
-"""Cameras: frames stamped, written as they come, whole whatever ends the program."""
+"""Cameras: every frame is stamped and written, dropped ones are counted, silence is a gap."""
 
 import threading
 import time
@@ -6,24 +6,25 @@ import time
 import cv2
 import numpy as np
 import pytest
-from fake_devices import FakeDevice, FullDisk, eventually
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from forcelab.capture.camera import (
     CameraReader,
+    DropCounter,
     MatroskaWriter,
     OpenCvCamera,
-    _lasting,
     open_camera,
     open_cameras,
+    persistent_link,
 )
-from forcelab.capture.journal_writer import JournalWriter
+from forcelab.capture.journal import JournalWriter
 from forcelab.capture.recorder import Recorder
 from forcelab.capture.save import recover
 from forcelab.errors import InputError
 from forcelab.project import Project
 from forcelab.video.reader import VideoReader
+from tests.capture.helpers import FakeDevice, FullDisk, eventually
 
 
 class FakeCamera:
@@ -97,7 +98,7 @@ def test_dropped_frames_are_counted_by_the_cameras_own_stamps():
 
 
 def test_a_camera_that_falls_silent_is_said_once(monkeypatch):
-    monkeypatch.setattr("forcelab.capture.camera.SILENT", 0.05)
+    monkeypatch.setattr("forcelab.capture.camera.SILENT_SECONDS", 0.05)
     fake = FakeCamera()
     camera = CameraReader(0, fake, "camera 0")
     try:
@@ -122,8 +123,8 @@ def test_a_recording_cut_off_has_its_video_when_it_is_recovered(project):
         camera._writer._file.close()
         camera._writer, camera._path = None, None
     recorder.close()
-    (found,) = recover(project)
-    assert found.kept is not None
+    (recovered,) = recover(project)
+    assert recovered.recording is not None
     with (
         Project.open(project) as opened,
         VideoReader(opened.demonstrations.load("LEGO 01").video.path) as video,
@@ -192,20 +193,20 @@ def test_a_video_cut_anywhere_gives_all_whole_pictures(tmp_path_factory, cut, st
     else:
         writer._file.truncate(size)
         writer._file.close()
-    whole = sum(end <= size for end in ends)
-    if whole < 2:
+    complete = sum(end <= size for end in ends)
+    if complete < 2:
         return
     with VideoReader(path) as video:
         # The last picture may be one that was cut; players show what there is of it.
-        assert whole - 1 <= len(video) <= whole + 1
+        assert complete - 1 <= len(video) <= complete + 1
         np.testing.assert_allclose(video.times, times[: len(video)], atol=1e-6)
 
 
 def test_a_camera_that_was_away_is_a_gap_in_its_one_video(project, monkeypatch):
     # Shorter than in earnest.
-    monkeypatch.setattr("forcelab.capture.camera.SILENT", 0.3)
+    monkeypatch.setattr("forcelab.capture.camera.SILENT_SECONDS", 0.3)
     monkeypatch.setattr("forcelab.capture.camera._RETRY", 0.01)
-    monkeypatch.setattr("forcelab.capture.assemble.SILENT", 0.3)
+    monkeypatch.setattr("forcelab.capture.assemble.SILENT_SECONDS", 0.3)
     camera = FakeCamera(rate=200)
     with Recorder(project, [FakeDevice()], [("camera 0", camera)]) as recorder:
         recorder.start("LEGO")
@@ -218,11 +219,11 @@ def test_a_camera_that_was_away_is_a_gap_in_its_one_video(project, monkeypatch):
         camera.there.set()
         eventually(lambda: recorder.state().cameras[0].frames > before + 20)
         assert recorder.state().cameras[0].alarms == ()
-        said = recorder.remarks()
-        kept = recorder.stop()
-    assert any("camera 0 is back after" in sentence for sentence in said)
+        remarks = recorder.remarks()
+        saved = recorder.stop()
+    assert any("camera 0 is back after" in sentence for sentence in remarks)
     # More than once, where the machine kept its thread from running as long.
-    assert any("camera 0 was away " in remark for remark in kept.remarks)
+    assert any("camera 0 was away " in remark for remark in saved.remarks)
     with Project.open(project) as opened:
         d = opened.demonstrations.load("LEGO 01")
         stamps = opened.media.stamps(d.id)
@@ -244,22 +245,22 @@ def filmed_by_two(project):
 
 
 def test_of_two_cameras_both_are_kept_and_that_is_said(project):
-    (told,) = filmed_by_two(project).remarks
-    assert "video of camera 1 lies beside" in told
+    (remark,) = filmed_by_two(project).remarks
+    assert "video of camera 1 lies beside" in remark
     with Project.open(project) as opened:
         d = opened.demonstrations.load("LEGO 01")
         stamps = opened.media.stamps(d.id)
-        (beside,) = opened.media.attached_files(d.id)
+        (path,) = opened.media.attached_files(d.id)
         first, other = opened.media.cameras(d)
-        beside.rename(beside.with_suffix(".away"))
+        path.rename(path.with_suffix(".away"))
         assert opened.media.cameras(d) == (), "one is not to be chosen among"
-        beside.with_suffix(".away").rename(beside)
+        path.with_suffix(".away").rename(path)
     assert [first.name, other.name] == ["camera 0", "camera 1"]
-    assert (first.video, other.video.path) == (d.video, beside)
+    assert (first.video, other.video.path) == (d.video, path)
     with VideoReader(d.video.path) as first:
         assert len(first) == len(stamps["frames_0"])
-    assert str(beside) == told.split("'")[-2]
-    with VideoReader(beside) as second:
+    assert str(path) == remark.split("'")[-2]
+    with VideoReader(path) as second:
         assert len(second) == len(stamps["frames_1"]) > 12
         np.testing.assert_allclose(
             np.diff(second.times), np.diff(stamps["frames_1"][:, 0]), atol=2e-4
@@ -272,16 +273,18 @@ def test_of_an_old_recording_the_second_camera_is_found_by_when_its_frames_came(
     filmed_by_two(project)
     with Project.open(project) as opened:
         d = opened.demonstrations.load("LEGO 01")
-        told = opened.media.cameras(d)
+        cameras = opened.media.cameras(d)
         stamps = opened.media.stamps(d.id)
-        old = {name: kept for name, kept in stamps.items() if not name.startswith("video_")}
+        old = {name: values for name, values in stamps.items() if not name.startswith("video_")}
         opened.media.attach_stamps(d.id, old)
-        found = opened.media.cameras(d)
-        assert [one.video.path for one in found] == [one.video.path for one in told]
-        assert found[0].video == d.video
-        assert found[1].video.clock.offset == pytest.approx(told[1].video.clock.offset, abs=2e-4)
-        (beside,) = opened.media.attached_files(d.id)
-        another = beside.with_name("beside-0123456789abcdef.mkv")
+        without_clocks = opened.media.cameras(d)
+        assert [one.video.path for one in without_clocks] == [one.video.path for one in cameras]
+        assert without_clocks[0].video == d.video
+        assert without_clocks[1].video.clock.offset == pytest.approx(
+            cameras[1].video.clock.offset, abs=2e-4
+        )
+        (second,) = opened.media.attached_files(d.id)
+        another = second.with_name("beside-0123456789abcdef.mkv")
         another.write_bytes(b"of a third one")
         assert opened.media.cameras(d) == (), "nothing tells which of the two is whose"
         another.unlink()
@@ -313,9 +316,9 @@ def test_a_camera_keeps_its_name_whatever_number_it_gets(tmp_path):
     device.touch()
     link.parent.mkdir()
     link.symlink_to(device)
-    assert _lasting(str(device), link.parent) == link
-    assert _lasting(str(tmp_path / "video4"), link.parent) is None
-    assert _lasting("0", tmp_path / "none") is None
+    assert persistent_link(str(device), link.parent) == link
+    assert persistent_link(str(tmp_path / "video4"), link.parent) is None
+    assert persistent_link("0", tmp_path / "none") is None
 
 
 def test_a_camera_is_opened_again_from_its_file(tmp_path):
@@ -338,3 +341,91 @@ def test_a_camera_is_opened_again_from_its_file(tmp_path):
 def test_a_camera_that_is_not_there_is_one_sentence():
     with pytest.raises(InputError, match="camera 93 cannot be opened"):
         open_camera("93")
+
+
+RATE = 30.0
+
+
+def delivered(seed, seconds=300.0, dropped=0.0, starved=0):
+    """When frames arrive at a reader that is busy now and then; how many are missing between."""
+    rng = np.random.default_rng(seed)
+    true = np.arange(int(seconds * RATE)) / RATE
+    received = rng.random(len(true)) >= dropped
+    ready = true + rng.exponential(0.003, len(true))
+    for begin in rng.uniform(0, seconds, 20):  # nobody reads for up to 0.4 s
+        end = begin + rng.uniform(0.02, 0.4)
+        ready[(ready > begin) & (ready < end)] = end
+    for begin in rng.uniform(0, seconds, starved):  # all is late for two seconds
+        late = (ready > begin) & (ready < begin + 2)
+        ready[late] += rng.uniform(0, 0.02, late.sum())
+    arrived = np.maximum.accumulate(ready)[received] + 1e-3 * np.arange(received.sum()) / RATE
+    for i in range(1, len(arrived)):
+        arrived[i] = max(arrived[i], arrived[i - 1] + 0.001)
+    inside = received[np.flatnonzero(received)[0] : np.flatnonzero(received)[-1]]
+    return arrived, int((~inside).sum())
+
+
+def counted(arrived, own=None):
+    count = DropCounter()
+    for i, at in enumerate(arrived):
+        count.count(at, 0.0 if own is None else own[i])
+    assert count.frames == len(arrived)
+    return count
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_frames_that_are_late_are_not_missing(seed):
+    count = counted(delivered(seed)[0])
+    assert count.dropped <= 1  # of 9000
+    assert counted(delivered(seed, starved=5)[0]).dropped <= 2
+    assert count.rate == pytest.approx(RATE, rel=0.05)
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("share", [0.002, 0.02])
+def test_frames_that_are_missing_are_counted_among_late_ones(seed, share):
+    arrived, missing = delivered(seed, dropped=share)
+    assert counted(arrived).dropped == pytest.approx(missing, abs=max(2, 0.06 * missing))
+
+
+def test_a_gap_is_counted_at_once_and_taken_back_when_it_was_a_delay():
+    count = counted(np.arange(20) / RATE)
+    count.count(23 / RATE)
+    assert count.dropped == 3
+    for late in (23.1, 23.2, 23.3, 24.0, 25.0):
+        count.count(late / RATE)
+    assert count.dropped == 0
+
+
+def test_what_a_driver_kept_before_anybody_read_tells_no_period():
+    count = counted(np.r_[np.arange(4) * 1e-5, 0.01 + np.arange(100) / RATE])
+    assert count.dropped == 0
+    assert count.rate == pytest.approx(RATE)
+
+
+def test_by_its_own_stamps_every_frame_is_known_whenever_it_arrived():
+    rng = np.random.default_rng(0)
+    own = 1 + np.delete(np.arange(400), [20, 21, 90, 200]) / RATE
+    arrived = np.maximum.accumulate(own + rng.exponential(0.1, len(own)))
+    assert counted(arrived, own).dropped == 4
+
+
+def test_what_it_did_not_see_while_it_was_away_it_did_not_drop():
+    count = counted(np.arange(30) / RATE)
+    count.interrupt()
+    for i in range(30):
+        count.count(20 + i / RATE)
+    assert count.dropped == 0
+    assert count.frames == 60
+    count.restart()
+    assert (count.frames, count.dropped) == (0, 0)
+    assert count.rate == pytest.approx(RATE)
+
+
+def test_another_rate_is_learnt():
+    count = counted(np.concatenate([np.arange(90) / RATE, 3 + np.arange(1, 200) / 15]))
+    before = count.dropped
+    for i in range(200, 300):
+        count.count(3 + i / 15)
+    assert count.rate == pytest.approx(15, rel=1e-3)
+    assert count.dropped == before

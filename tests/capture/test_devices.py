@@ -5,20 +5,19 @@ import time
 
 import numpy as np
 import pytest
-from fake_devices import eventually
-from virtual_encoder import VirtualEncoder
 
-from forcelab.capture import encoder, optoforce_device
-from forcelab.capture.device import UnpluggedError
-from forcelab.capture.devices import device_named, devices_named, number_sensors, said
+from forcelab.capture import encoder, optoforce
+from forcelab.capture.device import MessageQueue, UnpluggedError
+from forcelab.capture.device_names import number_sensors, parse_device, parse_devices, quote_value
 from forcelab.capture.discovery import FoundPort
-from forcelab.capture.emulator import Faults, VirtualOptoForce, VirtualTextLine, build_packets, rows
+from forcelab.capture.emulator import VirtualOptoForce, VirtualTextDevice, build_packets
 from forcelab.capture.encoder import Encoder
-from forcelab.capture.messages import MessageQueue
-from forcelab.capture.optoforce_device import OptoForce
+from forcelab.capture.optoforce import OptoForce
 from forcelab.capture.reader import DeviceReader
-from forcelab.capture.text_device import TextLine
+from forcelab.capture.text_device import TextDevice
 from forcelab.errors import InputError
+from tests.capture.helpers import eventually
+from tests.capture.virtual_devices import Faults, FaultyOptoForce, VirtualEncoder, table_source
 
 SHEET = """
 [ISE123AB.sensor1]
@@ -31,8 +30,8 @@ fz = { capacity = 100.0, counts = 1000 }
 @pytest.fixture
 def answers_are_awaited_less(monkeypatch):
     """For devices that never answer: less is waited for what does not come."""
-    monkeypatch.setattr(optoforce_device, "ANSWER", 0.4)
-    monkeypatch.setattr(encoder, "ANSWERS", 0.4)
+    monkeypatch.setattr(optoforce, "ANSWER_SECONDS", 0.4)
+    monkeypatch.setattr(encoder, "ANSWER_SECONDS", 0.4)
 
 
 def nothing():
@@ -45,13 +44,13 @@ def numbered(times):
 
 
 def steady(*counts):
-    return rows(np.tile(counts, (60_000, 1)), 1000.0)
+    return table_source(np.tile(counts, (60_000, 1)), 1000.0)
 
 
-def collect(device, wanted, seconds=15.0):
+def collect(device, number, seconds=15.0):
     """Blocks until there are so many samples; fails if they never come."""
     blocks, until = [], time.monotonic() + seconds
-    while sum(map(len, blocks)) < wanted:
+    while sum(map(len, blocks)) < number:
         assert time.monotonic() < until
         block = device.read(0.1)
         if block is not None:
@@ -63,7 +62,7 @@ def joined(blocks, what):
     return np.concatenate([getattr(block, what) for block in blocks])
 
 
-def gone(device):
+def collect_until_gone(device):
     """Read until the device is known to be gone; the samples until then."""
     blocks, until = [], time.monotonic() + 15
     while True:
@@ -88,12 +87,12 @@ def back(device):
 def remarked(device, words, seconds=15.0):
     """Read until a remark has these words."""
     until = time.monotonic() + seconds
-    said = ()
-    while not any(words in sentence for sentence in said):
-        assert time.monotonic() < until, said
+    remarks = ()
+    while not any(words in sentence for sentence in remarks):
+        assert time.monotonic() < until, remarks
         device.read(0.05)
-        said += device.remarks()
-    return said
+        remarks += device.remarks()
+    return remarks
 
 
 def test_every_sample_comes_once_with_its_tick_and_the_stamp_of_its_read():
@@ -123,7 +122,7 @@ def test_counts_become_newtons_by_axis_sign_and_serial_number(tmp_path):
     sheet = tmp_path / "sheet.toml"
     sheet.write_text(SHEET)
     with VirtualOptoForce(steady(400, -400, 10)) as virtual:
-        device = device_named(f"optoforce:{virtual.port}?calibration={sheet}&rate=500&filter=0")
+        device = parse_device(f"optoforce:{virtual.port}?calibration={sheet}&rate=500&filter=0")
         device.open()
         values = collect(device, 20)[-1].values
         device.close()
@@ -146,7 +145,7 @@ def test_a_daq_that_the_sheet_does_not_know_is_refused_and_its_port_let_go(tmp_p
 
 @pytest.mark.parametrize("axes", [6, 12])
 def test_other_kinds_tell_their_channels_by_themselves(axes):
-    source = rows(np.tile(np.arange(axes), (60_000, 1)), 1000.0)
+    source = table_source(np.tile(np.arange(axes), (60_000, 1)), 1000.0)
     with VirtualOptoForce(source) as virtual:
         device = OptoForce(virtual.port, ports=nothing, first=3)
         assert device.channels == ()
@@ -168,7 +167,7 @@ def test_zeroing_takes_the_present_readings_and_survives_the_cable(tmp_path):
         assert virtual.configured[-2:] == [(1, 4, 0), (1, 4, 255)]
         assert not joined(values, "values").any()
         virtual.unplug()
-        gone(device)
+        collect_until_gone(device)
         virtual.replug()  # the DAQ has forgotten its zero
         back(device)
         assert joined(collect(device, 50), "values") == pytest.approx(0.0)
@@ -179,7 +178,7 @@ def test_zeroing_takes_the_present_readings_and_survives_the_cable(tmp_path):
 
 def test_lost_packets_are_gaps_in_the_ticks():
     faults = Faults(lost=0.05, corrupted=0.001, doubled=0.001)
-    with VirtualOptoForce(numbered, step=3) as virtual:
+    with FaultyOptoForce(numbered, step=3) as virtual:
         device = OptoForce(virtual.port, ports=nothing)
         device.open()
         virtual.faults = faults
@@ -197,8 +196,8 @@ def test_unplugged_and_plugged_in_again_it_is_one_stream_with_a_gap():
         device.open()
         blocks = collect(device, 100)
         virtual.unplug()
-        more, said = gone(device)
-        assert virtual.port in said
+        more, remarks = collect_until_gone(device)
+        assert virtual.port in remarks
         with pytest.raises(UnpluggedError, match="not plugged in again yet"):
             device.reopen()
         time.sleep(0.1)
@@ -233,7 +232,7 @@ def test_it_is_found_again_at_another_port_by_its_serial_number(tmp_path):
         device.open()
         old = device.name
         virtual.unplug()
-        gone(device)
+        collect_until_gone(device)
         with pytest.raises(UnpluggedError):
             device.reopen()  # another DAQ is not taken for it
         virtual.replug(virtual.path.with_name("ttyACM7"))
@@ -260,11 +259,11 @@ def test_one_that_does_not_answer_is_read_and_remarked():
         device = OptoForce(virtual.port, ports=nothing)
         device.open()
         collect(device, 30)
-        said = device.remarks()
+        remarks = device.remarks()
         device.close()
     assert device.serial is None
-    assert any("does not tell its serial number" in one for one in said)
-    assert any("did not confirm" in one for one in said)
+    assert any("does not tell its serial number" in remark for remark in remarks)
+    assert any("did not confirm" in remark for remark in remarks)
 
 
 @pytest.mark.usefixtures("answers_are_awaited_less")
@@ -286,7 +285,7 @@ def test_one_with_other_sensors_is_not_taken_for_the_one_that_was_unplugged():
 
 @pytest.mark.usefixtures("answers_are_awaited_less")
 def test_what_is_no_daq_is_refused_in_a_sentence():
-    with VirtualTextLine(lambda t: t[:, None], 100) as virtual:
+    with VirtualTextDevice(lambda t: t[:, None], 100) as virtual:
         device = OptoForce(virtual.port, ports=nothing)
         with pytest.raises(InputError, match="sends no OptoForce packets"):
             device.open()
@@ -297,14 +296,14 @@ def test_overload_is_remarked_once_and_marks_its_samples():
         device = OptoForce(virtual.port, ports=nothing)
         device.open()
         virtual.status = 1 << 9  # Fx
-        said = remarked(device, "overloaded in Fx")
+        remarks = remarked(device, "overloaded in Fx")
         blocks = collect(device, 200)
-        said += device.remarks()
+        remarks += device.remarks()
         virtual.status = 1 << 10 | 2
-        said += remarked(device, "absent")
+        remarks += remarked(device, "absent")
         device.close()
-    assert sum("overloaded" in one for one in said) == 1
-    assert any("Sensor 2 is absent" in one for one in said)
+    assert sum("overloaded" in remark for remark in remarks) == 1
+    assert any("Sensor 2 is absent" in remark for remark in remarks)
     assert (blocks[-1].status == 1 << 9).any()
 
 
@@ -314,22 +313,24 @@ def test_a_daq_that_falls_silent_is_remarked_once():
         device.open()
         collect(device, 30)
         virtual.stall(1.6)
-        said = remarked(device, "has sent no valid packet")
+        remarks = remarked(device, "has sent no valid packet")
         collect(device, 200)
-        said += device.remarks()
+        remarks += device.remarks()
         device.close()
-    assert sum("no valid packet" in one for one in said) == 1
+    assert sum("no valid packet" in remark for remark in remarks) == 1
 
 
-def test_a_counter_that_stands_still_is_not_taken_for_a_loose_cable():
+def test_a_counter_that_stands_still_is_not_taken_for_a_loose_cable(monkeypatch):
     device = OptoForce("daq", ports=nothing)
     counters = np.r_[np.arange(300), np.full(3000, 299)]
     packets = build_packets(counters, np.zeros(3300, int), np.zeros((3300, 3), int))
-    device._heard = time.monotonic() - 10
+    device._last_arrival = time.monotonic() - 10
     for first in range(0, 3300, 100):
-        device._parse_packets(packets[first : first + 100].tobytes(), time.monotonic())
-    (said,) = device.remarks()
-    assert "counter stands still" in said
+        sent = packets[first : first + 100].tobytes(), time.monotonic()
+        monkeypatch.setattr("forcelab.capture.serial_port.Port.read", lambda *_, sent=sent: sent)
+        device.read(0.0)
+    (remarks,) = device.remarks()
+    assert "counter stands still" in remarks
 
 
 def test_sensors_of_several_daqs_are_numbered_through():
@@ -349,15 +350,17 @@ def test_text_with_a_clock_is_counted_by_it():
     def source(times):
         return np.column_stack([times, np.sin(times)])
 
-    with VirtualTextLine(source, 200, names=("t", "s"), labelled=True, clock="time_ms") as virtual:
-        device = TextLine(virtual.port, ports=nothing)
+    with VirtualTextDevice(
+        source, 200, names=("t", "s"), labelled=True, clock="time_ms"
+    ) as virtual:
+        device = TextDevice(virtual.port, ports=nothing)
         device.open()
         assert [c.name for c in device.channels] == ["t", "s"]
         assert device.rate == pytest.approx(200, rel=0.01)
         assert not device.measured
         blocks = collect(device, 40)
         virtual.unplug()
-        blocks += gone(device)[0]
+        blocks += collect_until_gone(device)[0]
         virtual.replug()
         back(device)
         again = collect(device, 20)
@@ -369,8 +372,8 @@ def test_text_with_a_clock_is_counted_by_it():
 
 
 def test_text_without_a_clock_counts_its_lines_and_can_be_zeroed():
-    with VirtualTextLine(lambda t: np.full((len(t), 1), 5.0), 200, junk=0.1) as virtual:
-        device = device_named(f"text:{virtual.port}?baud=9600&rate=200")
+    with VirtualTextDevice(lambda t: np.full((len(t), 1), 5.0), 200, junk=0.1) as virtual:
+        device = parse_device(f"text:{virtual.port}?baud=9600&rate=200")
         device.open()
         blocks = collect(device, 40)
         device.zero()
@@ -412,7 +415,7 @@ class BusyPort:
 def test_the_rate_of_text_is_measured_though_lines_come_in_bursts(rate, burst, monkeypatch):
     port = BusyPort(rate, burst)
     monkeypatch.setattr("forcelab.capture.serial_port.Port", lambda *_: port)
-    device = TextLine("bursts", ports=nothing)
+    device = TextDevice("bursts", ports=nothing)
     device.open()
     assert device.rate == pytest.approx(rate, rel=0.005)
     assert device.measured
@@ -431,39 +434,39 @@ def test_stamps_in_whole_milliseconds_tell_the_rate_by_all_of_them():
     def source(times):
         return np.column_stack([np.sin(times)])
 
-    with VirtualTextLine(source, 330, names=("s",), labelled=True, clock="time_ms") as virtual:
-        device = TextLine(virtual.port, ports=nothing)
+    with VirtualTextDevice(source, 330, names=("s",), labelled=True, clock="time_ms") as virtual:
+        device = TextDevice(virtual.port, ports=nothing)
         device.open()
         device.close()
     assert device.rate == pytest.approx(330, rel=0.01)  # 1 / 3 ms is 333
 
 
 def test_a_channel_without_a_reading_keeps_its_zero_when_a_text_device_is_zeroed():
-    there = []
+    present = []
 
     def source(times):
-        second = 7.0 if there else np.nan
+        second = 7.0 if present else np.nan
         return np.column_stack([np.full(len(times), 5.0), np.full(len(times), second)])
 
-    with VirtualTextLine(source, 200) as virtual:
-        device = TextLine(virtual.port, rate=200, ports=nothing)
+    with VirtualTextDevice(source, 200) as virtual:
+        device = TextDevice(virtual.port, rate=200, ports=nothing)
         device.open()
         first = collect(device, 5)
         assert np.isnan(first[-1].values[-1, 1])
         device.zero()
-        there.append(True)
+        present.append(True)
         values = joined(collect(device, 100), "values")
         device.close()
     np.testing.assert_array_equal(values[-1], [0.0, 7.0])
 
 
 def test_a_device_that_prints_no_numbers_is_told_with_the_cure(monkeypatch):
-    monkeypatch.setattr("forcelab.capture.text_device.FIRST_LINES", 0.3)
+    monkeypatch.setattr("forcelab.capture.text_device.FIRST_LINES_SECONDS", 0.3)
     with (
         VirtualEncoder(lambda t: t[:, None]) as virtual,  # says nothing unasked
         pytest.raises(InputError, match=r"no lines of numbers at 115200 baud.*\?baud=9600"),
     ):
-        TextLine(virtual.port, ports=nothing).open()
+        TextDevice(virtual.port, ports=nothing).open()
 
 
 @pytest.mark.parametrize("bang", [True, False])
@@ -472,7 +475,7 @@ def test_an_encoder_gives_its_count_when_it_changes_and_holds_it_in_between(bang
         return np.floor(50 * np.clip(times, 0.0, 0.6))[:, None]
 
     with VirtualEncoder(source, bang=bang, serial=77) as virtual:
-        device = device_named(f"encoder:{virtual.port}?scale=0.5&unit=mm")
+        device = parse_device(f"encoder:{virtual.port}?scale=0.5&unit=mm")
         device.open()
         assert device.holds
         assert [(c.name, c.unit) for c in device.channels] == [("opening", "mm")]
@@ -487,7 +490,7 @@ def test_an_encoder_gives_its_count_when_it_changes_and_holds_it_in_between(bang
         assert device.serial == "77"
         device.zero()
         virtual.unplug()
-        gone(device)
+        collect_until_gone(device)
         virtual.replug()
         back(device)
         assert any("lost its count" in one for one in device.remarks())
@@ -498,11 +501,11 @@ def test_an_encoder_gives_its_count_when_it_changes_and_holds_it_in_between(bang
 
 def test_a_zero_holds_over_the_cable_and_is_forgotten_when_a_device_is_opened_anew():
     for kind, virtual in {
-        "text": VirtualTextLine(lambda t: np.full((len(t), 1), 5.0), 200),
+        "text": VirtualTextDevice(lambda t: np.full((len(t), 1), 5.0), 200),
         "encoder": VirtualEncoder(lambda t: np.floor(np.minimum(20 * t, 5.0))[:, None]),
     }.items():
         with virtual:
-            device = device_named(f"{kind}:{virtual.port}")
+            device = parse_device(f"{kind}:{virtual.port}")
             device.open()
             assert until_it_says(device, 5.0), kind
             device.zero()
@@ -529,28 +532,28 @@ def test_a_name_can_hold_what_would_end_its_parts(tmp_path):
     file = tmp_path / "50%26 of R&D?.toml"
     file.write_text("[any]\nfx = { capacity = 10.0, counts = 100 }\n")
     with pytest.raises(InputError, match=re.escape(str(file))):  # it is found, but lacks fy
-        device_named(f"optoforce:/dev/x?calibration={said(str(file))}&rate=100")
-    assert device_named(f"text:{said('/dev/a&b?c')}?baud=9600").name == "text:/dev/a&b?c"
+        parse_device(f"optoforce:/dev/x?calibration={quote_value(str(file))}&rate=100")
+    assert parse_device(f"text:{quote_value('/dev/a&b?c')}?baud=9600").name == "text:/dev/a&b?c"
     with pytest.raises(InputError, match="an & within a value is written as %26"):
-        device_named(f"optoforce:/dev/x?calibration={file}")
+        parse_device(f"optoforce:/dev/x?calibration={file}")
 
 
 @pytest.mark.usefixtures("answers_are_awaited_less")
 def test_what_does_not_answer_is_no_encoder():
     with (
-        VirtualTextLine(lambda t: t[:, None], 10) as virtual,
+        VirtualTextDevice(lambda t: t[:, None], 10) as virtual,
         pytest.raises(InputError, match="does not answer as a QSB does"),
     ):
         Encoder(virtual.port, ports=nothing).open()
 
 
 def test_a_line_device_is_looked_for_by_its_usb_serial_number():
-    with VirtualTextLine(lambda t: t[:, None], 100) as virtual:
+    with VirtualTextDevice(lambda t: t[:, None], 100) as virtual:
         ports = [FoundPort(virtual.port, "text", "", "A1", (1, 2), usable=True)]
-        device = TextLine(virtual.port, ports=lambda: ports)
+        device = TextDevice(virtual.port, ports=lambda: ports)
         device.open()
         virtual.unplug()
-        gone(device)
+        collect_until_gone(device)
         ports.clear()
         with pytest.raises(UnpluggedError, match="not plugged in again yet"):
             device.reopen()
@@ -583,23 +586,23 @@ def test_a_line_device_is_looked_for_by_its_usb_serial_number():
 )
 def test_a_name_that_means_nothing_is_refused_in_a_sentence(name, words):
     with pytest.raises(InputError, match=words):
-        device_named(name)
+        parse_device(name)
 
 
 def test_events_are_said_once_while_they_go_on():
     events = MessageQueue()
     for now in (0.0, 0.2, 0.6, 1.0, 2.0):
-        events.during("hot", "It is hot.", now)
-    events.say("All else is well.")
+        events.put_once("hot", "It is hot.", now)
+    events.put("All else is well.")
     assert events.take() == ("It is hot.", "It is hot.", "All else is well.")
     assert events.take() == ()
     for number in range(1000):
-        events.say(str(number))
+        events.put(str(number))
     assert len(events.take()) == 100
 
 
 def test_two_devices_at_one_port_are_refused_before_it_seems_to_be_in_use_by_others():
     names = ["optoforce:/dev/ttyA", "text:/dev/ttyB", "optoforce:/dev/ttyA?rate=500"]
     with pytest.raises(InputError, match="Two devices are said to be at /dev/ttyA"):
-        devices_named(names)
-    assert [one.name for one in devices_named(names[:2])] == names[:2]
+        parse_devices(names)
+    assert [one.name for one in parse_devices(names[:2])] == names[:2]

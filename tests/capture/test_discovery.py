@@ -1,11 +1,22 @@
 import argparse
 import json
+import os
+import sys
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
 
 from forcelab.capture import discovery
-from forcelab.capture.discovery import FoundPort, find_ports, optoforce_ports, port_like, port_of
+from forcelab.capture.discovery import (
+    FoundCamera,
+    FoundPort,
+    find_cameras,
+    find_ports,
+    only_port,
+    optoforce_ports,
+    relocate_port,
+)
 from forcelab.cli.commands import capture
 from forcelab.errors import InputError
 
@@ -58,39 +69,39 @@ def test_devices_are_known_by_what_usb_tells(plugged):
 
 def test_the_only_device_of_a_kind_is_found_without_its_port(plugged):
     plugged(PORTS)
-    assert port_of("encoder") == "/dev/ttyUSB0"
+    assert only_port("encoder") == "/dev/ttyUSB0"
     with pytest.raises(InputError, match="3 devices that may be 'text'"):
-        port_of("text")
+        only_port("text")
     plugged([])
     with pytest.raises(InputError, match="No device of kind 'optoforce' is plugged in"):
-        port_of("optoforce")
+        only_port("optoforce")
 
 
 def test_a_device_is_found_again_by_its_serial_number_at_another_port():
     known = found("/dev/ttyUSB0", serial="A1")
     others = [found("/dev/ttyUSB0", serial="B2"), found("/dev/ttyUSB1", serial="A1")]
-    assert port_like(known, others) == "/dev/ttyUSB1"
-    assert port_like(known, others[:1]) is None
+    assert relocate_port(known, others) == "/dev/ttyUSB1"
+    assert relocate_port(known, others[:1]) is None
 
 
 def test_a_device_without_a_serial_number_is_found_at_its_own_port_only(tmp_path):
     known = found("/dev/ttyUSB0")
-    assert port_like(known, [found("/dev/ttyUSB0")]) == "/dev/ttyUSB0"
-    assert port_like(known, [found("/dev/ttyUSB0", usb=(3, 4))]) is None
-    assert port_like(known, [found("/dev/ttyUSB1")]) is None
+    assert relocate_port(known, [found("/dev/ttyUSB0")]) == "/dev/ttyUSB0"
+    assert relocate_port(known, [found("/dev/ttyUSB0", usb=(3, 4))]) is None
+    assert relocate_port(known, [found("/dev/ttyUSB1")]) is None
     link = tmp_path / "tty"
-    assert port_like(found(str(link), usb=None), []) is None
+    assert relocate_port(found(str(link), usb=None), []) is None
     link.symlink_to("/dev/null")
-    assert port_like(found(str(link), usb=None), []) == str(link)
+    assert relocate_port(found(str(link), usb=None), []) == str(link)
 
 
 def test_the_list_shows_what_to_say_and_what_it_is(plugged, capsys):
     plugged(PORTS)
     capture.list_devices(argparse.Namespace(json=False))
-    told = capsys.readouterr().out
-    assert "--device optoforce:/dev/ttyACM0" in told
-    assert "--device KIND:/dev/ttyUSB3" in told
-    assert "81830" in told
+    shown = capsys.readouterr().out
+    assert "--device optoforce:/dev/ttyACM0" in shown
+    assert "--device KIND:/dev/ttyUSB3" in shown
+    assert "81830" in shown
     capture.list_devices(argparse.Namespace(json=True))
     plain = json.loads(capsys.readouterr().out)
     assert plain["ports"][0]["usb"] == "04d8:000a"
@@ -99,21 +110,21 @@ def test_the_list_shows_what_to_say_and_what_it_is(plugged, capsys):
 
 def test_where_there_is_nothing_one_sentence_says_so(plugged, capsys, monkeypatch):
     plugged([])
-    monkeypatch.setattr(capture, "cameras", lambda: ())
+    monkeypatch.setattr(capture, "find_cameras", lambda: ())
     capture.list_devices(argparse.Namespace(json=False))
     assert capsys.readouterr().out == capture.NOTHING_FOUND + "\n"
 
 
 def test_cameras_are_listed_by_the_number_that_is_said(plugged, capsys, monkeypatch):
-    from forcelab.capture.discovery import Camera
+    from forcelab.capture.discovery import FoundCamera
 
     plugged([])
-    films = (Camera("/dev/video2", "Webcam", usable=False),)
-    monkeypatch.setattr(capture, "cameras", lambda: films)
+    films = (FoundCamera("/dev/video2", "Webcam", usable=False),)
+    monkeypatch.setattr(capture, "find_cameras", lambda: films)
     capture.list_devices(argparse.Namespace(json=False))
-    told = capsys.readouterr().out
-    assert "--camera 2" in told
-    assert "not yours to open" in told
+    shown = capsys.readouterr().out
+    assert "--camera 2" in shown
+    assert "not yours to open" in shown
 
 
 def test_without_pyserial_that_is_said(monkeypatch):
@@ -122,3 +133,42 @@ def test_without_pyserial_that_is_said(monkeypatch):
     monkeypatch.setitem(sys.modules, "serial.tools", None)
     with pytest.raises(InputError, match="pip install pyserial"):
         discovery.find_ports()
+
+
+def kernel_list(folder, **names):
+    for device, name in names.items():
+        (folder / device).mkdir()
+        (folder / device / "name").write_bytes(name)
+    return folder
+
+
+def test_cameras_are_listed_with_the_names_their_drivers_give(tmp_path):
+    folder = kernel_list(tmp_path, video71=b"Webcam \xff\n", video70=b"USB camera\n")
+    assert find_cameras(folder) == (
+        FoundCamera("/dev/video70", "USB camera", usable=False),
+        FoundCamera("/dev/video71", "Webcam \ufffd", usable=False),
+    )
+
+
+def test_a_camera_that_can_be_read_is_usable(tmp_path):
+    (camera,) = find_cameras(kernel_list(tmp_path, null=b"sees nothing"))
+    assert camera.usable == os.access("/dev/null", os.R_OK)
+
+
+def test_a_device_that_is_gone_before_it_was_looked_at_is_left_out(tmp_path):
+    kernel_list(tmp_path, video70=b"USB camera\n")
+    (tmp_path / "video71").mkdir()
+    assert [camera.device for camera in find_cameras(tmp_path)] == ["/dev/video70"]
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="needs /proc")
+def test_a_name_that_cannot_be_read_is_left_out(tmp_path):
+    kernel_list(tmp_path, video70=b"USB camera\n")
+    (tmp_path / "video71").mkdir()
+    (tmp_path / "video71" / "name").symlink_to("/proc/self/mem")  # reading it is an input error
+    assert [camera.device for camera in find_cameras(tmp_path)] == ["/dev/video70"]
+
+
+@pytest.mark.parametrize("folder", ["/no/such/folder", __file__, "/" + "a" * 5000])
+def test_where_the_system_lists_no_cameras_there_are_none(folder):
+    assert find_cameras(Path(folder)) == ()

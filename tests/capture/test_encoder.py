@@ -11,7 +11,7 @@ from forcelab.capture.encoder import (
     COUNT,
     EncoderParser,
     Reply,
-    set_up,
+    setup_commands,
 )
 from forcelab.errors import InputError
 
@@ -23,7 +23,7 @@ def line(letter, register, value, clock=None, spaced=True):
 
 
 def test_setting_up_ends_with_the_stream():
-    commands = set_up(reverse=True, rate=128)
+    commands = setup_commands(reverse=True, rate=128)
     assert b"R14\r\n" in commands
     assert commands[-1] == b"S0E\r\n"
     assert {b"W0300000003\r\n", b"W0400000080\r\n", b"W0B00000001\r\n", b"W0C00000004\r\n"} <= set(
@@ -31,7 +31,7 @@ def test_setting_up_ends_with_the_stream():
     )
     for wrong in (0, 600):
         with pytest.raises(InputError):
-            set_up(rate=wrong)
+            setup_commands(rate=wrong)
 
 
 @pytest.mark.parametrize("spaced", [True, False])

@@ -6,17 +6,17 @@ import time
 
 import numpy as np
 import pytest
-from fake_devices import FakeDevice, FakeEncoder, eventually
 from hypothesis import given
 from hypothesis import strategies as st
 
-from forcelab.capture.reader import Ring
+from forcelab.capture.reader import RingBuffer
 from forcelab.capture.recorder import Recorder
-from forcelab.capture.save import CAPTURES, discard, recover, unfinished
+from forcelab.capture.save import CAPTURES, PartialSaveError, discard, recover, unfinished_journals
 from forcelab.errors import InputError
 from forcelab.project import Project
 from forcelab.project.demonstrations import DemonstrationStore
 from forcelab.project.media import MediaStore
+from tests.capture.helpers import FakeDevice, FakeEncoder, eventually
 
 
 @pytest.fixture(autouse=True)
@@ -53,11 +53,11 @@ def test_a_recording_is_in_the_project_with_all_its_samples_and_stamps(project):
         assert recorder.start("LEGO") == "LEGO 01"
         came(recorder, 400)
         assert recorder.state().recording
-        kept = recorder.stop()
+        saved = recorder.stop()
     d, times, signals, stamps, tracks = loaded(project, "LEGO 01")
     assert d.task == "LEGO"
     assert tracks == ()
-    assert kept.samples == len(times) >= 400
+    assert saved.samples == len(times) >= 400
     assert [channel.name for channel in d.channels] == ["fx1", "fy1", "fz1"]
     assert (np.diff(signals[:, 0]) == 1).all()
     np.testing.assert_array_equal(stamps["ticks_0"], signals[:, 0])
@@ -84,7 +84,7 @@ def test_several_in_a_row_are_numbered_and_a_discarded_one_leaves_nothing(projec
         recorder.stop()
         assert not recorder.state().recording
     with Project.open(project) as opened:
-        names = [one.name for one in opened.demonstrations.infos()]
+        names = [demonstration.name for demonstration in opened.demonstrations.infos()]
     assert names == ["by hand", "LEGO 01", "LEGO 02", "LEGO 03"]
     assert not list((project / CAPTURES).iterdir())
 
@@ -138,11 +138,8 @@ def test_marks_made_live_become_a_track(project):
         assert "grab" in [action.name for action in opened.actions.vocabulary("LEGO").actions]
 
 
-@pytest.mark.parametrize("own_way", [True, False])
-def test_unplugged_and_plugged_in_again_is_one_demonstration_with_a_gap(project, own_way):
+def test_unplugged_and_plugged_in_again_is_one_demonstration_with_a_gap(project):
     device = FakeDevice()
-    if not own_way:
-        device.reopen = None
     with Recorder(project, [device]) as recorder:
         recorder.start("LEGO")
         for _ in range(2):
@@ -153,12 +150,12 @@ def test_unplugged_and_plugged_in_again_is_one_demonstration_with_a_gap(project,
             device.gone.clear()
             eventually(lambda: recorder.state().devices[0].plugged)
         went_on(recorder, 0.3)
-        kept = recorder.stop()
-    assert any("unplugged 2 times" in remark for remark in kept.remarks)
+        saved = recorder.stop()
+    assert any("unplugged 2 times" in remark for remark in saved.remarks)
     assert device.opened == 3
     d, times, signals, stamps, _ = loaded(project, "LEGO 01")
     assert len(d.gaps) == 2
-    assert kept.samples == len(stamps["ticks_0"]) == len(times)
+    assert saved.samples == len(stamps["ticks_0"]) == len(times)
     restarts = np.flatnonzero(np.diff(signals[:, 0]) < 0)
     np.testing.assert_allclose(times[restarts] + d.period, [gap[0] for gap in d.gaps])
     with Project.open(project) as opened:
@@ -187,15 +184,15 @@ def test_what_a_device_lost_while_it_was_away_is_told_live_as_it_is_kept(project
         eventually(lambda: recorder.state().devices[0].plugged)
         went_on(recorder, 0.3)
         lost = recorder.state().devices[0].lost
-        kept = recorder.stop()
-    (told,) = kept.remarks
+        saved = recorder.stop()
+    (remark,) = saved.remarks
     if goes_on:
         assert lost >= 150
-        said = "samples of fake:0 were lost and the device was unplugged once for 0"
-        assert told.startswith(f"{lost} {said}")
+        loss = "samples of fake:0 were lost and the device was unplugged once for 0"
+        assert remark.startswith(f"{lost} {loss}")
     else:
         assert lost == 0
-        assert re.fullmatch(r"fake:0 was unplugged once for \d+\.\d s; that is a gap\.", told)
+        assert re.fullmatch(r"fake:0 was unplugged once for \d+\.\d s; that is a gap\.", remark)
 
 
 def test_a_second_device_that_is_away_is_missing_and_the_first_goes_on(project):
@@ -227,9 +224,9 @@ def test_lost_samples_are_counted_said_and_absent(project):
         device.lose = np.r_[first : first + 20, first + 200]
         came(recorder, 900)
         state = recorder.state().devices[0]
-        kept = recorder.stop()
+        saved = recorder.stop()
     assert state.lost == 21
-    assert any("21 samples" in remark for remark in kept.remarks)
+    assert any("21 samples" in remark for remark in saved.remarks)
     _, _, signals, _, _ = loaded(project, "LEGO 01")
     assert not np.isin(device.lose, signals[:, 0]).any()
 
@@ -249,12 +246,12 @@ def test_saturation_stalling_and_drift_are_alarms(project):
 def test_a_device_that_gives_other_than_it_was_told_is_said_once(project, monkeypatch):
     monkeypatch.setattr("forcelab.capture.reader._SETTLED", 2.0)
     wrong, right = FakeDevice("wrong:0", ppm=-100_000), FakeDevice("right:0", ppm=500)
-    told = []
+    remarks = []
     with Recorder(project, [wrong, right]) as recorder:
-        eventually(lambda: told.extend(recorder.remarks()) or told)
+        eventually(lambda: remarks.extend(recorder.remarks()) or remarks)
         came(recorder, recorder.state().devices[0].samples + 200)
-        told += recorder.remarks()
-    (sentence,) = told
+        remarks += recorder.remarks()
+    (sentence,) = remarks
     assert re.search(r"^wrong:0 gives 11\d\d samples a second, not 1000: .*\?rate=11\d\d", sentence)
 
 
@@ -266,10 +263,10 @@ def test_a_zero_that_wanders_is_an_alarm_until_it_is_zeroed(project):
         noise = np.random.default_rng(0).normal(scale=0.01, size=(len(times), 3))
         values = noise + np.stack([0.05 * times, 0 * times, 0 * times], axis=1)
         with reader._lock:
-            reader._wander.restart()
+            reader._zero_drift.restart()
             for first in range(0, len(times), 10):
-                reader._wander.update(times[first : first + 10], values[first : first + 10])
-            [(channel, by)] = reader._wandered()
+                reader._zero_drift.update(times[first : first + 10], values[first : first + 10])
+            [(channel, by)] = reader._drifted()
         assert channel.name == "fx"
         assert by == pytest.approx(1.3, abs=0.2)
         assert "zero" in recorder.state().devices[0].alarms
@@ -405,10 +402,10 @@ def in_part(project, monkeypatch):
                 recorder.stop()
             with pytest.raises(InputError, match="disk is full"):
                 recorder.discard()
-        assert recorder.holding
+        assert recorder.has_recording
         assert [one.name for one in there(project)] == ["LEGO 01"]
         yield recorder
-        assert not recorder.holding
+        assert not recorder.has_recording
     assert there(project) == ()
     assert not list((project / CAPTURES).iterdir())
 
@@ -424,31 +421,33 @@ def test_what_is_in_the_project_in_part_is_removed_when_it_is_discarded(in_part)
 
 def test_it_may_be_discarded_after_somebody_removed_that_part(in_part, project):
     with Project.open(project) as opened:
-        opened.demonstrations.remove_all({one.id: {} for one in opened.demonstrations.infos()})
+        opened.demonstrations.remove_all(
+            {demonstration.id: {} for demonstration in opened.demonstrations.infos()}
+        )
     in_part.discard()
 
 
 def test_stopped_again_it_is_new_and_may_be_discarded(in_part, project):
-    kept = in_part.stop()
-    assert kept.added.status == "new"
+    saved = in_part.stop()
+    assert saved.added.status == "new"
     with Project.open(project) as opened:
-        assert opened.media.stamps(kept.added.id) is not None
-    discard(project, kept)
+        assert opened.media.stamps(saved.added.id) is not None
+    discard(project, saved)
 
 
 def test_a_recorder_that_is_closed_without_stopping_leaves_what_can_be_recovered(project):
     with Recorder(project, [FakeDevice()]) as recorder:
         recorder.start("LEGO")
-        assert unfinished(project) == ()  # it is being written
+        assert unfinished_journals(project) == ()  # it is being written
         came(recorder, 200)
-    assert len(unfinished(project)) == 1
+    assert len(unfinished_journals(project)) == 1
     (project / CAPTURES / "no.journal").write_bytes(b"junk")
-    bad, good = sorted(recover(project), key=lambda one: one.kept is not None)
-    assert good.kept.samples >= 200
-    assert "no journal" in bad.trouble
+    bad, good = sorted(recover(project), key=lambda one: one.recording is not None)
+    assert good.recording.samples >= 200
+    assert "no journal" in bad.problem
     assert bad.path.exists()
     assert [path.name for path in (project / CAPTURES).iterdir()] == ["no.journal"]
-    assert loaded(project, "LEGO 01")[1].size == good.kept.samples
+    assert loaded(project, "LEGO 01")[1].size == good.recording.samples
 
 
 @given(
@@ -457,7 +456,7 @@ def test_a_recorder_that_is_closed_without_stopping_leaves_what_can_be_recovered
     asked=st.integers(0, 200),
 )
 def test_a_ring_gives_the_last_samples_in_their_order(length, blocks, asked):
-    ring, every = Ring(length, 2), np.empty(0)
+    ring, every = RingBuffer(length, 2), np.empty(0)
     for n in blocks:
         more = np.arange(len(every), len(every) + n, dtype=float)
         ring.extend(more / 10, np.stack([more, -more], axis=1))
@@ -480,4 +479,37 @@ def test_nothing_is_begun_with_every_device_unplugged(project):
         eventually(lambda: not recorder.state().devices[0].plugged)
         with pytest.raises(InputError, match="No device is plugged in"):
             recorder.start("LEGO")
-        assert not recorder.holding
+        assert not recorder.has_recording
+
+
+@pytest.mark.parametrize(
+    ("first", "told"),
+    [
+        (InputError("The disk is full."), "The disk is full. 'LEGO 01' is in the project without"),
+        (OSError("torn"), "It ended early (OSError('torn')). 'LEGO 01' is in the project without"),
+        (KeyboardInterrupt(), "It ended early (KeyboardInterrupt()). 'LEGO 01' is in the project"),
+    ],
+)
+def test_what_is_neither_whole_nor_taken_back_is_told_and_can_be_mended(
+    project, monkeypatch, first, told
+):
+    def fail(error):
+        def failing(*_):
+            raise error
+
+        return failing
+
+    with Recorder(project, [FakeDevice()]) as recorder:
+        recorder.start("LEGO")
+        eventually(lambda: recorder.state().devices[0].samples >= 100)
+        with monkeypatch.context() as patch:
+            patch.setattr(MediaStore, "attach_stamps", fail(first))
+            patch.setattr(DemonstrationStore, "discard", fail(InputError("It is kept busy.")))
+            with pytest.raises(PartialSaveError) as caught:
+                recorder.stop()
+        assert told in str(caught.value)
+        assert str(caught.value).endswith("taken back either: It is kept busy.")
+        assert caught.value.__cause__ is first
+        recorder.discard()  # as it knows that a part is in the project
+    with Project.open(project) as opened:
+        assert opened.demonstrations.infos() == ()

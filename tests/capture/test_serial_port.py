@@ -5,7 +5,7 @@ import time
 import pytest
 
 from forcelab.capture.device import UnpluggedError
-from forcelab.capture.serial_port import Port, _sentence
+from forcelab.capture.serial_port import Port, open_error
 from forcelab.errors import InputError
 
 
@@ -128,7 +128,7 @@ def test_a_file_is_no_port(tmp_path):
 
 @pytest.mark.parametrize("number", [errno.EACCES, errno.EPERM])
 def test_a_port_of_others_is_told_with_the_group(number):
-    assert "dialout" in _sentence("/dev/ttyACM0", OSError(number, "no"))
+    assert "dialout" in open_error("/dev/ttyACM0", OSError(number, "no"))
 
 
 def test_without_pyserial_that_is_said(monkeypatch):

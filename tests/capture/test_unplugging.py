@@ -5,14 +5,14 @@ import time
 from itertools import pairwise
 
 import numpy as np
-from fake_devices import eventually
 
-from forcelab.capture.devices import device_named
-from forcelab.capture.emulator import VirtualOptoForce, VirtualTextLine
+from forcelab.capture.device_names import parse_device
+from forcelab.capture.emulator import VirtualOptoForce, VirtualTextDevice
 from forcelab.capture.recorder import Recorder
 from forcelab.capture.save import CAPTURES
 from forcelab.demonstration import GAP_PERIODS
 from forcelab.project import Project
+from tests.capture.helpers import eventually
 
 #: How often it is unplugged within one recording; more often when asked, as each takes a second.
 UNPLUGS = int(os.environ.get("FORCELAB_UNPLUGS", "2"))
@@ -42,7 +42,7 @@ def pulled(recorder, daq, seconds):
 def test_each_time_it_was_unplugged_is_a_gap_in_the_one_demonstration(project):
     times_pulled = []
     with VirtualOptoForce(counting, clock_ppm=150) as daq:
-        device = device_named(f"optoforce:{daq.port}")
+        device = parse_device(f"optoforce:{daq.port}")
         with Recorder(project, [device]) as recorder:
             recorder.start("LEGO")
             for turn in range(UNPLUGS):
@@ -51,12 +51,12 @@ def test_each_time_it_was_unplugged_is_a_gap_in_the_one_demonstration(project):
                 times_pulled.append(pulled(recorder, daq, 0.02 * (turn % 5)))
             samples = recorder.state().devices[0].samples
             eventually(lambda: recorder.state().devices[0].samples >= samples + 300)
-            said = recorder.remarks()
-            kept = recorder.stop()
-    assert sum("is back after" in sentence for sentence in said) == UNPLUGS
+            remarks = recorder.remarks()
+            saved = recorder.stop()
+    assert sum("is back after" in sentence for sentence in remarks) == UNPLUGS
     assert device.connections == UNPLUGS + 1
     how_often = "once" if UNPLUGS == 1 else f"{UNPLUGS} times"
-    assert any(f"was unplugged {how_often}" in remark for remark in kept.remarks)
+    assert any(f"was unplugged {how_often}" in remark for remark in saved.remarks)
     with Project.open(project) as opened:
         assert [one.name for one in opened.demonstrations.infos()] == ["LEGO 01"]
         d = opened.demonstrations.load("LEGO 01")
@@ -80,7 +80,7 @@ def test_each_time_it_was_unplugged_is_a_gap_in_the_one_demonstration(project):
 
 def test_one_of_two_that_is_unplugged_is_missing_while_the_other_goes_on(project):
     with VirtualOptoForce(counting) as left, VirtualOptoForce(counting, serial="ISE999ZZ") as right:
-        devices = [device_named(f"optoforce:{daq.port}") for daq in (left, right)]
+        devices = [parse_device(f"optoforce:{daq.port}") for daq in (left, right)]
         with Recorder(project, devices) as recorder:
             recorder.start("LEGO")
             for _ in range(2):
@@ -109,8 +109,8 @@ def test_lines_that_a_stuck_hub_holds_back_for_five_seconds_keep_their_times(pro
     def numbered(times):
         return np.column_stack([np.round(400 * times), times])
 
-    with VirtualTextLine(numbered, 400, decimals=6) as board:
-        device = device_named(f"text:{board.port}?rate=400")
+    with VirtualTextDevice(numbered, 400, decimals=6) as board:
+        device = parse_device(f"text:{board.port}?rate=400")
         with Recorder(project, [device]) as recorder:
             recorder.start("LEGO")
             eventually(lambda: recorder.state().devices[0].samples > 1200)

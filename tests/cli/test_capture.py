@@ -9,14 +9,13 @@ import time
 
 import numpy as np
 import pytest
-from fake_devices import eventually
-from read_back import block_of
 
-from forcelab.capture.emulator import Faults, VirtualOptoForce
-from forcelab.capture.journal import Kind, header_bytes, read
-from forcelab.capture.save import CAPTURES, unfinished
+from forcelab.capture.emulator import VirtualOptoForce
+from forcelab.capture.journal import RecordKind, encode_header, read_journal
+from forcelab.capture.save import CAPTURES, unfinished_journals
 from forcelab.project import Project
 from forcelab.resources import asset
+from tests.capture.helpers import block_of, eventually
 
 #: How often a recording is killed; more often when asked, as it takes seconds each.
 KILLS = int(os.environ.get("FORCELAB_KILLS", "1"))
@@ -95,8 +94,8 @@ def test_killed_it_loses_at_most_a_second_and_is_recovered(forcelab, daq, tmp_pa
     killed = time.monotonic()
     process.kill()
     process.communicate(timeout=60)
-    (journal,) = unfinished(project)
-    blocks = [block_of(r.payload) for r in read(journal) if r.kind == Kind.BLOCK]
+    (journal,) = unfinished_journals(project)
+    blocks = [block_of(r.payload) for r in read_journal(journal) if r.kind == RecordKind.BLOCK]
     ticks = np.concatenate([block.ticks for block in blocks])
     assert (np.diff(ticks) == 1).all()
     assert killed - blocks[-1].arrived[-1] < 1.0
@@ -112,12 +111,12 @@ def test_killed_it_loses_at_most_a_second_and_is_recovered(forcelab, daq, tmp_pa
     with Project.open(project) as opened:
         d = opened.demonstrations.load("LEGO 01")
     assert len(d.times) == len(ticks)
-    assert unfinished(project) == ()
+    assert unfinished_journals(project) == ()
 
 
 def test_ctrl_c_keeps_one_demonstration_though_unplugged_and_plugged_in_again(tmp_path):
     project = tmp_path / "lab.forcelab"
-    with VirtualOptoForce(source, faults=Faults(), clock_ppm=-200) as daq:
+    with VirtualOptoForce(source, clock_ppm=-200) as daq:
         words = ("--device", f"optoforce:{daq.port}", "--task", "LEGO", "--json")
         process = started(project, *words)
         journal = journal_of(project, process, 20_000)
@@ -161,7 +160,7 @@ def test_what_the_disk_does_not_take_is_kept_elsewhere_and_can_be_recovered(
     assert f"'{project / CAPTURES}'" in output
     assert "--recover" in output
     away.rename(project)
-    for part in unfinished(project):  # as far as the disk took it
+    for part in unfinished_journals(project):  # as far as the disk took it
         part.unlink()
     saved.rename(project / CAPTURES / saved.name)
     result = forcelab("capture", project, "--recover", "--json")
@@ -190,7 +189,7 @@ def test_a_recording_without_samples_is_said_once_and_gone(forcelab, tmp_path):
         project = created.path
     (project / CAPTURES).mkdir()
     none = project / CAPTURES / "pull 01.journal"
-    none.write_bytes(header_bytes({"name": "pull 01", "cameras": []}))
+    none.write_bytes(encode_header({"name": "pull 01", "cameras": []}))
     torn = none.with_stem("pull 02")
     torn.write_bytes(none.read_bytes() + b"half a block")
     result = forcelab("capture", project, "--recover")

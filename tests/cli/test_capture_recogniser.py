@@ -9,13 +9,12 @@ from io import StringIO
 import numpy as np
 import pytest
 from factories import BAYES_SETTINGS
-from fake_devices import FakeDevice, FakeEncoder
 from synthetic import synthetic_set
 
-from forcelab.capture.emulator import VirtualOptoForce, rows
-from forcelab.capture.reader import Ring
-from forcelab.capture.replay import sensors_of
-from forcelab.capture.save import unfinished
+from forcelab.capture.emulator import VirtualOptoForce
+from forcelab.capture.reader import RingBuffer
+from forcelab.capture.replay import extract_sensors
+from forcelab.capture.save import unfinished_journals
 from forcelab.capture.stream_merger import StreamMerger
 from forcelab.formats.calibration import read_calibrations
 from forcelab.labels import to_codes
@@ -26,6 +25,8 @@ from forcelab.recognition.live import recognise_with_latency
 from forcelab.recognition.storage import save_recogniser
 from forcelab.recognition.training import train
 from forcelab.resources import asset
+from tests.capture.helpers import FakeDevice, FakeEncoder
+from tests.capture.virtual_devices import table_source
 
 CALIBRATION = asset("calibrations", "3-axis-40N.toml")
 LATENCY = 0.3
@@ -56,8 +57,8 @@ def tongs(demonstration):
     """Two virtual DAQs that play a demonstration; gives what capture is told of them."""
     with ExitStack() as stack:
         words = []
-        for sensor in sensors_of(demonstration, read_calibrations(CALIBRATION)):
-            daq = VirtualOptoForce(rows(sensor.counts, 1000.0), serial=sensor.serial)
+        for sensor in extract_sensors(demonstration, read_calibrations(CALIBRATION)):
+            daq = VirtualOptoForce(table_source(sensor.counts, 1000.0), serial=sensor.serial)
             stack.enter_context(daq)
             words += ["--device", f"optoforce:{daq.port}?calibration={CALIBRATION}"]
         yield words
@@ -74,12 +75,12 @@ def test_the_track_is_what_is_stated_for_the_latency_and_segments_are_told(
     monkeypatch.setattr(LiveRecognition, "begin", late)
     project = tmp_path / "lab.forcelab"
     with tongs(three[2][0]) as devices:
-        said = forcelab(
+        result = forcelab(
             "capture", project, *devices, "--task", "foam", "--seconds", "3", "--json",
             "--recogniser", file, "--latency", LATENCY,
         )  # fmt: skip
-    assert said.status == 0, said.err
-    told = said.json["recognised"]
+    assert result.status == 0, result.err
+    told = result.json["recognised"]
     with Project.open(project) as opened:
         d = opened.demonstrations.load("foam 01")
         (track,) = opened.tracks.of(d.id)
@@ -95,7 +96,7 @@ def test_the_track_is_what_is_stated_for_the_latency_and_segments_are_told(
     codes = to_codes(track.segments, stated.times, recogniser.actions)
     assert np.mean(codes == stated.codes) >= 0.95
     # Without a terminal each segment is told as it ends, on the recording's clock.
-    lines = re.findall(r"^ *(\d+\.\d\d) +(\d+\.\d\d)  (\w+)  (\d\.\d\d)$", said.err, re.M)
+    lines = re.findall(r"^ *(\d+\.\d\d) +(\d+\.\d\d)  (\w+)  (\d\.\d\d)$", result.err, re.M)
     assert [line[2] for line in lines] == [s.action for s in track.segments]
     for line, segment in zip(lines, track.segments, strict=True):
         assert float(line[1]) == pytest.approx(segment.end, abs=0.1)
@@ -107,9 +108,9 @@ def test_sensors_too_slow_for_the_recogniser_are_told_of(forcelab, three, file, 
     with tongs(three[2][0]) as devices:
         slow = [word + "&rate=50" * word.startswith("optoforce") for word in devices]
         words = ["--task", "foam", "--seconds", "0.5", "--recogniser", file]
-        said = forcelab("capture", project, *slow, *words)
-    assert said.status == 0, said.err
-    assert re.search(r"come at 50 Hz, and .* learnt at 1000 Hz: \d of its \d scales", said.err)
+        result = forcelab("capture", project, *slow, *words)
+    assert result.status == 0, result.err
+    assert re.search(r"come at 50 Hz, and .* learnt at 1000 Hz: \d of its \d scales", result.err)
 
 
 def test_on_a_terminal_the_line_shows_the_action_and_how_sure_it_is(
@@ -117,10 +118,10 @@ def test_on_a_terminal_the_line_shows_the_action_and_how_sure_it_is(
 ):
     words = [tmp_path / "lab.forcelab", "--task", "foam", "--seconds", "1.5", "--recogniser", file]
     with tongs(three[2][0]) as devices:
-        said = forcelab_on_terminal("capture", *words, *devices)
-    assert said.status == 0, said.err
-    assert re.search(r"still \d\.\d\d  \|  \d\.\d s  \|  \d+ samples", said.err)
-    first, second = said.out.splitlines()
+        result = forcelab_on_terminal("capture", *words, *devices)
+    assert result.status == 0, result.err
+    assert re.search(r"still \d\.\d\d  \|  \d\.\d s  \|  \d+ samples", result.err)
+    first, second = result.out.splitlines()
     assert first.startswith("'foam 01'")
     assert re.fullmatch(
         r"Recognised by 'model tiny': \d+ segments?, \d+ % labelled, labels \d\.\d\d s after the "
@@ -140,15 +141,15 @@ def test_a_recogniser_that_fails_costs_its_track_and_not_the_recording(
     project = tmp_path / "lab.forcelab"
     words = ["--task", "foam", "--seconds", "0.5", "--json", "--recogniser", file]
     with tongs(three[2][0]) as devices:
-        said = forcelab("capture", project, *devices, *words)
-    assert said.status == 1
+        result = forcelab("capture", project, *devices, *words)
+    assert result.status == 1
     assert (
         f"The recogniser failed (ArithmeticError: {step}): the recording is kept without its track."
-        in said.err
+        in result.err
     )
-    assert said.json["name"] == "foam 01"
-    assert "recognised" not in said.json
-    assert unfinished(project) == ()
+    assert result.json["name"] == "foam 01"
+    assert "recognised" not in result.json
+    assert unfinished_journals(project) == ()
     with Project.open(project) as opened:
         assert opened.demonstrations.load("foam 01").duration > 0.4
 
@@ -165,8 +166,8 @@ def test_who_has_seen_enough_segments_ends_no_recording(
     with tongs(three[2][0]) as devices, monkeypatch.context() as patch:
         patch.setattr(sys, "stdout", Closed())
         patch.setattr("forcelab.cli._drop_output", lambda: None)
-        said = forcelab("capture", project, *devices, *words)
-    assert said.status == 0, said.err
+        result = forcelab("capture", project, *devices, *words)
+    assert result.status == 0, result.err
     with Project.open(project) as opened:
         d = opened.demonstrations.load("foam 01")
         assert d.duration > 1.8
@@ -179,14 +180,14 @@ def test_what_cannot_be_recognised_is_one_sentence_and_makes_no_project(
     project = tmp_path / "lab.forcelab"
     words = ["capture", project, "--task", "foam", "--seconds", "1"]
     with tongs(three[2][0]) as devices:
-        said = forcelab(*words, *devices, "--recogniser", tmp_path / "none.skops")
-        assert "none.skops" in said.sentence
-        said = forcelab(*words, *devices, "--latency", "1")
-        assert "--recogniser" in said.wrong_word
-        said = forcelab(*words, *devices, "--recogniser", file, "--latency", "-1")
-        assert "latency" in said.sentence
-        said = forcelab(*words, *devices[:2], "--recogniser", file)
-        assert "tangential 2" in said.sentence
+        result = forcelab(*words, *devices, "--recogniser", tmp_path / "none.skops")
+        assert "none.skops" in result.sentence
+        result = forcelab(*words, *devices, "--latency", "1")
+        assert "--recogniser" in result.wrong_word
+        result = forcelab(*words, *devices, "--recogniser", file, "--latency", "-1")
+        assert "latency" in result.sentence
+        result = forcelab(*words, *devices[:2], "--recogniser", file)
+        assert "tangential 2" in result.sentence
     assert not project.exists()
 
 
@@ -195,7 +196,7 @@ class Rings:
 
     def __init__(self, *devices):
         self.devices = devices
-        self.rings = [Ring(10_000, len(device.channels)) for device in devices]
+        self.rings = [RingBuffer(10_000, len(device.channels)) for device in devices]
         self.following = StreamMerger(devices, lambda i, number: self.rings[i].since(number))
 
     def give(self, device, times, values):

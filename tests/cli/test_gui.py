@@ -8,7 +8,7 @@ import pytest
 from PySide6.QtGui import QImage
 from PySide6.QtWidgets import QApplication
 
-from forcelab.capture.journal import header_bytes
+from forcelab.capture.journal import encode_header
 from forcelab.capture.save import CAPTURES
 from forcelab.cli import _for_the_window
 from forcelab.project import Project
@@ -99,7 +99,7 @@ def test_a_picture_is_drawn_of_a_project_with_a_recording_that_a_crash_ended(for
     with Project.create(tmp_path / "lab.forcelab") as created:
         captures = created.path / CAPTURES
     captures.mkdir()
-    (captures / "pull 01.journal").write_bytes(header_bytes({"name": "pull 01"}))
+    (captures / "pull 01.journal").write_bytes(encode_header({"name": "pull 01"}))
     out = tmp_path / "w.png"
     result = forcelab("gui", created.path, "--screenshot", out)
     assert (result.status, result.out) == (0, f"{out}\n")

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from forcelab.capture.device import UnpluggedError
-from forcelab.capture.devices import device_named, number_sensors
+from forcelab.capture.device_names import number_sensors, parse_device
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.project import Project
 
@@ -79,7 +79,7 @@ def test_both_sensors_are_played_as_they_were_recorded(stored):
     demonstration = recording()
     with replaying(stored(demonstration), "--lead", "0.3") as (child, output):
         assert [port["channels"] for port in output["ports"]] == [list(NAMES[:3]), list(NAMES[3:])]
-        devices = [device_named(port["device"]) for port in output["ports"]]
+        devices = [parse_device(port["device"]) for port in output["ports"]]
         for device in devices:
             device.open()
         number_sensors(devices)
@@ -118,7 +118,7 @@ def test_channels_of_any_kind_are_played_as_lines_of_text(stored):
     with replaying(stored(demonstration), "--as", "text", "--lead", "0.3") as (child, output):
         (port,) = output["ports"]
         assert port["channels"] == [channel.name for channel in channels]
-        device = device_named(port["device"])
+        device = parse_device(port["device"])
         device.open()
         assert device.channels == channels
         blocks = []

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from forcelab.capture.reader import Ring
+from forcelab.capture.reader import RingBuffer
 from forcelab.demonstration import Channel
 from forcelab.errors import InputError
 from forcelab.live.scalogram import TOLERANCE, LiveScalogram, channels_to_show
@@ -25,7 +25,7 @@ class Streams:
     """Rings that a recorder would keep."""
 
     def __init__(self, count):
-        self.rings = [Ring(20_000, 3) for _ in range(count)]
+        self.rings = [RingBuffer(20_000, 3) for _ in range(count)]
 
     def since(self, device, number):
         return self.rings[device].since(number)

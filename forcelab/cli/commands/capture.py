@@ -33,12 +33,17 @@ from typing import Any, TextIO, TypeVar
 
 from forcelab.capture.camera import open_cameras
 from forcelab.capture.device import Device
-from forcelab.capture.devices import devices_named
-from forcelab.capture.discovery import cameras, find_ports
-from forcelab.capture.optoforce_device import counting, uncalibrated
-from forcelab.capture.reader import RecorderState
-from forcelab.capture.recorder import Recorder
-from forcelab.capture.save import CAPTURES, Recovered, SavedRecording, recover, unfinished
+from forcelab.capture.device_names import parse_devices
+from forcelab.capture.discovery import find_cameras, find_ports
+from forcelab.capture.optoforce import sends_raw_counts, uncalibrated_warning
+from forcelab.capture.recorder import Recorder, RecorderState
+from forcelab.capture.save import (
+    CAPTURES,
+    RecoveredRecording,
+    SavedRecording,
+    recover,
+    unfinished_journals,
+)
 from forcelab.cli.interrupts import uninterrupted
 from forcelab.cli.options import PROJECT, UsageError, add_json, add_task
 from forcelab.cli.output import json_text, printable, table
@@ -54,7 +59,7 @@ NOTHING_FOUND = "No serial port and no camera is plugged in, or this user may no
 
 def list_devices(arguments: argparse.Namespace) -> None:
     """Print the serial ports and cameras, and what they seem to be."""
-    ports, found_cameras = find_ports(), cameras()
+    ports, found_cameras = find_ports(), find_cameras()
     if arguments.json:
         content = {
             "ports": [
@@ -269,7 +274,7 @@ def _check(arguments: argparse.Namespace) -> None:
 def _record(arguments: argparse.Namespace) -> int:
     """Record into a project, and recognise meanwhile where that is asked for; 1 if that failed."""
     recogniser = None if arguments.recogniser is None else load_recogniser(arguments.recogniser)
-    devices = devices_named(arguments.device)
+    devices = parse_devices(arguments.device)
     live = recognition = None
     recorder = Recorder(arguments.project, devices, open_cameras(arguments.camera))
     with _naming_journal(recorder), recorder:
@@ -329,7 +334,7 @@ def _naming_journal(recorder: Recorder) -> Iterator[None]:
 
 def _warnings(devices: Sequence[Device], live: LiveRecognition | None) -> list[str]:
     """What is to be known before it is recorded: forces without a unit, or not the learnt one."""
-    warnings = [uncalibrated(device.name) for device in devices if counting(device)]
+    warnings = [uncalibrated_warning(device.name) for device in devices if sends_raw_counts(device)]
     return warnings if live is None else [*warnings, *live.remarks]
 
 
@@ -337,7 +342,7 @@ def _ready(path: Path) -> None:
     """Make the project where there is none, and tell of recordings that were not finished."""
     if Project.vacant(path):
         Project.create(path).close()
-    left = unfinished(path)
+    left = unfinished_journals(path)
     if left:
         _print_notice(
             f"{counted(len(left), 'unfinished recording')} of an earlier start "
@@ -452,21 +457,22 @@ def _recover(path: Path, json: bool) -> int:
         print(json_text({"recovered": [_recovery(recovered) for recovered in found]}))
     else:
         for recovered in found:
-            if recovered.kept is None:
-                print(printable(recovered.trouble))
+            saved = recovered.recording
+            if saved is None:
+                print(printable(recovered.problem))
                 continue
-            for remark in recovered.kept.remarks:
+            for remark in saved.remarks:
                 print(printable(remark))
-            print(
-                f"{printable(recovered.kept.added.name)}: {recovered.kept.seconds:.2f} s recovered."
-            )
-        good = sum(recovered.kept is not None for recovered in found)
+            print(f"{printable(saved.added.name)}: {saved.seconds:.2f} s recovered.")
+        good = sum(recovered.recording is not None for recovered in found)
         print(f"{counted(len(found), 'unfinished recording')}: {good} recovered.")
-    return int(any(recovered.kept is None and not recovered.removed for recovered in found))
+    return int(any(recovered.recording is None and not recovered.removed for recovered in found))
 
 
-def _recovery(recovered: Recovered) -> dict[str, Any]:
+def _recovery(recovered: RecoveredRecording) -> dict[str, Any]:
     content = (
-        {"trouble": recovered.trouble} if recovered.kept is None else _saved_json(recovered.kept)
+        {"trouble": recovered.problem}
+        if recovered.recording is None
+        else _saved_json(recovered.recording)
     )
     return {"journal": str(recovered.path)} | content

@@ -139,9 +139,9 @@ def _codecs() -> Iterator[Check]:
 
 def _devices() -> Iterator[Check]:
     """Cameras and serial ports, and whether this user may use them."""
-    from forcelab.capture.discovery import cameras, find_ports
+    from forcelab.capture.discovery import find_cameras, find_ports
 
-    found = cameras()
+    found = find_cameras()
     for camera in found:
         cure = "" if camera.usable else "sudo usermod -aG video $USER, then log in again"
         yield Check(f"camera {camera.device}", camera.name, camera.usable, cure)

@@ -17,8 +17,8 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
-from forcelab.capture.devices import said
-from forcelab.capture.replay import Board, Replay, Sensor, board_of, sensors_of
+from forcelab.capture.device_names import quote_value
+from forcelab.capture.replay import Board, Replay, Sensor, extract_board, extract_sensors
 from forcelab.cli.interrupts import interruptible
 from forcelab.cli.options import UsageError, add_demonstration, add_json, add_project
 from forcelab.cli.output import json_text, printable
@@ -71,13 +71,13 @@ def run(arguments: argparse.Namespace) -> None:
     if arguments.kind == "text":
         if arguments.calibration is not None:
             raise UsageError("Lines of text hold no counts; leave --calibration away.")
-        parts, behind = [board_of(demonstration)], ""
+        parts, behind = [extract_board(demonstration)], ""
     else:
-        parts = sensors_of(demonstration, read_calibrations(calibration))
-        behind = f"?calibration={said(str(calibration))}"
+        parts = extract_sensors(demonstration, read_calibrations(calibration))
+        behind = f"?calibration={quote_value(str(calibration))}"
     replay = Replay(demonstration, parts, speed=arguments.speed, lead=arguments.lead)
     with interruptible(), replay:
-        devices = [f"{arguments.kind}:{said(port)}{behind}" for port in replay.ports]
+        devices = [f"{arguments.kind}:{quote_value(port)}{behind}" for port in replay.ports]
         if arguments.json:
             print(json_text(_json_content(replay, devices)), flush=True)
         else:

@@ -1,6 +1,6 @@
-"""The recorder as background jobs use it.
+"""The recorder as background jobs use it, and the recogniser that follows it.
 
-One at a time, released whatever happens, with the recogniser that follows it.
+One job at a time has the recorder, which is released whatever happens.
 """
 
 from __future__ import annotations
@@ -14,13 +14,14 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from forcelab.capture.save import CAPTURES
+from forcelab.capture.assemble import channels_of_all
+from forcelab.capture.save import CAPTURES, discard, recover
 from forcelab.errors import InputError
 
 if TYPE_CHECKING:
     from forcelab.capture.device import Device
     from forcelab.capture.recorder import Recorder
-    from forcelab.capture.save import Recovered, SavedRecording
+    from forcelab.capture.save import RecoveredRecording, SavedRecording
     from forcelab.demonstration import Channel
     from forcelab.live.recognition import LiveRecognition, LiveSnapshot
     from forcelab.live.scalogram import LiveScalogram, RollingImage
@@ -28,9 +29,18 @@ if TYPE_CHECKING:
 
 log = logging.getLogger("forcelab")
 
+#: Seconds that closing the window waits for a recording that is being kept.
+JOIN_TIMEOUT = 60.0
+#: Seconds between two looks of whatever follows the devices.
+BLOCK_SECONDS = 0.02
+#: Seconds between two pictures of a scalogram.
+FRAME_INTERVAL = 0.04
 
-#: Makes what follows the open devices of a recorder.
-RecogniserLoader = Callable[["Recorder", "Sequence[Device]"], "LiveRecognition"]
+#: What became of a recording that ran when its devices were released: what was kept, or why not.
+UnfinishedRecording = tuple["SavedRecording | None", str]
+#: Make what follows the open devices of a recorder.
+RecogniserFactory = Callable[["Recorder", "Sequence[Device]"], "LiveRecognition"]
+ScalogramFactory = Callable[["Recorder", "Sequence[Device]"], "LiveScalogram"]
 
 
 class LiveTrack:
@@ -43,13 +53,13 @@ class LiveTrack:
         self._live: LiveRecognition | None = None
         self._spare: LiveRecognition | None = None  # like it, and knows nothing yet
         self._paused = False
-        self._trouble = ""  # why a recording has no track; what failed is asked nothing more
+        self._problem = ""  # why a recording has no track; what failed is asked nothing more
 
     @property
-    def glimpse(self) -> LiveSnapshot | None:
+    def snapshot(self) -> LiveSnapshot | None:
         """What was recognised last, for any thread; None where nothing is."""
         live = self._live
-        return None if live is None or self._trouble else live.snapshot
+        return None if live is None or self._problem else live.snapshot
 
     def begin(
         self, live: LiveRecognition | None, *, keeping: bool, firsts: Sequence[int] | None = None
@@ -59,27 +69,27 @@ class LiveTrack:
         None ends it.
         """
         before, self._live, self._paused = self._live, live, False
-        if before is None or live is None or not _same_channels(before, live):
+        if before is None or live is None or not _are_alike(before, live):
             self._spare = None
         if live is not None:
             live.begin(keeping=keeping, after=before, firsts=firsts)
 
-    def anew(self, *, keeping: bool, firsts: Sequence[int] | None = None) -> None:
+    def restart(self, *, keeping: bool, firsts: Sequence[int] | None = None) -> None:
         """Begin with another one that knows nothing yet, whatever became of the one before.
 
         Where that fails, there is no track.
         """
-        self._trouble = ""
+        self._problem = ""
         try:
-            self.begin(self.renewed(), keeping=keeping, firsts=firsts)
-        except Exception as error:  # noqa: BLE001 - logged, and told with what is kept
-            self.lose(error)
+            self.begin(self.take_fresh(), keeping=keeping, firsts=firsts)
+        except Exception as error:  # noqa: BLE001 - logged, and reported with what is kept
+            self.fail(error)
 
-    def lose(self, error: Exception) -> None:
-        """Recognise no more until all begins anew; of a recording that runs it is told why."""
-        self._trouble = _error_message(error)
+    def fail(self, error: Exception) -> None:
+        """Recognise no more until all begins anew; a recording that runs says why."""
+        self._problem = _error_message(error)
 
-    def renewed(self) -> LiveRecognition | None:
+    def take_fresh(self) -> LiveRecognition | None:
         """Another one that knows nothing yet: the spare one where there is one."""
         spare, self._spare = self._spare, None
         if spare is not None or self._live is None:
@@ -87,57 +97,55 @@ class LiveTrack:
         return self._live.renewed()
 
     @property
-    def lacking(self) -> LiveRecognition | None:
+    def without_spare(self) -> LiveRecognition | None:
         """The one of which there is no spare yet.
 
-        Making one takes longer than a person's finger on a key. Whoever does it in advance, with
+        Making one takes longer than a person's finger on a key. Whatever does it in advance, with
         :meth:`~forcelab.live.recognition.LiveRecognition.renewed`, needs to hold nothing meanwhile.
         """
         return self._live if self._spare is None else None
 
-    def spare(self, made: LiveRecognition) -> None:
+    def set_spare(self, spare: LiveRecognition) -> None:
         """Have one for the next recording; left alone if it is of another recogniser by now."""
-        if self._live is not None and _same_channels(self._live, made):
-            self._spare = made
+        if self._live is not None and _are_alike(self._live, spare):
+            self._spare = spare
 
-    def look(self, wanted: bool) -> None:
-        """Take in what came since, or let it pass where nobody looks and nothing is recorded."""
-        if self._live is None or self._trouble:
+    def update(self, needed: bool) -> None:
+        """Take in what came since, or let it pass where it is not seen and nothing is recorded."""
+        if self._live is None or self._problem:
             return
-        if not wanted:
+        if not needed:
             self._paused = True
             return
         if self._paused:
-            self.begin(self.renewed(), keeping=False)
+            self.begin(self.take_fresh(), keeping=False)
         self._live.look()
 
     def finish(self) -> None:
         """The recording has ended: take in the last of it. What fails costs its track alone."""
-        if self._live is None or self._trouble:
+        if self._live is None or self._problem:
             return
         try:
             self._live.finish()
         except Exception as error:  # noqa: BLE001 - as above
-            self.lose(error)
+            self.fail(error)
 
-    def keep(self, path: Path, kept: SavedRecording) -> SavedRecording:
+    def save(self, path: Path, recording: SavedRecording) -> SavedRecording:
         """Keep the track with its demonstration; gives that with a sentence on it."""
-        if self._trouble:
-            return replace(kept, remarks=(*kept.remarks, self._trouble))
+        if self._problem:
+            return replace(recording, remarks=(*recording.remarks, self._problem))
         if self._live is None:
-            return kept
+            return recording
         try:
-            figures = self._live.keep(path, kept)
+            figures = self._live.keep(path, recording)
         except Exception as error:  # noqa: BLE001 - as above
-            return replace(kept, remarks=(*kept.remarks, _error_message(error)))
-        one = "Recognised by '{author}': 1 segment, {share:.0f} % labelled."
-        more = "Recognised by '{author}': {segments} segments, {share:.0f} % labelled."
-        told = (one if figures["segments"] == 1 else more).format(
-            author=figures["author"],
-            segments=figures["segments"],
-            share=100 * figures["labelled"],
+            return replace(recording, remarks=(*recording.remarks, _error_message(error)))
+        number = figures["segments"]
+        remark = (
+            f"Recognised by '{figures['author']}': {number} segment{'s' * (number != 1)}, "
+            f"{100 * figures['labelled']:.0f} % labelled."
         )
-        return replace(kept, remarks=(*kept.remarks, told))
+        return replace(recording, remarks=(*recording.remarks, remark))
 
 
 def _error_message(error: Exception) -> str:
@@ -145,118 +153,92 @@ def _error_message(error: Exception) -> str:
     if isinstance(error, InputError):
         return str(error)
     log.error("A live track is lost.", exc_info=error)
-    return "The recogniser failed ({fault}): the recording is kept without its track.".format(
-        fault=f"{type(error).__name__}: {error}"
-    )
+    fault = f"{type(error).__name__}: {error}"
+    return f"The recogniser failed ({fault}): the recording is kept without its track."
 
 
-def _same_channels(one: LiveRecognition, other: LiveRecognition) -> bool:
+def _are_alike(first: LiveRecognition, second: LiveRecognition) -> bool:
     """Whether two do the same."""
-    return one.recogniser is other.recogniser and one.latency == other.latency
-
-
-#: Seconds that closing the window waits for a recording that is being kept.
-JOIN_TIMEOUT = 60.0
-#: Seconds between two looks of whatever follows the devices.
-BLOCK_SECONDS = 0.02
-#: Seconds between two pictures of a scalogram.
-FRAME_INTERVAL = 0.04
-
-#: What became of a recording that ran when its devices were let go: what was kept, or why not.
-UnfinishedRecording = tuple["SavedRecording | None", str]
-#: Makes what draws a scalogram of the open devices of a recorder.
-LiveData = Callable[["Recorder", "Sequence[Device]"], "LiveScalogram"]
+    return first.recogniser is second.recogniser and first.latency == second.latency
 
 
 class Connection:
-    """Opens devices, records and lets go, each as a generator for :class:`~forcelab.gui.jobs.Jobs`.
-
-    Attributes
-    ----------
-    recorder : Recorder or None
-        Open; None while nothing is connected.
-    track : LiveTrack
-        What is recognised meanwhile.
-    """
+    """Opens devices, records and releases, each as a job of :class:`~forcelab.gui.jobs.Jobs`."""
 
     def __init__(self) -> None:
+        #: Open; None while nothing is connected.
         self.recorder: Recorder | None = None
+        #: What is recognised meanwhile.
         self.track = LiveTrack()
         self._devices: Sequence[Device] = ()
         self._recording = False
-        self._lock = threading.Lock()  # who has it may use the recorder
-        self._gone = False
+        self._lock = threading.Lock()  # held by whatever uses the recorder
+        self._released = False
 
     @property
     def channels(self) -> tuple[Channel, ...]:
         """Of all open devices, as a demonstration of them has them; none while none is open."""
-        from forcelab.capture.assemble import channels_of_all
-
         devices = () if self.recorder is None else self._devices
         return channels_of_all([device.channels for device in devices])
 
-    def connecting(
+    def open_devices(
         self, path: Path, names: tuple[str, ...], cameras: tuple[str, ...]
     ) -> Generator[None, None, None]:
         """Open devices and cameras for a project."""
+        # A window that records nothing does not load what talks to devices.
         from forcelab.capture.camera import open_cameras
-        from forcelab.capture.devices import devices_named
+        from forcelab.capture.device_names import parse_devices
         from forcelab.capture.recorder import Recorder
 
         yield
         with self._lock:
-            if self._gone:  # the window was closed meanwhile
+            if self._released:  # the window was closed meanwhile
                 return
-            devices = devices_named(names)
+            devices = parse_devices(names)
             recorder = Recorder(path, devices, open_cameras(cameras))
             recorder.open()
             self.recorder, self._devices = recorder, devices
 
-    def starting(self, task: str, name: str, author: str) -> Generator[None, None, str]:
+    def start_recording(self, task: str, name: str, author: str) -> Generator[None, None, str]:
         """Record from now on; gives the demonstration's name."""
         yield
         with self._lock:
-            recorder = self._open()
-            given = recorder.start(task, name or None, author)
+            recorder = self._open_recorder()
+            name = recorder.start(task, name or None, author)
             self._recording = True
-            self.track.anew(keeping=True, firsts=recorder.firsts)
-            return given
+            self.track.restart(keeping=True, firsts=recorder.firsts)
+            return name
 
-    def stopping(self) -> Generator[None, None, SavedRecording]:
+    def stop_recording(self) -> Generator[None, None, SavedRecording]:
         """Make a demonstration of what was recorded."""
         yield
         with self._lock, self._ending():
-            return _stopped(self._open(), self.track)
+            return _stop(self._open_recorder(), self.track)
 
-    def discarding(self) -> Generator[None, None, None]:
+    def discard_recording(self) -> Generator[None, None, None]:
         """Keep nothing of what was recorded."""
         yield
         with self._lock, self._ending():
-            self._open().discard()
+            self._open_recorder().discard()
 
-    def leaving(self) -> Generator[None, None, UnfinishedRecording]:
-        """Let go of the devices; what is being recorded is kept."""
+    def close_devices(self) -> Generator[None, None, UnfinishedRecording]:
+        """Release the devices; what is being recorded is kept."""
         yield
         with self._lock:
-            return self._leave()
+            return self._close()
 
-    def recognising(
-        self, made: RecogniserLoader, watched: Callable[[], bool]
+    def recognise(
+        self, create: RecogniserFactory, is_visible: Callable[[], bool]
     ) -> Generator[None, None, None]:
-        """Recognise what comes until the devices are let go of.
+        """Recognise what comes until the devices are released.
 
-        Parameters
-        ----------
-        made : callable
-            Makes what recognises, of the open recorder and its devices.
-        watched : callable
-            Whether anybody looks; if not, only a recording is recognised. Asked in the thread.
+        While it is not visible, as asked in the thread, only a recording is recognised.
         """
         yield
         with self._lock:
             if self.recorder is None:
                 return
-            live = made(self.recorder, self._devices)
+            live = create(self.recorder, self._devices)
             self.track.begin(live, keeping=self._recording)
         try:
             while self.recorder is not None:
@@ -264,34 +246,30 @@ class Connection:
                 time.sleep(BLOCK_SECONDS)
                 with self._lock:
                     if self.recorder is not None:
-                        self.track.look(self._recording or watched())
+                        self.track.update(self._recording or is_visible())
                 # Whoever presses Record waits for nothing, and a recording is not disturbed.
-                lacking = None if self._recording else self.track.lacking
-                if lacking is not None:
-                    made_ready = lacking.renewed()
+                without_spare = None if self._recording else self.track.without_spare
+                if without_spare is not None:
+                    spare = without_spare.renewed()
                     with self._lock:
-                        self.track.spare(made_ready)
+                        self.track.set_spare(spare)
         except Exception as error:
             with self._lock:
-                self.track.lose(error)
+                self.track.fail(error)
             raise
         finally:
             with self._lock:
                 self.track.begin(None, keeping=False)
 
-    def drawing(self, made: LiveData) -> Generator[RollingImage | None, None, None]:
-        """Have a scalogram grow until the devices are let go of; yields the newest picture.
-
-        Parameters
-        ----------
-        made : callable
-            Makes it, of the open recorder and its devices.
-        """
+    def draw_scalogram(
+        self, create: ScalogramFactory
+    ) -> Generator[RollingImage | None, None, None]:
+        """Have a scalogram grow until the devices are released; yields the newest picture."""
         yield None
         recorder = self.recorder
         if recorder is None:
             return
-        live = made(recorder, self._devices)
+        live = create(recorder, self._devices)
         begun = False
         while True:
             with self._lock:
@@ -300,32 +278,50 @@ class Connection:
                 if not begun:
                     live.begin()
                     begun = True
-                found = live.read()
-            for _ in live.take(*found):  # others may ask the recorder meanwhile
+                samples = live.read()
+            for _ in live.take(*samples):  # others may ask the recorder meanwhile
                 yield live.image
             yield live.image
             time.sleep(FRAME_INTERVAL)
 
-    def let_go(self) -> str:
-        """Let go at once, and for good: the window closes. Gives why a recording was not kept."""
-        self._gone = True
+    def release(self) -> str:
+        """Release all at once, and for good: the window closes. Gives why no recording was kept."""
+        self._released = True
         if not self._lock.acquire(timeout=JOIN_TIMEOUT):
             return ""  # what is on the disk is offered the next time
         try:
-            return self._leave()[1]
+            return self._close()[1]
         finally:
             self._lock.release()
 
-    def _leave(self) -> UnfinishedRecording:
+    @property
+    def has_recording(self) -> bool:
+        """Whether a recording runs, or has ended and is not kept yet."""
+        return self.recorder is not None and self.recorder.has_recording
+
+    def _close(self) -> UnfinishedRecording:
         """Keep what is being recorded and close the devices, holding the lock."""
         recorder, self.recorder = self.recorder, None
         self._recording = False
-        return (None, "") if recorder is None else _keep_and_close(recorder, self.track)
-
-    @property
-    def holding(self) -> bool:
-        """Whether a recording runs, or has ended and is not kept yet."""
-        return self.recorder is not None and self.recorder.holding
+        if recorder is None:
+            return None, ""
+        recording, problem = None, ""
+        try:
+            if recorder.has_recording:
+                recording = _stop(recorder, self.track)
+        except Exception as error:  # its journal stays, and is offered the next time
+            problem = str(error)
+            if not isinstance(error, InputError):
+                log.error("A recording was not kept.", exc_info=error)
+                problem = f"{type(error).__name__}: {error}"
+        finally:
+            recorder.close()
+        if problem and recorder.saved is not None:
+            problem = (
+                f"{problem} All of the recording is in '{recorder.saved}'; when that is mended, "
+                f"move it to '{recorder.path / CAPTURES}': the Capture workspace offers it then."
+            )
+        return recording, problem
 
     @contextmanager
     def _ending(self) -> Iterator[None]:
@@ -333,57 +329,31 @@ class Connection:
         try:
             yield
         finally:
-            if not self.holding:
+            if not self.has_recording:
                 self._recording = False
-                self.track.anew(keeping=False)
+                self.track.restart(keeping=False)
 
-    def _open(self) -> Recorder:
-        """The recorder, in a job."""
+    def _open_recorder(self) -> Recorder:
         if self.recorder is None:
-            raise InputError("The devices were let go of; connect them again.")
+            raise InputError("The devices were disconnected; connect them again.")
         return self.recorder
 
 
-def recovering(path: Path) -> Generator[None, None, tuple[Recovered, ...]]:
-    """Make demonstrations of the unfinished recordings of a project."""
-    from forcelab.capture.save import recover
+def _stop(recorder: Recorder, track: LiveTrack) -> SavedRecording:
+    """End a recording and keep it, with what was recognised of it up to its last sample."""
+    recorder.end()
+    track.finish()
+    return track.save(recorder.path, recorder.stop())
 
+
+def recover_recordings(path: Path) -> Generator[None, None, tuple[RecoveredRecording, ...]]:
+    """Make demonstrations of the unfinished recordings of a project."""
     yield
     return recover(path)
 
 
-def discarding_kept(path: Path, kept: SavedRecording) -> Generator[None, None, str]:
+def discard_recording(path: Path, recording: SavedRecording) -> Generator[None, None, str]:
     """Remove a recording that was kept; gives its name."""
-    from forcelab.capture.save import discard
-
     yield
-    discard(path, kept)
-    return kept.added.name
-
-
-def _stopped(recorder: Recorder, track: LiveTrack) -> SavedRecording:
-    """End a recording and keep it, with what was recognised of it up to its last sample."""
-    recorder.end()
-    track.finish()
-    return track.keep(recorder.path, recorder.stop())
-
-
-def _keep_and_close(recorder: Recorder, track: LiveTrack) -> UnfinishedRecording:
-    """Keep what is being recorded and let go of the devices."""
-    kept, trouble = None, ""
-    try:
-        if recorder.holding:
-            kept = _stopped(recorder, track)
-    except Exception as error:  # its journal stays, and is offered the next time
-        trouble = str(error)
-        if not isinstance(error, InputError):
-            log.error("A recording was not kept.", exc_info=error)
-            trouble = f"{type(error).__name__}: {error}"
-    finally:
-        recorder.close()
-    if trouble and recorder.saved is not None:
-        trouble = (
-            f"{trouble} All of the recording is in '{recorder.saved}'; when that is mended, move "
-            f"it to '{recorder.path / CAPTURES}': the Capture workspace offers it then."
-        )
-    return kept, trouble
+    discard(path, recording)
+    return recording.added.name

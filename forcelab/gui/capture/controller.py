@@ -1,7 +1,7 @@
 """The Capture workspace without its view: devices, recordings and marks.
 
-Whatever takes longer than a blink (opening devices, gathering a recording) is a job. While one is
-on, nobody else asks the recorder anything but for its latest samples.
+Whatever takes longer than a blink (opening devices, assembling a recording) is a job. While one is
+on, nothing else asks the recorder anything but for its latest samples.
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ from typing import TYPE_CHECKING, Any
 from PySide6.QtCore import QObject, Qt, QTimer, Signal
 
 from forcelab.capture.assemble import LiveMarks
-from forcelab.capture.discovery import LOOK
+from forcelab.capture.discovery import LIST_HINT
+from forcelab.capture.save import next_name, unfinished_journals
 from forcelab.errors import ForcelabError
 from forcelab.gui.capture.connection import (
     Connection,
-    LiveData,
     UnfinishedRecording,
-    discarding_kept,
-    recovering,
+    discard_recording,
+    recover_recordings,
 )
 from forcelab.gui.capture.live_model import LiveModelController
 from forcelab.gui.document import Document
@@ -33,303 +33,156 @@ from forcelab.gui.text import thousands
 from forcelab.vocabulary import Vocabulary
 
 if TYPE_CHECKING:
-    from forcelab.capture.reader import RecorderState
-    from forcelab.capture.recorder import Recorder
-    from forcelab.capture.save import Recovered, SavedRecording
-    from forcelab.demonstration import Channel
-    from forcelab.live.scalogram import RollingImage
+    from forcelab.capture.recorder import Recorder, RecorderState
+    from forcelab.capture.save import RecoveredRecording, SavedRecording
 
 
 class CaptureState(Enum):
-    """What it is doing."""
+    """What the workspace is doing."""
 
-    APART = auto()
+    DISCONNECTED = auto()
     CONNECTING = auto()
     READY = auto()
-    COUNTING = auto()
+    COUNTDOWN = auto()
     STARTING = auto()
     RECORDING = auto()
-    KEEPING = auto()
+    SAVING = auto()
     DISCARDING = auto()
     RECOVERING = auto()
-    #: Devices are let go of while nothing is recorded.
-    LEAVING = auto()
+    #: Devices are released while nothing is recorded.
+    DISCONNECTING = auto()
     #: A recording has ended and could not be kept: stop again, or discard it.
-    STUCK = auto()
+    UNSAVED = auto()
 
 
-#: Phases in which a job has the recorder.
+#: States in which a job has the recorder.
 BUSY_STATES = frozenset(
     {
         CaptureState.CONNECTING,
         CaptureState.STARTING,
-        CaptureState.KEEPING,
+        CaptureState.SAVING,
         CaptureState.DISCARDING,
         CaptureState.RECOVERING,
-        CaptureState.LEAVING,
+        CaptureState.DISCONNECTING,
     }
 )
 
+#: States in which there is nothing to wait for or to keep, and settings may change.
+IDLE_STATES = frozenset({CaptureState.DISCONNECTED, CaptureState.READY})
 
-#: Milliseconds within which it must be asked for a second time.
+#: The sign of a running recording.
+RECORD_DOT = "\N{BLACK CIRCLE}"
+#: Milliseconds within which discarding must be asked for a second time.
 CONFIRM_MS = 6000
+#: Milliseconds between two frames while the page can be seen, and two looks at alarms while not.
+FRAME_MS, HIDDEN_MS = 33, 500
+#: Seconds between two looks at how the devices do.
+STATE_SECONDS = 0.2
+#: Messages that stay on the page.
+MOST_MESSAGES = 3
+#: The key of its jobs: one at a time.
+JOB = "capture"
 
 
 class LastRecording(QObject):
-    """What was kept last, and whether it was asked to be discarded.
+    """The recording that was kept last, as long as it can be discarded.
 
     Asking twice keeps the hands on the keys, where a dialog would ask for the mouse.
-
-    Parameters
-    ----------
-    parent : QObject, optional
-
-    Attributes
-    ----------
-    kept : Kept or None
-    path : Path or None
-        The folder of the project that it is in.
     """
 
     changed = Signal()
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self.kept: SavedRecording | None = None
+        self.recording: SavedRecording | None = None
+        #: The folder of the project that it is in.
         self.path: Path | None = None
-        self._patience = QTimer(self)
-        self._patience.setSingleShot(True)
-        self._patience.setInterval(CONFIRM_MS)
-        self._patience.timeout.connect(self.changed)
+        self._timer = QTimer(self)
+        self._timer.setSingleShot(True)
+        self._timer.setInterval(CONFIRM_MS)
+        self._timer.timeout.connect(self.changed)
 
     @property
-    def asked(self) -> bool:
-        """Whether it was asked for once, a moment ago."""
-        return self._patience.isActive()
+    def confirming(self) -> bool:
+        """Whether discarding was asked for once, a moment ago."""
+        return self._timer.isActive()
 
-    def take(self, kept: SavedRecording, path: Path | None) -> None:
-        """Remember what was kept just now."""
+    def set(self, recording: SavedRecording, path: Path | None) -> None:
         self.forget()
-        if kept.added.status == "new":
-            self.kept, self.path = kept, path
+        if recording.added.status == "new":
+            self.recording, self.path = recording, path
         self.changed.emit()
 
     def forget(self) -> None:
         """There is nothing to discard any more."""
-        self._patience.stop()
-        there, self.kept, self.path = self.kept is not None, None, None
-        if there:
+        self._timer.stop()
+        existed, self.recording, self.path = self.recording is not None, None, None
+        if existed:
             self.changed.emit()
 
-    def asked_twice(self) -> bool:
+    def confirm(self) -> bool:
         """Ask for it to be discarded; gives whether that was the second time."""
-        if self._patience.isActive():
-            self._patience.stop()
+        if self.confirming:
+            self._timer.stop()
             return True
-        self._patience.start()
+        self._timer.start()
         self.changed.emit()
         return False
 
 
-#: Milliseconds between two frames while it is looked at, and two looks at alarms while it is not.
-FRAME_MS, HIDDEN_MS = 33, 500
-#: Seconds between two looks at how the devices do.
-STATE = 0.2
-#: Sentences that are kept on the page.
-SENTENCES = 3
-#: The key of its jobs: one at a time.
-JOB = "capture"
-
-
 class CaptureController(QObject):
-    """Devices that are connected, and what is recorded from them.
-
-    Parameters
-    ----------
-    document : Document
-    jobs : Jobs
-    parent : QObject, optional
-
-    Attributes
-    ----------
-    phase : CaptureState
-    state : RecorderState or None
-        As it was asked last; None while nothing is connected.
-    sentences : deque of (str, bool)
-        What was said last, and whether it is trouble.
-    recognising : LiveModelController
-        A recogniser on what comes.
-    now : float
-        When it was last told that there is something new, on the host's monotonic clock.
-    marks : LiveMarks
-        Of the recording that runs or ran last.
-    task, name : str
-        Of the next recording; without a name it gets the task and the next number.
-    countdown : int
-        Seconds before a recording.
-    left : int
-        Seconds that are left of a countdown.
-    left_behind : int
-        Unfinished recordings of the project.
-    last : LastRecording
-        The recording that was kept last, as long as it can be discarded.
-    """
+    """Devices that are connected, and what is recorded from them."""
 
     changed = Signal()
-
+    #: There may be new samples.
     ticked = Signal()
-
-    said = Signal()
-
-    kept = Signal()
+    messages_changed = Signal()
+    recording_saved = Signal()
 
     def __init__(self, document: Document, jobs: Jobs, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self.document, self._jobs = document, jobs
-        self.phase = CaptureState.APART
+        self.phase = CaptureState.DISCONNECTED
+        #: As it was asked last; None while nothing is connected.
         self.state: RecorderState | None = None
-        self.sentences: deque[tuple[str, bool]] = deque(maxlen=SENTENCES)
+        #: The last messages, and whether each is about a problem.
+        self.messages: deque[tuple[str, bool]] = deque(maxlen=MOST_MESSAGES)
+        #: The time of the last tick, on the host's monotonic clock.
         self.now = 0.0
-        self._connection = Connection()
-        self.recognising = LiveModelController(self._connection, document, jobs, self)
-        self.changed.connect(lambda: self.recognising.follow(self.connected))
-        self._path: Path | None = None
-        self._asked = 0.0
+        self.connection = Connection()
+        self.live_model = LiveModelController(self.connection, document, jobs, self)
+        self.changed.connect(lambda: self.live_model.set_connected(self.connected))
+        #: Of the recording that runs or ran last.
+        self.marks = LiveMarks()
+        #: Of the next recording; without a name it gets the task and the next number.
+        self.task, self.name = "", ""
+        self.vocabulary = Vocabulary()
+        #: Seconds before a recording, and those that are left of a countdown.
+        self.countdown, self.seconds_left = 0, 0
+        #: Number of unfinished recordings of the project.
+        self.unfinished = 0
+        self.last_recording = LastRecording(self)
+        self.last_recording.changed.connect(self.changed)
+        self._path: Path | None = None  # of the project into which is recorded
+        self._state_asked = 0.0
         self._timer = QTimer(self)
         self._timer.setTimerType(Qt.TimerType.PreciseTimer)
         self._timer.setInterval(HIDDEN_MS)
         self._timer.timeout.connect(self._tick)
+        self._countdown_timer = QTimer(self)
+        self._countdown_timer.setInterval(1000)
+        self._countdown_timer.timeout.connect(self._count_down)
         document.project_changed.connect(self._check_project)
-        self.marks = LiveMarks()
-        self.vocabulary = Vocabulary()
-        self.task, self.name = "", ""
-        self.countdown, self.left = 0, 0
-        self.left_behind = 0
-        self.begun, self._recorded = 0.0, ""
-        self.last = LastRecording(self)
-        self.last.changed.connect(self.changed)
-        self._second = QTimer(self)
-        self._second.setInterval(1000)
-        self._second.timeout.connect(self._count)
 
     @property
-    def _recorder(self) -> Recorder | None:
-        """None while nothing is connected."""
-        return self._connection.recorder
+    def recorder(self) -> Recorder | None:
+        """Open; None while nothing is connected."""
+        return None if self.phase is CaptureState.CONNECTING else self.connection.recorder
 
     @property
     def connected(self) -> bool:
         """Whether devices are open."""
-        return self._recorder is not None and self.phase is not CaptureState.CONNECTING
-
-    def set_looked_at(self, looked_at: bool) -> None:
-        """Tell 30 times a second that there is something new, or only look after alarms."""
-        self._timer.setInterval(FRAME_MS if looked_at else HIDDEN_MS)
-        self.recognising.watched = looked_at
-
-    def connect_to(self, devices: Sequence[str], cameras: Sequence[str]) -> None:
-        """Open devices and cameras by their names."""
-        project = self.document.project
-        if self.phase is not CaptureState.APART or project is None:
-            return
-        if not devices:
-            self.say("Select a device, or write one such as optoforce:/dev/ttyACM0.", True)
-            return
-        self.unsay()
-        self._path = project.path
-        self._work(
-            CaptureState.CONNECTING,
-            self._connection.connecting(project.path, tuple(devices), tuple(cameras)),
-            self._connected,
-            lambda: CaptureState.APART,
-        )
-
-    def zero(self) -> None:
-        """Let all devices take their present readings for zero."""
-        if self._recorder is not None and self.phase not in BUSY_STATES:
-            self._recorder.zero()
-            self.say("The present readings are zero now.")
-
-    def latest(self, seconds: float) -> tuple[Any, ...]:
-        """The last seconds of each device, as of ``Recorder.latest``."""
-        recorder = self._recorder
-        return () if recorder is None or not self.connected else recorder.latest(seconds)
-
-    @property
-    def channels(self) -> tuple[Channel, ...]:
-        """Of all devices that are connected."""
-        return self._connection.channels if self.connected else ()
-
-    def drawing(self, made: LiveData) -> Generator[RollingImage | None, None, None]:
-        """A job that draws a scalogram, see :meth:`Connection.drawing`."""
-        return self._connection.drawing(made)
-
-    def frame(self) -> tuple[float, Any] | None:
-        """When the latest frame of the first camera arrived, and it (BGR)."""
-        recorder = self._recorder
-        cameras = () if recorder is None or not self.connected else recorder.cameras
-        return cameras[0].latest() if cameras else None
-
-    def say(self, sentence: str, trouble: bool = False) -> None:
-        """Say a sentence on the page and in the status line."""
-        sentence = sentence.replace(LOOK, "press Look again")
-        self.sentences.append((sentence, trouble))
-        self.document.show_message(sentence, trouble)
-        self.said.emit()
-
-    def unsay(self) -> None:
-        """Nothing that was said before counts any more: something is tried anew."""
-        self.sentences.clear()
-        self.said.emit()
-
-    # Inside
-
-    def _connected(self, _: None) -> None:
-        self.sentences.clear()
-        self.now = time.monotonic()
-        self._to(CaptureState.READY)
-        self.said.emit()
-        self._timer.start()
-        self._check_project()
-
-    def _work(
-        self,
-        phase: CaptureState,
-        work: Generator[Any, None, Any],
-        done: Callable[[Any], object],
-        otherwise: Callable[[], CaptureState],
-        after: CaptureState | None = None,
-    ) -> None:
-        """Let a job have the recorder."""
-
-        def finished(result: Any) -> None:
-            if after is not None:
-                self._to(after)
-            done(result)
-
-        def failed(error: Exception) -> None:
-            self._to(otherwise())
-            if isinstance(error, ForcelabError):
-                self.say(self._error_text(error), True)
-            self._check_project()
-
-        self._to(phase)
-        self._jobs.run(work, finished, failed, key=JOB)
-
-    def _to(self, phase: CaptureState) -> None:
-        self.phase = phase
-        self.changed.emit()
-
-    def _tick(self) -> None:
-        """Look how the devices do now and then, and tell that there are new samples."""
-        self.now = now = time.monotonic()
-        recorder = self._recorder
-        if recorder is not None and self.phase not in BUSY_STATES and now - self._asked >= STATE:
-            self._asked = now
-            self.state = recorder.state()
-            for sentence in recorder.remarks():
-                self.say(sentence)
-        self.ticked.emit()
+        return self.recorder is not None
 
     @property
     def recording(self) -> bool:
@@ -337,9 +190,10 @@ class CaptureController(QObject):
         return self.phase is CaptureState.RECORDING
 
     @property
-    def recorded(self) -> str:
-        """What the recording that runs is called; empty while none runs."""
-        return self._recorded if self.phase in (CaptureState.RECORDING, CaptureState.STUCK) else ""
+    def recording_name(self) -> str:
+        """Of the recording that runs, or is not kept yet; else empty."""
+        unsaved = self.phase in (CaptureState.RECORDING, CaptureState.UNSAVED)
+        return self.recorder.name if unsaved and self.recorder is not None else ""
 
     @property
     def obstacle(self) -> str:
@@ -348,6 +202,74 @@ class CaptureController(QObject):
             return ""
         return self.state.obstacle
 
+    @property
+    def display_vocabulary(self) -> Vocabulary:
+        """The task's actions, and those that the recogniser knows besides."""
+        loaded = self.live_model.loaded
+        if loaded is None:
+            return self.vocabulary
+        return self.vocabulary.with_actions(*loaded.recogniser.actions)
+
+    def set_visible(self, visible: bool) -> None:
+        """Tick 30 times a second, or only look after alarms."""
+        self._timer.setInterval(FRAME_MS if visible else HIDDEN_MS)
+        self.live_model.visible = visible
+
+    def add_message(self, message: str, problem: bool = False) -> None:
+        """Show a message on the page and in the status line."""
+        message = message.replace(LIST_HINT, "press Refresh")
+        self.messages.append((message, problem))
+        self.document.show_message(message, problem)
+        self.messages_changed.emit()
+
+    def clear_messages(self) -> None:
+        """Forget earlier messages: something is tried anew."""
+        self.messages.clear()
+        self.messages_changed.emit()
+
+    # Devices
+
+    def connect_devices(self, devices: Sequence[str], cameras: Sequence[str]) -> None:
+        """Open devices and cameras by their names."""
+        project = self.document.project
+        if self.phase is not CaptureState.DISCONNECTED or project is None:
+            return
+        if not devices:
+            self.add_message("Select a device, or write one such as optoforce:/dev/ttyACM0.", True)
+            return
+        self.clear_messages()
+        self._path = project.path
+        self._run_job(
+            CaptureState.CONNECTING,
+            self.connection.open_devices(project.path, tuple(devices), tuple(cameras)),
+            self._devices_opened,
+            lambda: CaptureState.DISCONNECTED,
+        )
+
+    def disconnect_devices(self) -> None:
+        """Release the devices; a recording that runs is kept, a countdown ends."""
+        self._countdown_timer.stop()
+        if self.recorder is None or self.phase in BUSY_STATES:
+            return
+        unsaved = self.phase in (CaptureState.RECORDING, CaptureState.UNSAVED)
+        phase = CaptureState.SAVING if unsaved else CaptureState.DISCONNECTING
+        job = self.connection.close_devices()
+        self._run_job(phase, job, self._devices_closed, lambda: CaptureState.DISCONNECTED)
+
+    def zero(self) -> None:
+        """Let all devices take their present readings for zero."""
+        if self.recorder is not None and self.phase not in BUSY_STATES:
+            self.recorder.zero()
+            self.add_message("The present readings are zero now.")
+
+    def release(self) -> str:
+        """The window closes: release everything. Keeps what is being recorded, or says why not."""
+        self._countdown_timer.stop()
+        self._timer.stop()
+        return self.connection.release()
+
+    # Recordings
+
     def set_task(self, task: str) -> None:
         """The next recordings are of a task; its actions can be marked."""
         self.task = task.strip()
@@ -355,234 +277,248 @@ class CaptureController(QObject):
         self.vocabulary = Vocabulary() if project is None else project.actions.vocabulary(self.task)
         self.changed.emit()
 
-    @property
-    def seen_vocabulary(self) -> Vocabulary:
-        """The task's actions, and those that the recogniser knows besides."""
-        loaded = self.recognising.loaded
-        if loaded is None:
-            return self.vocabulary
-        return self.vocabulary.with_actions(*loaded.recogniser.actions)
-
     def next_name(self) -> str:
-        """What the next recording will be called; empty while there is no task."""
-        from forcelab.capture.save import next_name
-
+        """The name of the next recording; empty while there is no task."""
         project = self.document.project
         if self.name or project is None or not self.task:
             return self.name
         return next_name(project, self.task)
 
-    def disconnect_all(self) -> None:
-        """Let go of the devices; a recording that runs is kept, a countdown ends."""
-        self._second.stop()
-        if self._recorder is None or self.phase in BUSY_STATES:
-            return
-        holds = self.phase in (CaptureState.RECORDING, CaptureState.STUCK)
-        phase = CaptureState.KEEPING if holds else CaptureState.LEAVING
-        self._work(phase, self._connection.leaving(), self._left, lambda: CaptureState.APART)
-
     def record_or_stop(self) -> None:
         """Record, after the countdown; or stop and keep what was recorded."""
         if self.phase is CaptureState.READY:
             if not (self.name or self.task):
-                self.say("A recording needs a task; write one.", True)
+                self.add_message("A recording needs a task; write one.", True)
                 return
             if self.obstacle:
-                self.say(self.obstacle, True)
+                self.add_message(self.obstacle, True)
                 return
-            self.left = self.countdown
-            if self.left:
-                self._to(CaptureState.COUNTING)
-                self._second.start()
+            self.seconds_left = self.countdown
+            if self.seconds_left:
+                self._set_phase(CaptureState.COUNTDOWN)
+                self._countdown_timer.start()
             else:
                 self._start()
-        elif self.phase is CaptureState.COUNTING:
-            self._second.stop()
-            self._to(CaptureState.READY)
-        elif self.phase in (CaptureState.RECORDING, CaptureState.STUCK):
+        elif self.phase is CaptureState.COUNTDOWN:
+            self._countdown_timer.stop()
+            self._set_phase(CaptureState.READY)
+        elif self.phase in (CaptureState.RECORDING, CaptureState.UNSAVED):
             self.marks.end(time.monotonic())
-            self._work(
-                CaptureState.KEEPING,
-                self._connection.stopping(),
-                self._recording_saved,
-                self._not_ended,
-            )
-        elif self.phase is CaptureState.APART:
-            self.say("Connect the devices before recording.", True)
+            job = self.connection.stop_recording()
+            self._run_job(CaptureState.SAVING, job, self._recording_saved, self._after_failed_stop)
+        elif self.phase is CaptureState.DISCONNECTED:
+            self.add_message("Connect the devices before recording.", True)
 
     def discard(self) -> None:
         """End what is recorded and keep nothing of it."""
-        if self.phase is CaptureState.COUNTING:
+        if self.phase is CaptureState.COUNTDOWN:
             self.record_or_stop()
-        elif self.phase in (CaptureState.RECORDING, CaptureState.STUCK):
-            work = self._connection.discarding()
-            self._work(CaptureState.DISCARDING, work, self._discarded, self._not_ended)
+        elif self.phase in (CaptureState.RECORDING, CaptureState.UNSAVED):
+            job = self.connection.discard_recording()
+            self._run_job(CaptureState.DISCARDING, job, self._discarded, self._after_failed_stop)
         elif self.phase not in BUSY_STATES:
             self._discard_last()
 
     def _discard_last(self) -> None:
         """Discard what was kept last, once it was asked for twice."""
-        kept, path, after = self.last.kept, self.last.path, self.phase
-        if kept is None or path is None:
-            self.say("Nothing is being recorded, and nothing was recorded just now.")
-        elif not self.last.asked_twice():
-            self.say(
-                f"'{kept.added.name}' ({kept.seconds:.1f} s) is discarded for good if you "
-                "ask once more."
+        recording, path, after = self.last_recording.recording, self.last_recording.path, self.phase
+        if recording is None or path is None:
+            self.add_message("Nothing is being recorded, and nothing was recorded just now.")
+        elif not self.last_recording.confirm():
+            self.add_message(
+                f"'{recording.added.name}' ({recording.seconds:.1f} s) is discarded for good if "
+                f"you ask once more."
             )
         else:
-            self._work(
+            self._run_job(
                 CaptureState.DISCARDING,
-                discarding_kept(path, kept),
-                self._discarded_last,
+                discard_recording(path, recording),
+                self._last_discarded,
                 lambda: after,
                 after,
             )
 
     def mark(self, action: str, down: bool, at: float) -> bool:
         """An action's key went down or up; gives whether that counts."""
-        if not self.recording or self._recorder is None:
+        if not self.recording or self.recorder is None:
             return False
-        self._recorder.mark(action, down, at)
+        self.recorder.mark(action, down, at)
         self.marks.press(action, down, at)
         return True
 
     def forget_mark(self) -> str | None:
         """Forget the mark that grows, as if its key had never gone down; gives its action."""
-        grown = self.marks.growing() if self.recording else None
-        if grown is None:
+        current = self.marks.current() if self.recording else None
+        if current is None:
             return None
-        action, since = grown
+        action, since = current
         self.mark(action, False, since)
-        self.say(f"The mark '{action}' is forgotten.")
+        self.add_message(f"The mark '{action}' is forgotten.")
         return action
 
-    def look_for_unfinished(self) -> None:
+    def find_unfinished(self) -> None:
         """Look for recordings that a crash ended."""
-        from forcelab.capture.save import unfinished
-
         project = self.document.project
-        self.left_behind = 0 if project is None else len(unfinished(project.path))
+        self.unfinished = 0 if project is None else len(unfinished_journals(project.path))
         self.changed.emit()
 
     def recover(self) -> None:
         """Make demonstrations of the unfinished recordings."""
         project = self.document.project
-        if project is not None and self.phase in (CaptureState.APART, CaptureState.READY):
+        if project is not None and self.phase in IDLE_STATES:
             after = self.phase
-            self._work(
+            self._run_job(
                 CaptureState.RECOVERING,
-                recovering(project.path),
+                recover_recordings(project.path),
                 self._recovered,
                 lambda: after,
                 after,
             )
 
-    def let_go(self) -> str:
-        """Let go of everything: the window closes. What is being recorded is kept, or why not."""
-        self._second.stop()
-        self._timer.stop()
-        return self._connection.let_go()
-
-    # When jobs are done
-
-    def _started(self, name: str) -> None:
-        self.begun, self._recorded = time.monotonic(), name
-        self.last.forget()
-        self.marks = LiveMarks()
-        self._to(CaptureState.RECORDING)
-        self.say(f"Recording '{name}'.")
-        self._check_project()
-
-    def _recording_saved(self, kept: SavedRecording) -> None:
-        self.name = ""
-        self.last.take(kept, self._path)
-        self._to(CaptureState.READY)
-        for remark in kept.remarks:
-            self.say(remark)
-        self.say(_saved_text(kept))
-        self._reread()
-
-    def _discarded(self, _: None) -> None:
-        self.marks = LiveMarks()
-        self._to(CaptureState.READY)
-        self.say("Discarded; nothing of it is kept.")
-        self._check_project()
-
-    def _discarded_last(self, name: str) -> None:
-        self.last.forget()
-        self.say(f"'{name}' is discarded; nothing of it is kept.")
-        self._reread()
-
-    def _left(self, left: UnfinishedRecording) -> None:
-        self._timer.stop()
-        self.state = None
-        self._to(CaptureState.APART)
-        kept, trouble = left
-        if trouble:
-            self.say(trouble, True)
-            self.look_for_unfinished()
-        elif kept is not None:
-            self.last.take(kept, self._path)
-            for remark in kept.remarks:
-                self.say(remark)
-            self.say(_saved_text(kept))
-        self._reread()
-
-    def _recovered(self, found: tuple[Recovered, ...]) -> None:
-        for one in found:
-            if one.kept is None:
-                self.say(one.trouble, not one.removed)
-            else:
-                self.say(_saved_text(one.kept))
-        self._reread()
-        self.look_for_unfinished()
-
-    def _reread(self) -> None:
-        """Show what is new in the project."""
-        self.document.reread()
-        self.kept.emit()
-        self._check_project()
-
-    # Inside
-
     def _start(self) -> None:
-        """Record from now on."""
-        work = self._connection.starting(self.task, self.name, self.document.author)
-        self._work(CaptureState.STARTING, work, self._started, lambda: CaptureState.READY)
+        job = self.connection.start_recording(self.task, self.name, self.document.author)
+        self._run_job(CaptureState.STARTING, job, self._started, lambda: CaptureState.READY)
 
-    def _not_ended(self) -> CaptureState:
-        """What follows where ending a recording has failed."""
-        return CaptureState.STUCK if self._connection.holding else CaptureState.READY
+    # Jobs
+
+    def _run_job(
+        self,
+        phase: CaptureState,
+        job: Generator[Any, None, Any],
+        done: Callable[[Any], object],
+        after_failure: Callable[[], CaptureState],
+        after: CaptureState | None = None,
+    ) -> None:
+        """Let a job have the recorder."""
+
+        def finished(result: Any) -> None:
+            if after is not None:
+                self._set_phase(after)
+            done(result)
+
+        def failed(error: Exception) -> None:
+            self._set_phase(after_failure())
+            if isinstance(error, ForcelabError):
+                self.add_message(self._error_text(error), True)
+            self._check_project()
+
+        self._set_phase(phase)
+        self._jobs.run(job, finished, failed, key=JOB)
+
+    def _set_phase(self, phase: CaptureState) -> None:
+        self.phase = phase
+        self.changed.emit()
+
+    def _after_failed_stop(self) -> CaptureState:
+        return CaptureState.UNSAVED if self.connection.has_recording else CaptureState.READY
 
     def _error_text(self, error: ForcelabError) -> str:
-        """What went wrong, and of a recording that could not be kept what is to be done now."""
-        if self.phase is not CaptureState.STUCK:
+        """What went wrong, and how to keep a recording that could not be kept."""
+        if self.phase is not CaptureState.UNSAVED:
             return str(error)
         return (
-            f"{error} '{self._recorded}' is not lost: mend that and press "
+            f"{error} '{self.recording_name}' is not lost: mend that and press "
             f"{keys().shown('record')} once more."
         )
 
-    def _count(self) -> None:
+    def _devices_opened(self, _: None) -> None:
+        self.messages.clear()
+        self.now = time.monotonic()
+        self._set_phase(CaptureState.READY)
+        self.messages_changed.emit()
+        self._timer.start()
+        self._check_project()
+
+    def _devices_closed(self, unfinished: UnfinishedRecording) -> None:
+        self._timer.stop()
+        self.state = None
+        self._set_phase(CaptureState.DISCONNECTED)
+        recording, problem = unfinished
+        if problem:
+            self.add_message(problem, True)
+            self.find_unfinished()
+        elif recording is not None:
+            self._report_saved(recording)
+        self._reload_project()
+
+    def _started(self, name: str) -> None:
+        self.last_recording.forget()
+        self.marks = LiveMarks()
+        self._set_phase(CaptureState.RECORDING)
+        self.add_message(f"Recording '{name}'.")
+        self._check_project()
+
+    def _recording_saved(self, recording: SavedRecording) -> None:
+        self.name = ""
+        self._set_phase(CaptureState.READY)
+        self._report_saved(recording)
+        self._reload_project()
+
+    def _report_saved(self, recording: SavedRecording) -> None:
+        self.last_recording.set(recording, self._path)
+        for remark in recording.remarks:
+            self.add_message(remark)
+        self.add_message(_saved_text(recording))
+
+    def _discarded(self, _: None) -> None:
+        self.marks = LiveMarks()
+        self._set_phase(CaptureState.READY)
+        self.add_message("Discarded; nothing of it is kept.")
+        self._check_project()
+
+    def _last_discarded(self, name: str) -> None:
+        self.last_recording.forget()
+        self.add_message(f"'{name}' is discarded; nothing of it is kept.")
+        self._reload_project()
+
+    def _recovered(self, results: tuple[RecoveredRecording, ...]) -> None:
+        for result in results:
+            if result.recording is None:
+                self.add_message(result.problem, not result.removed)
+            else:
+                self.add_message(_saved_text(result.recording))
+        self._reload_project()
+        self.find_unfinished()
+
+    # Timers
+
+    def _tick(self) -> None:
+        """Look how the devices do now and then, and tell that there may be new samples."""
+        self.now = now = time.monotonic()
+        due = now - self._state_asked >= STATE_SECONDS
+        if self.recorder is not None and self.phase not in BUSY_STATES and due:
+            self._state_asked = now
+            self.state = self.recorder.state()
+            for message in self.recorder.remarks():
+                self.add_message(message)
+        self.ticked.emit()
+
+    def _count_down(self) -> None:
         """A second of the countdown has passed."""
-        self.left -= 1
-        if self.left > 0:
+        self.seconds_left -= 1
+        if self.seconds_left > 0:
             self.changed.emit()
             return
-        self._second.stop()
+        self._countdown_timer.stop()
         self._start()
+
+    # The project
+
+    def _reload_project(self) -> None:
+        """Show what is new in the project."""
+        self.document.reread()
+        self.recording_saved.emit()
+        self._check_project()
 
     def _check_project(self) -> None:
         """What is recorded goes into the project in which it began: leave that with it."""
         project = self.document.project
-        if project is None or project.path != self.last.path:
-            self.last.forget()
-        project = self.document.project
-        if self._recorder is not None and (project is None or project.path != self._path):
-            self.disconnect_all()
+        if project is None or project.path != self.last_recording.path:
+            self.last_recording.forget()
+        if self.recorder is not None and (project is None or project.path != self._path):
+            self.disconnect_devices()
 
 
-def _saved_text(kept: SavedRecording) -> str:
-    """What became of a recording, in a sentence."""
-    return f"'{kept.added.name}' is kept: {kept.seconds:.1f} s, {thousands(kept.samples)} samples."
+def _saved_text(recording: SavedRecording) -> str:
+    name, samples = recording.added.name, thousands(recording.samples)
+    return f"'{name}' is kept: {recording.seconds:.1f} s, {samples} samples."

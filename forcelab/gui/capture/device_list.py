@@ -30,23 +30,17 @@ from forcelab.gui.layout import emphasise, set_enabled_with_reason
 from forcelab.gui.theme import colours, themes
 
 if TYPE_CHECKING:
-    from forcelab.capture.discovery import Camera, FoundPort
+    from forcelab.capture.discovery import FoundCamera, FoundPort
 
 
 #: How a device was found: its name, what it is, and whether it may be opened.
 FoundDevice = tuple[str, str, bool]
-#: What is kept with a row: ``"device"`` or ``"camera"``, its name, and how it was found.
+#: Data of a row: ``"device"`` or ``"camera"``, its name, and how it was found.
 _KIND, _NAME, _FOUND = (Qt.ItemDataRole.UserRole + i for i in range(3))
 
 
 class DeviceRows(QListWidget):
-    """Rows of devices, by their names.
-
-    Signals
-    -------
-    delete_pressed()
-        The Delete key was pressed.
-    """
+    """Rows of devices, by their names."""
 
     delete_pressed = Signal()
 
@@ -70,21 +64,20 @@ class DeviceRows(QListWidget):
         return super().event(event)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Delete is for the current row."""
         if event.matches(QKeySequence.StandardKey.Delete):
             self.delete_pressed.emit()
         else:
             super().keyPressEvent(event)
 
-    def items_here(self) -> list[QListWidgetItem]:
+    def all_items(self) -> list[QListWidgetItem]:
         """All rows in their order."""
         return [self.item(i) for i in range(self.count())]
 
     def names(self) -> list[str]:
         """All names in their order, as they are typed."""
-        return [self.said(item) for item in self.items_here()]
+        return [self.name_of(item) for item in self.all_items()]
 
-    def said(self, item: QListWidgetItem) -> str:
+    def name_of(self, item: QListWidgetItem) -> str:
         """A row's name as it is typed."""
         prefix = "camera:" if item.data(_KIND) == "camera" else ""
         return prefix + str(item.data(_NAME))
@@ -93,38 +86,34 @@ class DeviceRows(QListWidget):
         """The names of the devices or cameras that are ticked, in their order."""
         return tuple(
             str(item.data(_NAME))
-            for item in self.items_here()
+            for item in self.all_items()
             if item.data(_KIND) == kind and item.checkState() == Qt.CheckState.Checked
         )
 
-    def put(
-        self, name: str, what: str = "", usable: bool = True, found: FoundDevice | None = None
+    def add_row(
+        self,
+        name: str,
+        description: str = "",
+        usable: bool = True,
+        found: FoundDevice | None = None,
     ) -> QListWidgetItem:
-        """Add a row, or give the one that there is.
+        """Add a row by its name as it is typed, or give the one with that name.
 
-        Parameters
-        ----------
-        name : str
-            As it is typed.
-        what : str
-            What it is, in words.
-        usable : bool
-            Whether it may be opened.
-        found : (str, str, bool), optional
-            How it was found, where it is plugged in: name, `what` and `usable`.
+        `description` is in words; `usable` is whether it may be opened, and `found` how it was
+        found where it is plugged in.
         """
-        for row in self.items_here():
-            if self.said(row) == name:
-                row.setData(_FOUND, display_name(row) if found is None else found)
+        for row in self.all_items():
+            if self.name_of(row) == name:
+                row.setData(_FOUND, found_as(row) if found is None else found)
                 return row
         kind, _, rest = name.partition(":")
         short, _, options = name.partition("?")
         raw = kind == "optoforce" and "calibration=" not in options
         uncalibrated = "not calibrated: raw counts" if raw else ""
         denied = "" if usable else "not yours to open"
-        lines = [short, what, options, denied, uncalibrated]
+        lines = [short, description, options, denied, uncalibrated]
         item = QListWidgetItem("\n".join(line for line in lines if line))
-        item.setToolTip("\n".join([name, *filter(None, (what, denied, uncalibrated))]))
+        item.setToolTip("\n".join([name, *filter(None, (description, denied, uncalibrated))]))
         item.setData(_KIND, "camera" if kind == "camera" else "device")
         item.setData(_NAME, rest if kind == "camera" else name)
         item.setData(_FOUND, found)
@@ -138,23 +127,23 @@ class DeviceRows(QListWidget):
         return item
 
     def _colour(self) -> None:
-        """What is connected cannot be ticked, and is to be read all the while."""
+        """Devices that are connected cannot be ticked, and are to be read all the while."""
         self.setStyleSheet(f"QListWidget:disabled {{ color: {colours().muted}; }}")
 
 
-def device_counts(item: QListWidgetItem) -> bool:
+def sends_counts(item: QListWidgetItem) -> bool:
     """Whether a row is a device that gives counts, of which a calibration makes newtons."""
     return item.data(_KIND) == "device" and str(item.data(_NAME)).startswith("optoforce:")
 
 
-def display_name(item: QListWidgetItem) -> FoundDevice | None:
+def found_as(item: QListWidgetItem) -> FoundDevice | None:
     """How a row's device was found; None where it was added by hand."""
     found: FoundDevice | None = item.data(_FOUND)
     return found
 
 
 #: The key of the job that looks.
-SEARCHING = "capture: what is plugged in"
+SEARCH_JOB = "capture: what is plugged in"
 #: Where the devices that were ticked last are remembered.
 TICKED, BY_HAND = "capture/ticked", "capture/by hand"
 #: Pixels: Qt's greatest height of a widget, and what devices that are connected need not exceed.
@@ -162,24 +151,18 @@ UNBOUNDED, HIGHEST = 16_777_215, 120
 
 
 class DeviceList(QWidget):
-    """A list with check boxes, and a line to add to it.
+    """A list with check boxes, and a line to add to it."""
 
-    Parameters
-    ----------
-    session : Session
-    jobs : Jobs
-    """
-
-    def __init__(self, session: CaptureController, jobs: Jobs) -> None:
+    def __init__(self, controller: CaptureController, jobs: Jobs) -> None:
         super().__init__()
-        self._session, self._jobs = session, jobs
-        self._first = True  # nobody has looked yet
+        self._controller, self._jobs = controller, jobs
+        self._is_first_search = True
         self._choosing = True
         self.rows = DeviceRows()
         self.rows.setAccessibleName("Devices and cameras")
         self.refresh_button = QPushButton("Refresh")
-        self.refresh_button.setAccessibleName("Look again what is plugged in")
-        self.refresh_button.clicked.connect(self.look)
+        self.refresh_button.setAccessibleName("Refresh the list of devices")
+        self.refresh_button.clicked.connect(self.refresh)
         self.entry = QLineEdit()
         self.entry.setPlaceholderText("optoforce:PORT?calibration=FILE")
         self.entry.setToolTip(
@@ -187,16 +170,16 @@ class DeviceList(QWidget):
             "behind a question mark; or camera:NUMBER. Return adds it."
         )
         self.entry.setAccessibleName("Add a device by its name")
-        self.entry.returnPressed.connect(self._enter)
+        self.entry.returnPressed.connect(self._add_entry)
         self.calibration_button = QPushButton("Calibration…")
         self.calibration_button.setAccessibleName("Choose the device's calibration file")
         self.calibration_button.setToolTip(
             "A file that makes newtons of the counts of the chosen OptoForce DAQ"
         )
         self.calibration_button.clicked.connect(self._ask_calibration)
-        self.rows.currentItemChanged.connect(self._show_empty_note)
+        self.rows.currentItemChanged.connect(self._update_notes)
         self.rows.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
-        self.rows.customContextMenuRequested.connect(self._offer)
+        self.rows.customContextMenuRequested.connect(self._show_menu)
         self.rows.delete_pressed.connect(self._remove)
         self.nothing = QLabel(
             "Nothing was found; plug a device in, or add one below. Without any, 'forcelab "
@@ -217,8 +200,8 @@ class DeviceList(QWidget):
         column.addWidget(self.calibration_button)
         column.addWidget(self.entry)
         for name in settings.strings(BY_HAND):
-            self.rows.put(name)
-        self._show_empty_note()
+            self.rows.add_row(name)
+        self._update_notes()
 
     @property
     def devices(self) -> tuple[str, ...]:
@@ -230,7 +213,7 @@ class DeviceList(QWidget):
         """Numbers or paths of the cameras that are ticked."""
         return self.rows.ticked("camera")
 
-    def set_open(self, choosing: bool) -> None:
+    def set_choosing(self, choosing: bool) -> None:
         """Let devices be chosen; else show those that are ticked, and take no more room."""
         self.setEnabled(choosing)
         upright = QSizePolicy.Policy.Expanding if choosing else QSizePolicy.Policy.Maximum
@@ -238,7 +221,7 @@ class DeviceList(QWidget):
         self.refresh_button.setVisible(choosing)
         self.entry.setVisible(choosing)
         self._choosing = choosing
-        self._show_empty_note()
+        self._update_notes()
         height = 2 * (self.rows.frameWidth() + self.rows.spacing())
         for i in range(self.rows.count()):
             ticked = self.rows.item(i).checkState() == Qt.CheckState.Checked
@@ -248,82 +231,82 @@ class DeviceList(QWidget):
         self.rows.setMinimumHeight(0 if choosing else min(height, HIGHEST))
         self.rows.setMaximumHeight(UNBOUNDED if choosing else height)
 
-    def look(self) -> None:
-        """Look what is plugged in."""
-        self._jobs.run(_find_devices(), self._list, self._failed, key=SEARCHING)
+    def refresh(self) -> None:
+        """Find what is plugged in."""
+        self._jobs.run(_find_devices(), self._show_found, self._failed, key=SEARCH_JOB)
 
     def add(self, name: str) -> None:
         """Add a device by its name, and tick it."""
-        item = self.rows.put(name)
+        item = self.rows.add_row(name)
         item.setCheckState(Qt.CheckState.Checked)
-        known = settings.strings(BY_HAND)
-        settings.store(BY_HAND, tuple(dict.fromkeys((*known, name)))[-8:])
-        self._show_empty_note()
+        by_hand = settings.strings(BY_HAND)
+        settings.store(BY_HAND, tuple(dict.fromkeys((*by_hand, name)))[-8:])
+        self._update_notes()
 
     def remember(self) -> None:
         """Keep what is ticked for the next time; of what was added by hand, that too."""
-        ticked = (*self.devices, *(f"camera:{one}" for one in self.cameras))
+        ticked = (*self.devices, *(f"camera:{camera}" for camera in self.cameras))
         settings.store(TICKED, ticked)
-        known = settings.strings(BY_HAND)  # a calibration is kept: it is not easily found again
-        settings.store(BY_HAND, [n for n in known if n in ticked or "calibration=" in n])
+        by_hand = settings.strings(BY_HAND)  # a calibration is kept: it is not easily found again
+        settings.store(BY_HAND, [n for n in by_hand if n in ticked or "calibration=" in n])
 
-    # Inside
-
-    def _enter(self) -> None:
+    def _add_entry(self) -> None:
         """Take what was written."""
         name = self.entry.text().strip()
-        if name and self._means(name):
+        if name and self._is_valid(name):
             self.add(name)
             self.entry.clear()
 
-    def _means(self, name: str) -> bool:
-        """Whether a name means a device; says what is wrong with it otherwise."""
+    def _is_valid(self, name: str) -> bool:
+        """Whether a name is that of a device; shows what is wrong with it otherwise."""
         from forcelab.capture.camera import check_camera
-        from forcelab.capture.devices import device_named
+        from forcelab.capture.device_names import parse_device
 
-        self._session.unsay()
-        kind, _, which = name.partition(":")
+        self._controller.clear_messages()
+        kind, _, camera = name.partition(":")
         try:
             if kind == "camera":
-                check_camera(which)
+                check_camera(camera)
             else:
-                device_named(name)
+                parse_device(name)
         except InputError as error:
-            self._session.say(str(error), True)
+            self._controller.add_message(str(error), True)
             return False
         return True
 
     def _ask_calibration(self) -> None:
         """Let a calibration file be chosen for the current device."""
-        from forcelab.capture.devices import calibrated_by
+        from forcelab.capture.device_names import with_calibration
 
         item = self.rows.currentItem()
-        if item is None or not device_counts(item):
+        if item is None or not sends_counts(item):
             return
-        name = self.rows.said(item)
+        name = self.rows.name_of(item)
         kinds = "Calibration files (*.toml)"
         file = ask_file(self, "Calibration file", "calibration", kinds)
         if file is not None:
-            self._rename(name, calibrated_by(name, file))
+            self._rename(name, with_calibration(name, file))
 
     def _rename(self, old: str, name: str) -> None:
-        """Give a device other options, where they mean something and it is still there."""
-        item = next((one for one in self.rows.items_here() if self.rows.said(one) == old), None)
-        if item is None or not self._means(name):
+        """Give a device other options, where they mean something and it is still in the list."""
+        item = next(
+            (item for item in self.rows.all_items() if self.rows.name_of(item) == old), None
+        )
+        if item is None or not self._is_valid(name):
             return
-        found = display_name(item)
+        found = found_as(item)
         self.rows.takeItem(self.rows.row(item))
-        settings.store(BY_HAND, [one for one in settings.strings(BY_HAND) if one != old])
-        what, usable = ("", True) if found is None else found[1:]
-        fresh = self.rows.put(name, what, usable, found=found)
+        settings.store(BY_HAND, [item for item in settings.strings(BY_HAND) if item != old])
+        description, usable = ("", True) if found is None else found[1:]
+        row = self.rows.add_row(name, description, usable, found=found)
         if found is None or name != found[0]:
             self.add(name)
-        fresh.setCheckState(Qt.CheckState.Checked)
-        self.rows.setCurrentItem(fresh)
-        self._show_empty_note()
+        row.setCheckState(Qt.CheckState.Checked)
+        self.rows.setCurrentItem(row)
+        self._update_notes()
 
-    def _offer(self, at: QPoint) -> None:
-        """Offer what can be done with a device."""
+    def _show_menu(self, at: QPoint) -> None:
+        """Show the menu of a device."""
         item = self.rows.itemAt(at)
         if item is None:
             return
@@ -334,18 +317,18 @@ class DeviceList(QWidget):
 
     def menu(self) -> QMenu:
         """What can be done with the current device."""
-        from forcelab.capture.devices import calibrated_by
+        from forcelab.capture.device_names import with_calibration
 
         menu, item = QMenu(self), self.rows.currentItem()
-        if item is not None and device_counts(item):
+        if item is not None and sends_counts(item):
             menu.addAction("Calibration file…", self._ask_calibration)
-            name = self.rows.said(item)
-            plain = calibrated_by(name, None)
+            name = self.rows.name_of(item)
+            plain = with_calibration(name, None)
             bare = menu.addAction("No calibration", lambda: self._rename(name, plain))
             set_enabled_with_reason(bare, "It has none." if plain == name else "")
         remove = menu.addAction("Remove", self._remove)
         remove.setShortcut(QKeySequence(QKeySequence.StandardKey.Delete))
-        own = item is not None and display_name(item) is None
+        own = item is not None and found_as(item) is None
         set_enabled_with_reason(remove, "" if own else "Only devices added by hand are removed.")
         return menu
 
@@ -354,73 +337,74 @@ class DeviceList(QWidget):
         item = self.rows.currentItem()
         if item is None or not self._choosing:
             return
-        name = self.rows.said(item)
-        if display_name(item) is not None:
-            self._session.say(
+        name = self.rows.name_of(item)
+        if found_as(item) is not None:
+            self._controller.add_message(
                 "{} is plugged in; untick it to leave it out.".format(name.partition("?")[0])
             )
             return
         self.rows.takeItem(self.rows.row(item))
         for key in (BY_HAND, TICKED):
-            settings.store(key, [one for one in settings.strings(key) if one != name])
-        self._show_empty_note()
+            settings.store(key, [stored for stored in settings.strings(key) if stored != name])
+        self._update_notes()
 
     def _failed(self, error: Exception) -> None:
-        self._session.say(str(error), True)
+        self._controller.add_message(str(error), True)
 
-    def _list(self, found: tuple[tuple[FoundPort, ...], tuple[Camera, ...]]) -> None:
+    def _show_found(self, found: tuple[tuple[FoundPort, ...], tuple[FoundCamera, ...]]) -> None:
         """Show what was found, below it what was added by hand; ticks stay."""
-        ports, films = found
+        ports, cameras = found
         ticked = {*self.devices, *(f"camera:{one}" for one in self.cameras)}
-        if self._first:
-            self._first = False
+        if self._is_first_search:
+            self._is_first_search = False
             ticked |= set(settings.strings(TICKED))
         by_hand, current = self.rows.names(), self.rows.currentRow()
         chosen = by_hand[current] if current >= 0 else ""
         self.rows.clear()
-        fresh = not ticked
-        said = dict.fromkeys((*by_hand, *settings.strings(BY_HAND)))
-        ticked_first = sorted(said, key=lambda n: (n not in ticked, "?" not in n))
+        nothing_ticked = not ticked
+        names = dict.fromkeys((*by_hand, *settings.strings(BY_HAND)))
+        ticked_first = sorted(names, key=lambda n: (n not in ticked, "?" not in n))
         for port in ports:
             if port.device is not None:
                 plugged = port.device, port.description, port.usable
                 # What was said of a device by hand, such as its calibration, holds for it.
-                known = (n for n in ticked_first if n.partition("?")[0] == port.device)
-                name = next(known, port.device)
-                item = self.rows.put(name, port.description, port.usable, found=plugged)
+                matching = (n for n in ticked_first if n.partition("?")[0] == port.device)
+                name = next(matching, port.device)
+                item = self.rows.add_row(name, port.description, port.usable, found=plugged)
                 # The tongs are what one comes for: they need no click.
-                if name in ticked or (fresh and port.kind == "optoforce" and port.usable):
+                if name in ticked or (nothing_ticked and port.kind == "optoforce" and port.usable):
                     item.setCheckState(Qt.CheckState.Checked)
-        for film in films:
-            name = f"camera:{film.device.removeprefix('/dev/video')}"
-            self.rows.put(name, film.name, film.usable, found=(name, film.name, film.usable))
+        for camera in cameras:
+            name = f"camera:{camera.device.removeprefix('/dev/video')}"
+            self.rows.add_row(
+                name, camera.name, camera.usable, found=(name, camera.name, camera.usable)
+            )
         for name in (*by_hand, *settings.strings(BY_HAND)):
-            kept = name in ticked or name in settings.strings(BY_HAND)
-            if kept and name not in self.rows.names():
-                self.rows.put(name)
-        for item in self.rows.items_here():
-            if self.rows.said(item) in ticked:
+            remembered = name in ticked or name in settings.strings(BY_HAND)
+            if remembered and name not in self.rows.names():
+                self.rows.add_row(name)
+        for item in self.rows.all_items():
+            if self.rows.name_of(item) in ticked:
                 item.setCheckState(Qt.CheckState.Checked)
-            if self.rows.said(item) == chosen:
+            if self.rows.name_of(item) == chosen:
                 self.rows.setCurrentItem(item)
-        self.set_open(self._choosing)  # they may have been connected while it was looked
+        self.set_choosing(self._choosing)  # they may have been connected while it was looked
 
-    def _show_empty_note(self) -> None:
-        """Say where there is nothing."""
+    def _update_notes(self) -> None:
+        """Show a note where the list is empty, and the button where a device needs it."""
         self.nothing.setVisible(not self.rows.count())
         self.rows.setVisible(self.rows.count() > 0)
         item = self.rows.currentItem()
-        some = any(map(device_counts, self.rows.items_here()))
+        some = any(map(sends_counts, self.rows.all_items()))
         self.calibration_button.setVisible(self._choosing and some)
-        counts = item is not None and device_counts(item)
+        counts = item is not None and sends_counts(item)
         set_enabled_with_reason(
             self.calibration_button, "" if counts else "Choose a device that sends raw counts."
         )
 
 
-def _find_devices() -> Generator[None, None, tuple[tuple[FoundPort, ...], tuple[Camera, ...]]]:
-    """What is plugged in."""
-    from forcelab.capture.discovery import cameras, find_ports
+def _find_devices() -> Generator[None, None, tuple[tuple[FoundPort, ...], tuple[FoundCamera, ...]]]:
+    from forcelab.capture.discovery import find_cameras, find_ports
 
     yield
-    return find_ports(), cameras()
+    return find_ports(), find_cameras()

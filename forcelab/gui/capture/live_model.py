@@ -1,7 +1,7 @@
 """Live recognition without its view: which recogniser, which latency, and what it predicts.
 
 Nothing is loaded before a recogniser is chosen, and nothing computed while no device is connected,
-or nobody looks and nothing is recorded.
+or the page is hidden and nothing is recorded.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from forcelab.gui.jobs import Jobs
 if TYPE_CHECKING:
     from forcelab.capture.device import Device
     from forcelab.capture.recorder import Recorder
-    from forcelab.live.recognition import LatencyBudget, LiveRecognition, LiveSnapshot
+    from forcelab.live.recognition import LatencyBudget, LiveRecognition
     from forcelab.recognition.recogniser import Recogniser
 
 
@@ -37,61 +37,32 @@ LOADING, RECOGNISING = "capture: recogniser", "capture: live recognition"
 LATENCIES = (0, 300, 10_000)
 #: Where the latency that was chosen last is remembered.
 LATENCY = "capture/latency"
-#: Frames over which the delay to the screen is told.
+#: Frames over which the delay to the screen is measured.
 FRAMES = 900
 
 
 @dataclass(frozen=True, slots=True)
 class RecogniserSelection:
-    """A recogniser that can be chosen.
+    """A recogniser that can be chosen."""
 
-    Parameters
-    ----------
-    name : str
-        What it is called; the author of its tracks is called after it.
-    path : Path
-        Its file.
-    about : str
-        When and of what it was trained; empty of a file.
-    """
-
+    #: The author of its tracks is called after it.
     name: str
     path: Path
+    #: When and of what it was trained; empty of a file.
     about: str = ""
 
 
 @dataclass(frozen=True, slots=True)
 class LoadedRecogniser:
-    """A recogniser that is ready, and what it can promise."""
+    """A recogniser that is ready, and what its latency means."""
 
-    choice: RecogniserSelection
+    selection: RecogniserSelection
     recogniser: Recogniser
-    promise: LatencyBudget
+    budget: LatencyBudget
 
 
 class LiveModelController(QObject):
-    """A recogniser on whatever devices are connected.
-
-    Parameters
-    ----------
-    connection : Connection
-    document : Document
-    jobs : Jobs
-    parent : QObject, optional
-
-    Attributes
-    ----------
-    choice : Choice or None
-        Chosen; None for no recognition.
-    latency : int
-        Milliseconds.
-    loaded : Loaded or None
-        The chosen one, once it is read.
-    trouble : str
-        Why there is nothing to be seen; empty where there is.
-    watched : bool
-        Whether anybody looks.
-    """
+    """A recogniser on whatever devices are connected."""
 
     changed = Signal()
 
@@ -100,48 +71,46 @@ class LiveModelController(QObject):
     ) -> None:
         super().__init__(parent)
         self._connection, self._document, self._jobs = connection, document, jobs
-        self.choice: RecogniserSelection | None = None
+        #: What is recognised.
+        self.track = connection.track
+        #: None for no recognition.
+        self.selection: RecogniserSelection | None = None
         least, usual, most = LATENCIES
+        #: Milliseconds.
         self.latency = round(settings.number(LATENCY, usual, lowest=least, highest=most))
+        #: The selected one, once it is read.
         self.loaded: LoadedRecogniser | None = None
-        self.trouble = ""
-        self.watched = False
+        #: Why nothing is recognised; empty where something is.
+        self.problem = ""
+        #: Whether its view is.
+        self.visible = False
         self._connected = self._running = False
         self._painted_until = 0.0
-        self._delays: deque[float] = deque(maxlen=FRAMES)
+        #: Seconds from the force to its label on the screen, of the last frames.
+        self.delays: deque[float] = deque(maxlen=FRAMES)
 
-    @property
-    def glimpse(self) -> LiveSnapshot | None:
-        """What was recognised last; None while nothing is."""
-        return self._connection.track.glimpse if self.choice is not None else None
-
-    @property
-    def delays(self) -> Sequence[float]:
-        """Seconds from the force to its label on the screen, of the last frames."""
-        return tuple(self._delays)
-
-    def choices(self) -> tuple[RecogniserSelection, ...]:
-        """The recognisers of the project, the newest first, and a chosen one from elsewhere."""
+    def available(self) -> tuple[RecogniserSelection, ...]:
+        """The recognisers of the project, the newest first, and a selected one from elsewhere."""
         project = self._document.project
-        found = []
+        selections = []
         if project is not None:
-            for one in reversed(project.runs.recognisers()):
-                when = one.time.astimezone().strftime("%Y-%m-%d %H:%M")
-                tasks = one.settings.get("choice", {}).get("tasks", [])
+            for stored in reversed(project.runs.recognisers()):
+                when = stored.time.astimezone().strftime("%Y-%m-%d %H:%M")
+                tasks = stored.settings.get("choice", {}).get("tasks", [])
                 about = " · ".join([*map(str, tasks), when])
                 with suppress(InputError):  # its file is missing: it is not offered
-                    found.append(
-                        RecogniserSelection(one.name, project.runs.recogniser_path(one.id), about)
-                    )
-        if self.choice is not None and self.choice.path not in [one.path for one in found]:
-            found.append(self.choice)
-        return tuple(found)
+                    path = project.runs.recogniser_path(stored.id)
+                    selections.append(RecogniserSelection(stored.name, path, about))
+        paths = [selection.path for selection in selections]
+        if self.selection is not None and self.selection.path not in paths:
+            selections.append(self.selection)
+        return tuple(selections)
 
-    def choose(self, choice: RecogniserSelection | None) -> None:
+    def select(self, selection: RecogniserSelection | None) -> None:
         """Recognise with another one, or with none."""
-        self.choice, self.loaded, self.trouble = choice, None, ""
+        self.selection, self.loaded, self.problem = selection, None, ""
         self._stop()
-        if choice is None:
+        if selection is None:
             self._jobs.cancel(LOADING)
             self.changed.emit()
         else:
@@ -153,49 +122,50 @@ class LiveModelController(QObject):
             return
         self.latency = milliseconds
         settings.store(LATENCY, milliseconds)
-        if self.choice is not None:
-            known, self.loaded = self.loaded, None
+        if self.selection is not None:
+            loaded, self.loaded = self.loaded, None
             self._stop()
-            self._load(None if known is None else known.recogniser)
+            self._load(None if loaded is None else loaded.recogniser)
 
-    def follow(self, connected: bool) -> None:
-        """Devices were connected or let go of."""
+    def set_connected(self, connected: bool) -> None:
+        """Devices were connected or released."""
         if connected != self._connected:
             self._connected = connected
-            self._delays.clear()
-            self._painted_until = 0.0
+            self._reset_delays()
             if not connected and self.loaded is not None:
-                self.trouble = ""  # other devices may have what it looks at
+                self.problem = ""  # other devices may have the channels that it needs
             self._begin()
 
-    def painted(self, until: float) -> None:
-        """Labels up to a time (s) stand on the screen now."""
+    def record_painted(self, until: float) -> None:
+        """Labels up to a time (s) are on the screen now."""
         if self._painted_until and until > self._painted_until:
-            self._delays.append(time.monotonic() - self._painted_until)
-        # Where nothing is decided yet it begins anew: what lies between is late for nobody.
+            self.delays.append(time.monotonic() - self._painted_until)
+        # Where nothing is decided yet it begins anew: what lies between is not late.
         self._painted_until = 0.0 if math.isnan(until) else until
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """What is to be said of the channels that it recognises; nothing while there are none."""
-        if self.loaded is None or self.trouble or not self._connected:
+        """Warnings about the channels that it recognises; none while there are no channels."""
+        if self.loaded is None or self.problem or not self._connected:
             return ()
         try:
             return self.loaded.recogniser.unit_remarks(self._connection.channels)
-        except InputError:  # it lacks a channel, and that is told as its trouble
+        except InputError:  # it lacks a channel, and that is shown as its problem
             return ()
 
-    # Inside
+    def _reset_delays(self) -> None:
+        self.delays.clear()
+        self._painted_until = 0.0
 
     def _load(self, known: Recogniser | None) -> None:
-        """Read the chosen one, and ask what it can promise."""
-        assert self.choice is not None
-        work = _loading_job(self.choice, self.latency / 1000, known)
-        self._jobs.run(work, self._take, self._failed, key=LOADING)
+        """Read the selected one, and find out what its latency means."""
+        assert self.selection is not None
+        job = _load_recogniser(self.selection, self.latency / 1000, known)
+        self._jobs.run(job, self._loaded, self._failed, key=LOADING)
         self.changed.emit()
 
-    def _take(self, loaded: LoadedRecogniser) -> None:
-        self.loaded, self.trouble = loaded, ""
+    def _loaded(self, loaded: LoadedRecogniser) -> None:
+        self.loaded, self.problem = loaded, ""
         self._begin()
         self.changed.emit()
 
@@ -204,55 +174,51 @@ class LiveModelController(QObject):
         if not self._connected or self.loaded is None or self._running:
             return
         self._running = True
-        self._delays.clear()
-        self._painted_until = 0.0
-        work = self._connection.recognising(
-            partial(_load_recogniser, self.loaded), lambda: self.watched
+        self._reset_delays()
+        job = self._connection.recognise(
+            partial(_follow_devices, self.loaded), lambda: self.visible
         )
-        self._jobs.run(work, self._ended, self._failed_live, key=RECOGNISING)
+        self._jobs.run(job, self._ended, self._recognition_failed, key=RECOGNISING)
 
     def _stop(self) -> None:
         self._jobs.cancel(RECOGNISING)
         self._running = False
 
     def _ended(self, _: None) -> None:
-        """The devices were let go of."""
+        """The devices were released."""
         self._running = False
         self._begin()  # if others were connected meanwhile
 
     def _failed(self, error: Exception) -> None:
-        self.trouble = _sentence(error)
+        # A fault of the program is reported elsewhere besides.
+        known = isinstance(error, ForcelabError)
+        self.problem = str(error) if known else f"{type(error).__name__}: {error}"
         self.changed.emit()
 
-    def _failed_live(self, error: Exception) -> None:
-        # Not tried again before something else is chosen or connected.
+    def _recognition_failed(self, error: Exception) -> None:
+        # Not tried again before something else is selected or connected.
         self._running = False
         self._failed(error)
 
 
-def _load_recogniser(
+def _follow_devices(
     loaded: LoadedRecogniser, recorder: Recorder, devices: Sequence[Device]
 ) -> LiveRecognition:
-    """What recognises the devices of a recorder."""
+    # Only a window in which something is recognised live loads it.
     from forcelab.live.recognition import LiveRecognition
 
-    latency = loaded.promise.latency
-    return LiveRecognition(loaded.recogniser, loaded.choice.name, latency, recorder, devices)
+    latency = loaded.budget.latency
+    return LiveRecognition(loaded.recogniser, loaded.selection.name, latency, recorder, devices)
 
 
-def _loading_job(
-    choice: RecogniserSelection, latency: float, known: Recogniser | None
+def _load_recogniser(
+    selection: RecogniserSelection, latency: float, known: Recogniser | None
 ) -> Generator[None, None, LoadedRecogniser]:
-    """Read a recogniser that is not known yet, and ask what it can promise."""
-    from forcelab.live.recognition import latency_budget
+    """Read a recogniser that is not known yet, and find out what a latency (s) means."""
+    from forcelab.live.recognition import latency_budget  # as above
     from forcelab.recognition.storage import load_recogniser
 
     yield
-    recogniser = load_recogniser(choice.path) if known is None else known
+    recogniser = load_recogniser(selection.path) if known is None else known
     yield
-    return LoadedRecogniser(choice, recogniser, latency_budget(recogniser, latency))
-
-
-def _sentence(error: Exception) -> str:
-    """What went wrong; a fault of the program is reported elsewhere besides."""
-    return str(error) if isinstance(error, ForcelabError) else f"{type(error).__name__}: {error}"
+    return LoadedRecogniser(selection, recogniser, latency_budget(recogniser, latency))

@@ -40,23 +40,12 @@ NEEDED, CALM = 0.4, 2.0
 
 
 def pixel_columns(times: Real, values: Real, edges: Real, holds: bool = False) -> tuple[Real, Real]:
-    """The least and the greatest value of each channel in each column.
+    """The least and the greatest value of each channel in each column, shape (k, c).
 
-    Parameters
-    ----------
-    times : ndarray of float64, shape (n,)
-        Seconds, increasing (a little jitter does no harm).
-    values : ndarray of float64, shape (n, c)
-    edges : ndarray of float64, shape (k + 1,)
-        Seconds at the edges of the columns.
-    holds : bool
-        Whether a value holds until the next one, however long that takes.
-
-    Returns
-    -------
-    low, high : ndarray of float64, shape (k, c)
-        NaN where a column holds nothing. A column begins with the sample before it, so that its
-        line joins up with its neighbour's; not across a gap.
+    `times` (s) increase, though a little jitter does no harm; `values` have shape (n, c), `edges`
+    of columns (s) shape (k + 1,). Where it `holds`, a value holds until the next one, however long
+    that takes. NaN where a column holds nothing. A column begins with the sample before it, so that
+    its line joins up with its neighbour's; not across a gap.
     """
     n, k = len(times), len(edges) - 1
     if n == 0:
@@ -88,35 +77,18 @@ def smallest_span(channel: Channel) -> float:
 
 
 class LaneScale:
-    """The span of a lane: grows at once, and shrinks only after a while.
-
-    Parameters
-    ----------
-    least : float
-        The least span, see :func:`smallest_span`.
-
-    Attributes
-    ----------
-    low, high : float
-        Values at the lane's lower and upper edge.
-    """
+    """The span of a lane: grows at once, and shrinks only after a while."""
 
     def __init__(self, least: float = LEAST) -> None:
+        """`least` is the least span, see :func:`smallest_span`."""
         self._least = least
+        #: Values at the lane's lower and upper edge.
         self.low, self.high = -1.0, 1.0
         self._fresh = True
         self._needed_at = -np.inf
 
     def fit(self, low: float, high: float, now: float) -> None:
-        """Take in what is to be seen now.
-
-        Parameters
-        ----------
-        low, high : float
-            Least and greatest value; NaN where there is none.
-        now : float
-            Seconds of a clock that never jumps.
-        """
+        """Take in the least and the greatest value in view, NaN without any, at `now` (s)."""
         if not (np.isfinite(low) and np.isfinite(high)):
             return
         span = max(high - low, self._least)
@@ -147,12 +119,7 @@ def scale_width() -> int:
 def lane_marks(axis: Axis, size: float) -> tuple[tuple[float, str], ...]:
     """Two values at least with their texts, and those between them where they have room.
 
-    Parameters
-    ----------
-    axis : Axis
-        Of the lane, upwards.
-    size : float
-        Height of the numbers in pixels.
+    `size` is the height of the numbers in pixels.
     """
     span, power = axis.end - axis.start, math.ceil(math.log10(axis.end - axis.start))
     while True:
@@ -180,9 +147,9 @@ def paint_scale(painter: QPainter, box: QRectF, axis: Axis) -> None:
         [QLineF(left, y, box.left(), y) for y in (round(axis.at(v)) + 0.5 for v, _ in marks)]
     )
     ink = QColor(colours().muted)
-    for value, said in marks:
+    for value, label in marks:
         y = min(max(axis.at(value), box.top() + half), box.bottom() - half)
-        text.draw_text(painter, left - SCALE_GAP, y, said, face=face, ink=ink, align=1.0)
+        text.draw_text(painter, left - SCALE_GAP, y, label, face=face, ink=ink, align=1.0)
     painter.restore()
 
 
@@ -227,67 +194,54 @@ def paint_ruler(painter: QPainter, plot: QRectF, bottom: float) -> None:
 TRACK_ROW_HEIGHT = 20
 
 
-def rows_height(session: CaptureController) -> int:
+def rows_height(controller: CaptureController) -> int:
     """Pixels of all rows: the prediction has one only while a recogniser is chosen."""
-    return TRACK_ROW_HEIGHT * (2 if session.recognising.choice is not None else 1)
+    return TRACK_ROW_HEIGHT * (2 if controller.live_model.selection is not None else 1)
 
 
 def paint_rows(
-    painter: QPainter, session: CaptureController, plot: QRectF, axis: Axis, now: float
+    painter: QPainter, controller: CaptureController, plot: QRectF, axis: Axis, now: float
 ) -> None:
-    """Draw the rows below a plot.
-
-    Parameters
-    ----------
-    painter : QPainter
-    session : Session
-    plot : QRectF
-        Of the channels.
-    axis : Axis
-        From seconds of the host's monotonic clock to pixels.
-    now : float
-        Seconds of that clock.
-    """
-    marked = session.marks.track(now, axis.start)
+    """Draw the rows of marks and predictions below a plot; `now` is in s of the host's clock."""
+    marked = controller.marks.track(now, axis.start)
     box = QRectF(plot.left(), plot.bottom() + 1, plot.width(), TRACK_ROW_HEIGHT - 2)
-    _paint(painter, session, box, axis, marked, ())
-    _track_name(painter, box, "Marks")
-    recognising = session.recognising
-    if recognising.choice is None:
+    _paint_row(painter, controller, box, axis, marked, ())
+    _paint_row_name(painter, box, "Marks")
+    live_model = controller.live_model
+    if live_model.selection is None:
         return
     box = box.translated(0, TRACK_ROW_HEIGHT)
-    glimpse = recognising.glimpse
-    if glimpse is None:
-        _paint(painter, session, box, axis, [], ())
+    snapshot = live_model.track.snapshot
+    if snapshot is None:
+        _paint_row(painter, controller, box, axis, [], ())
     else:
-        seen = [one for one in glimpse.segments if one.end > axis.start]
+        segments = [segment for segment in snapshot.segments if segment.end > axis.start]
         fading: tuple[FadeOverlay, ...] = ()
-        if glimpse.probability_trace is not None:
-            fading = fade_overlays(glimpse.probability_trace, tuple(seen), axis, box)
-        _paint(painter, session, box, axis, seen, fading)
-        recognising.painted(glimpse.until)
-        until = glimpse.until
-        if math.isnan(until) and seen:  # begun anew: what was said before stays
-            until = seen[-1].end
+        if snapshot.probability_trace is not None:
+            fading = fade_overlays(snapshot.probability_trace, tuple(segments), axis, box)
+        _paint_row(painter, controller, box, axis, segments, fading)
+        live_model.record_painted(snapshot.until)
+        until = snapshot.until
+        if math.isnan(until) and segments:  # begun anew: what was said before stays
+            until = segments[-1].end
         _paint_undecided(painter, box, axis, until)
-    _track_name(painter, box, "Predicted")
+    _paint_row_name(painter, box, "Predicted")
 
 
-def _paint(
+def _paint_row(
     painter: QPainter,
-    session: CaptureController,
+    controller: CaptureController,
     box: QRectF,
     axis: Axis,
     segments: list[Segment],
     fading: tuple[FadeOverlay, ...],
 ) -> None:
-    """One row."""
-    vocabulary = session.seen_vocabulary
-    looks: dict[str, LabelStyle] = {s.action: style_of(vocabulary, s.action) for s in segments}
+    vocabulary = controller.display_vocabulary
+    styles: dict[str, LabelStyle] = {s.action: style_of(vocabulary, s.action) for s in segments}
     theme = replace(colours(), text=colours().on_unlabelled)
     painter.save()
     painter.setClipRect(box)
-    paint_track(painter, box, axis, segments, styles=looks, theme=theme, fades=fading)
+    paint_track(painter, box, axis, segments, styles=styles, theme=theme, fades=fading)
     painter.restore()
 
 
@@ -301,8 +255,8 @@ def _paint_undecided(painter: QPainter, box: QRectF, axis: Axis, until: float) -
         painter.fillRect(rest, QBrush(ink, Qt.BrushStyle.BDiagPattern))
 
 
-def _track_name(painter: QPainter, box: QRectF, name: str) -> None:
-    """What a row shows, in the gutter."""
+def _paint_row_name(painter: QPainter, box: QRectF, name: str) -> None:
+    """Write what a row shows into the gutter."""
     painter.setPen(QColor(colours().muted))
     room = QRectF(8, box.top(), box.left() - 14, box.height())
     painter.drawText(room, Qt.AlignmentFlag.AlignVCenter | Qt.AlignmentFlag.AlignLeft, name)
@@ -313,22 +267,17 @@ ROOM, INSET = 6, 3
 
 
 class LiveView(QWidget):
-    """What comes from the devices, 30 times a second while it can be seen.
+    """Draws what comes from the devices, 30 times a second while it can be seen."""
 
-    Parameters
-    ----------
-    session : Session
-    """
-
-    def __init__(self, session: CaptureController) -> None:
+    def __init__(self, controller: CaptureController) -> None:
         super().__init__()
-        self._session = session
+        self._controller = controller
         self._scales: dict[tuple[int, int], LaneScale] = {}
         self.setAccessibleName("Live channels")
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
-        session.ticked.connect(self._ticked)
-        session.changed.connect(self._changed)
+        controller.ticked.connect(self._ticked)
+        controller.changed.connect(self._changed)
         themes().changed.connect(self.update)
 
     def sizeHint(self) -> QSize:
@@ -336,34 +285,32 @@ class LiveView(QWidget):
         return QSize(520, 6 * 56 + TRACK_ROW_HEIGHT + RULER)
 
     def minimumSizeHint(self) -> QSize:
-        """The least room for the lanes that there are."""
+        """The least room for the present lanes."""
         lanes = sum(len(device.channels) for device in self._devices())
         lane = self.fontMetrics().height() + ROOM
-        return QSize(280, max(lanes, 4) * lane + rows_height(self._session) + RULER)
+        return QSize(280, max(lanes, 4) * lane + rows_height(self._controller) + RULER)
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Draw everything anew: everything has moved."""
         with QPainter(self) as painter:
             painter.fillRect(self.rect(), QColor(colours().background))
-            if not self._session.connected:
+            if not self._controller.connected:
                 self._paint_centred(painter, self._invitation(), colours().muted)
             else:
                 self._paint_live(painter)
-            if self._session.phase is CaptureState.COUNTING:
+            if self._controller.phase is CaptureState.COUNTDOWN:
                 face = self.font()
                 face.setPointSizeF(face.pointSizeF() * 8)
                 face.setBold(True)
                 painter.setFont(face)
-                self._paint_centred(painter, str(self._session.left), colours().accent)
+                self._paint_centred(painter, str(self._controller.seconds_left), colours().accent)
             if self.hasFocus():
                 painter.setPen(QPen(QColor(colours().accent), 1))
                 painter.setBrush(Qt.BrushStyle.NoBrush)
                 painter.drawRect(QRectF(self.rect()).adjusted(0.5, 0.5, -0.5, -0.5))
 
-    # Inside
-
     def _devices(self) -> tuple[DeviceState, ...]:
-        state = self._session.state
+        state = self._controller.state
         return () if state is None else state.devices
 
     def _ticked(self) -> None:
@@ -371,14 +318,14 @@ class LiveView(QWidget):
             self.update()
 
     def _changed(self) -> None:
-        if not self._session.connected:
+        if not self._controller.connected:
             self._scales.clear()
         self.updateGeometry()
         self.update()
 
     def _invitation(self) -> str:
-        """What stands where nothing is connected."""
-        if self._session.phase is CaptureState.CONNECTING:
+        """The text where nothing is connected."""
+        if self._controller.phase is CaptureState.CONNECTING:
             return "Connecting…"
         return "Select devices on the left and press Connect; their signals appear here."
 
@@ -388,11 +335,12 @@ class LiveView(QWidget):
         painter.drawText(box, Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap, text)
 
     def _paint_live(self, painter: QPainter) -> None:
-        devices, windows = self._devices(), self._session.latest(SECONDS)
+        devices, recorder = self._devices(), self._controller.recorder
+        windows = () if recorder is None else recorder.latest(SECONDS)
         lanes = sum(len(device.channels) for device in devices)
-        left, below = gutter(self.fontMetrics()), rows_height(self._session) + RULER
+        left, below = gutter(self.fontMetrics()), rows_height(self._controller) + RULER
         plot = QRectF(left, 0, max(self.width() - left, 50), self.height() - below)
-        now = self._session.now
+        now = self._controller.now
         canvas = CurveCanvas(plot, self.devicePixelRatioF())
         edges = column_edges(now, canvas.width)
         axis = live_axis(now, plot)
@@ -420,14 +368,15 @@ class LiveView(QWidget):
                 lane += 1
         canvas.draw(curves)
         canvas.paint(painter)
-        paint_rows(painter, self._session, plot, axis, now)
+        paint_rows(painter, self._controller, plot, axis, now)
         paint_ruler(painter, plot, self.height())
 
     def _paint_begin(self, painter: QPainter, plot: QRectF, axis: Axis) -> None:
         """Show since when it is recorded."""
-        if not self._session.recording:
+        recorder = self._controller.recorder
+        if not self._controller.recording or recorder is None:
             return
-        left = max(axis.at(self._session.begun), plot.left())
+        left = max(axis.at(recorder.begun), plot.left())
         wash = translucent(colours().trouble, 0.07)
         painter.fillRect(QRectF(left, 0, plot.right() - left, plot.height()), wash)
         if left > plot.left():
@@ -454,8 +403,8 @@ class LiveView(QWidget):
         middle = Qt.AlignmentFlag.AlignVCenter
         painter.drawText(gutter, middle | Qt.AlignmentFlag.AlignLeft, name)
         painter.setPen(QColor(colours().muted))
-        said = f"{_number(value)} {unit}".strip()
-        painter.drawText(gutter, middle | Qt.AlignmentFlag.AlignRight, said)
+        reading = f"{_number(value)} {unit}".strip()
+        painter.drawText(gutter, middle | Qt.AlignmentFlag.AlignRight, reading)
 
 
 def _number(value: float) -> str:

@@ -44,41 +44,31 @@ COLUMNS, ROWS = 500, 40
 
 
 class LiveScalogramView(QWidget):
-    """Computes only what can be seen: nothing while hidden, apart, or without a channel.
+    """The scalogram of one channel; computed only while it can be seen.
 
-    Parameters
-    ----------
-    session : Session
-    jobs : Jobs
-    beside : QWidget
-        The live channels, with whose time axis this one's agrees.
-
-    Attributes
-    ----------
-    channel : str
-        Shown; empty for none.
-    strip : Strip or None
-        The newest picture.
+    Its time axis agrees with that of the live view.
     """
 
-    def __init__(self, session: CaptureController, jobs: Jobs, beside: QWidget) -> None:
+    def __init__(self, controller: CaptureController, jobs: Jobs, live_view: QWidget) -> None:
         super().__init__()
-        self._session, self._jobs, self._beside = session, jobs, beside
+        self._controller, self._jobs, self._live_view = controller, jobs, live_view
+        #: Empty for none.
         self.channel = settings.text(CHANNEL)
+        #: The newest picture.
         self.strip: RollingImage | None = None
-        self._trouble = ""
-        self._tried: tuple[float, ...] = ()
+        self._problem = ""
+        self._tried_rates: tuple[float, ...] = ()
         self._job: Job | None = None
         self._image: tuple[RollingImage, bool, QImage] | None = None
         self.setAccessibleName("Live scalogram")
         self.setToolTip(
-            "Right of the line wavelets have not passed yet: what is seen there is estimated "
+            "Right of the line the picture is estimated, as wavelets have not passed yet: "
             "0.1, 0.4 and 1.6 s after the force, each time better."
         )
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         self.hide()
-        session.ticked.connect(self._ticked)
-        session.changed.connect(self._changed)
+        controller.ticked.connect(self._ticked)
+        controller.changed.connect(self._changed)
         themes().changed.connect(self.update)
 
     def choose(self, channel: str) -> None:
@@ -102,12 +92,10 @@ class LiveScalogramView(QWidget):
         return QSize(280, 70)
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Compute from now on."""
         super().showEvent(event)
         self._begin()
 
     def hideEvent(self, event: QHideEvent) -> None:
-        """Compute nothing that nobody sees."""
         super().hideEvent(event)
         self._stop()
 
@@ -116,68 +104,65 @@ class LiveScalogramView(QWidget):
         with QPainter(self) as painter:
             theme = colours()
             painter.fillRect(self.rect(), QColor(theme.background))
-            left, right = gutter(self.fontMetrics()), float(self._beside.width())
+            left, right = gutter(self.fontMetrics()), float(self._live_view.width())
             plot = QRectF(left, 0, max(right - left, 50), self.height() - 2)
             strip = self.strip
             if strip is not None:
-                axis = live_axis(self._session.now, plot)
+                axis = live_axis(self._controller.now, plot)
                 self._paint_picture(painter, plot, axis, strip)
                 self._paint_gutter(painter, plot, strip)
-            line = self._trouble or ("" if strip is not None else "Waiting for samples…")
+            line = self._problem or ("" if strip is not None else "Waiting for samples…")
             name = self.channel if not line else f"{self.channel}: {line}"
             corner = plot.topLeft() + QPointF(2, 2)
-            drawing.draw_plate(painter, corner, name, theme, plot, quiet=not self._trouble)
-
-    # Inside
+            drawing.draw_plate(painter, corner, name, theme, plot, quiet=not self._problem)
 
     def _ticked(self) -> None:
         if self.isVisible():
-            if self._trouble and self._rates() != self._tried:
+            if self._problem and self._rates() != self._tried_rates:
                 self._begin()  # a device without a rate is known better by now
             self.update()
 
     def _rates(self) -> tuple[float, ...]:
         """Whole samples a second of each device, as measured; 0 where that is not known yet."""
-        state = self._session.state
+        state = self._controller.state
         return () if state is None else tuple(round(d.rate, 0) for d in state.devices)
 
     def _changed(self) -> None:
-        """Be seen where there is something to see."""
-        if not self._session.connected:
+        """Be visible where there is something to show."""
+        if not self._controller.connected:
             self._forget()
-        self.setVisible(bool(self.channel) and self._session.connected)
+        self.setVisible(bool(self.channel) and self._controller.connected)
 
     def _begin(self) -> None:
         if self._job is not None or not self.isVisible():
             return
-        self._trouble = ""
-        self._tried = self._rates()
-        made = partial(_build_scalogram, self.channel, self._tried)
-        self._job = self._jobs.run(
-            self._session.drawing(made), self._ended, self._failed, self._take, key=DRAWING
-        )
+        self._problem = ""
+        self._tried_rates = self._rates()
+        create = partial(_build_scalogram, self.channel, self._tried_rates)
+        job = self._controller.connection.draw_scalogram(create)
+        self._job = self._jobs.run(job, self._ended, self._failed, self._set_strip, key=DRAWING)
 
     def _stop(self) -> None:
         if self._job is not None:
             self._job.cancel()
-        # The last picture stays until there is a new one: whoever comes back sees it at once.
+        # The last picture stays until there is a new one, to be seen at once when shown again.
         self._job = None
 
     def _forget(self) -> None:
-        """What was seen is of another channel, or of other devices."""
+        """The picture is of another channel, or of other devices."""
         self.strip = self._image = None
 
     def _ended(self, _: None) -> None:
-        """The devices were let go of."""
+        """The devices were released."""
         self._job = None
 
     def _failed(self, error: Exception) -> None:
         self._job = None
         self._forget()
-        self._trouble = str(error) if isinstance(error, ForcelabError) else type(error).__name__
+        self._problem = str(error) if isinstance(error, ForcelabError) else type(error).__name__
         self.update()
 
-    def _take(self, strip: RollingImage | None) -> None:
+    def _set_strip(self, strip: RollingImage | None) -> None:
         if strip is not None:
             self.strip = strip
 
@@ -186,8 +171,8 @@ class LiveScalogramView(QWidget):
     ) -> None:
         dark = colours().dark
         if self._image is None or self._image[0] is not strip or self._image[1] != dark:
-            made = drawing.magnitudes(strip.values, strip.low, strip.high, dark)
-            self._image = strip, dark, made
+            image = drawing.magnitudes(strip.values, strip.low, strip.high, dark)
+            self._image = strip, dark, image
         first, last = axis.at(strip.start), axis.at(strip.end)
         painter.save()
         painter.setClipRect(plot)
@@ -219,13 +204,13 @@ class LiveScalogramView(QWidget):
         painter.setPen(pen)
         painter.setBrush(Qt.BrushStyle.NoBrush)
         painter.drawPolyline(QPolygonF(edge))
-        said = "estimated"
+        label = "estimated"
         face = painter.fontMetrics()
         room = plot.right() - edge[-1].x()
-        if room > face.horizontalAdvance(said) + 16:
+        if room > face.horizontalAdvance(label) + 16:
             painter.setPen(QColor(colours().text))
-            at = QPointF(plot.right() - face.horizontalAdvance(said) - 6, plot.bottom() - 6)
-            painter.drawText(at, said)
+            at = QPointF(plot.right() - face.horizontalAdvance(label) - 6, plot.bottom() - 6)
+            painter.drawText(at, label)
 
     def _paint_gutter(self, painter: QPainter, plot: QRectF, strip: RollingImage) -> None:
         """The axis in Hz, and the legend of the colours."""
@@ -248,33 +233,26 @@ class LiveScalogramView(QWidget):
 def _build_scalogram(
     channel: str, rates: Sequence[float], recorder: Recorder, devices: Sequence[Device]
 ) -> LiveScalogram:
-    """The scalogram of a channel of open devices."""
     from forcelab.live.scalogram import LiveScalogram
 
     return LiveScalogram(recorder, devices, channel, SECONDS, COLUMNS, ROWS, rates)
 
 
 class ScalogramChoice(ElidedComboBox):
-    """Offers the channels of the devices that are connected.
+    """Offers the channels of the devices that are connected."""
 
-    Parameters
-    ----------
-    session : Session
-    view : LiveScalogramView
-    """
-
-    def __init__(self, session: CaptureController, view: LiveScalogramView) -> None:
+    def __init__(self, controller: CaptureController, view: LiveScalogramView) -> None:
         super().__init__()
-        self._session, self._view = session, view
+        self._controller, self._view = controller, view
         self._offered: tuple[str, ...] | None = None
         self.setAccessibleName("Channel of the live scalogram")
         self.activated.connect(self._chosen)
-        session.changed.connect(self._refresh)
+        controller.changed.connect(self._refresh)
         self._refresh()
 
     def _refresh(self) -> None:
-        """Offer what there is; what was chosen is offered even while nothing is connected."""
-        channels = self._session.channels
+        """Offer what there is; the chosen one is offered even while nothing is connected."""
+        channels = self._controller.connection.channels
         names: tuple[str, ...] = ()
         if channels:
             from forcelab.live.scalogram import channels_to_show

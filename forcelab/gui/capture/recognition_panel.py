@@ -10,7 +10,7 @@ from PySide6.QtCore import QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPalette
 from PySide6.QtWidgets import QLabel, QSizePolicy, QSpinBox, QVBoxLayout, QWidget
 
-from forcelab.gui.capture.controller import CaptureController, CaptureState
+from forcelab.gui.capture.controller import IDLE_STATES, CaptureController, CaptureState
 from forcelab.gui.capture.live_model import (
     LATENCIES,
     LiveModelController,
@@ -33,32 +33,27 @@ ROW, CELL, FEWEST, MOST = 17, 128, 3, 6
 WIDEST = 240
 #: Probability above which an action is likelier than all others together.
 LIKELY = 0.5
-#: Width of what is left for the present action, in pixels.
+#: Width of the current action's column, in pixels.
 LARGE = 190
 
 
 class CurrentAction(QWidget):
-    """The action of the latest label, and a bar for each that the recogniser knows.
+    """The action of the latest label, and a bar for each that the recogniser knows."""
 
-    Parameters
-    ----------
-    session : Session
-    """
-
-    def __init__(self, session: CaptureController) -> None:
+    def __init__(self, controller: CaptureController) -> None:
         super().__init__()
-        self._session = session
-        self._said = ""
+        self._controller = controller
+        self._accessible_action = ""
         self.setToolTip(
-            "Large: the action of the latest label, as it is kept. Bars: how probable each "
-            "action is by itself, before the filters or the decoder decide."
+            "Large: the action of the latest label, as it is kept. Bars: the probability of each "
+            "action before the filters or the decoder decide."
         )
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         self.refresh()
 
     def sizeHint(self) -> QSize:
         """As high as the bars need, within bounds."""
-        loaded = self._session.recognising.loaded
+        loaded = self._controller.live_model.loaded
         count = 0 if loaded is None else len(loaded.recogniser.actions)
         columns = max(1, (max(self.width(), 480) - LARGE) // CELL)
         rows = min(max(-(-count // columns), FEWEST), MOST)
@@ -76,42 +71,34 @@ class CurrentAction(QWidget):
     def paintEvent(self, event: QPaintEvent) -> None:
         """Draw the action and the bars."""
         with QPainter(self) as painter:
-            glimpse = self._session.recognising.glimpse
-            action = "" if glimpse is None or not self._session.connected else glimpse.action
+            snapshot = self._controller.live_model.track.snapshot
+            action = "" if snapshot is None or not self._controller.connected else snapshot.action
             self._set_accessible_text(action)
-            loaded = self._session.recognising.loaded
-            known = glimpse.probabilities if glimpse is not None else ()
-            self._paint_action(painter, action, self.explained(action, known))
+            loaded = self._controller.live_model.loaded
+            probabilities = snapshot.probabilities if snapshot is not None else ()
+            self._paint_action(painter, action, self.decision_note(action, probabilities))
             if loaded is not None:
-                self._paint_bars(painter, loaded.recogniser.actions, known)
+                self._paint_bars(painter, loaded.recogniser.actions, probabilities)
 
-    def explained(self, action: str, known: tuple[float, ...]) -> str:
-        """Who decided for an action although another one is the likelier; empty where none is.
+    def decision_note(self, action: str, probabilities: tuple[float, ...]) -> str:
+        """Why the action of the latest label is not the likeliest one; empty where it is.
 
-        Parameters
-        ----------
-        action : str
-            Of the latest label; empty where that is unlabelled.
-        known : tuple of float
-            The probability of each action that the recogniser knows, as far as it tells them.
+        `action` is empty where the label is unlabelled; `probabilities` are those of the
+        recogniser's actions, as far as it gives them.
         """
-        loaded = self._session.recognising.loaded
-        if loaded is None or max(known, default=0.0) <= LIKELY:
+        loaded = self._controller.live_model.loaded
+        if loaded is None or max(probabilities, default=0.0) <= LIKELY:
             return ""
-        if loaded.recogniser.actions[known.index(max(known))] == action:
+        if loaded.recogniser.actions[probabilities.index(max(probabilities))] == action:
             return ""
         if loaded.recogniser.settings.decodes:
             return "as the decoder decides"
         return "as the filters decide"
 
     def _set_accessible_text(self, action: str) -> None:
-        """For those who do not see it."""
-        if action != self._said or not self.accessibleName():
-            self._said = action
-            self.setAccessibleName(f"Present action: {action or self._none()}")
-
-    def _none(self) -> str:
-        return "unlabelled"
+        if action != self._accessible_action or not self.accessibleName():
+            self._accessible_action = action
+            self.setAccessibleName(f"Current action: {action or 'unlabelled'}")
 
     def _paint_action(self, painter: QPainter, action: str, explained: str) -> None:
         box = QRectF(0, 1, LARGE - 16, self.height() - 2)
@@ -119,27 +106,27 @@ class CurrentAction(QWidget):
         theme = colours()
         face = text.font(22.0, bold=True)
         if action:
-            paint_swatch(painter, swatch, style_of(self._session.seen_vocabulary, action))
+            paint_swatch(painter, swatch, style_of(self._controller.display_vocabulary, action))
         else:
             painter.setPen(QColor(theme.frame))
             painter.setBrush(QColor(theme.unlabelled))
             painter.drawRect(swatch.adjusted(0, 0, -1, -1))
         room = box.right() - swatch.right() - 10
-        said = text.elided(action, face, room) if action else self._none()
+        label = text.elided(action, face, room) if action else "unlabelled"
         ink = QColor(theme.text if action else theme.muted)
         face = face if action else text.font(14.0)
-        text.draw_text(painter, swatch.right() + 10, swatch.center().y(), said, face=face, ink=ink)
+        text.draw_text(painter, swatch.right() + 10, swatch.center().y(), label, face=face, ink=ink)
         face, below = text.font(10.0), swatch.bottom() + 4
-        said = text.elided(explained, face, room)
+        label = text.elided(explained, face, room)
         text.draw_text(
-            painter, swatch.right() + 10, below, said, face=face, ink=QColor(theme.muted)
+            painter, swatch.right() + 10, below, label, face=face, ink=QColor(theme.muted)
         )
 
     def _paint_bars(
-        self, painter: QPainter, actions: tuple[str, ...], known: tuple[float, ...]
+        self, painter: QPainter, actions: tuple[str, ...], probabilities: tuple[float, ...]
     ) -> None:
         """Name, bar and number of each action, in columns."""
-        theme, vocabulary = colours(), self._session.seen_vocabulary
+        theme, vocabulary = colours(), self._controller.display_vocabulary
         rows = max(1, (self.height() - 2) // ROW)
         columns = min(max(1, (self.width() - LARGE) // CELL), -(-len(actions) // rows))
         rows = min(rows, -(-len(actions) // columns))  # all columns of like height
@@ -150,19 +137,19 @@ class CurrentAction(QWidget):
         named = min(text.widest(actions, face) + 8, 0.55 * (width - number))
         for i, action in enumerate(actions[: rows * columns]):
             left, top = LARGE + (i // rows) * width, begin + (i % rows) * ROW
-            share = known[i] if i < len(known) else 0.0
+            share = probabilities[i] if i < len(probabilities) else 0.0
             middle = top + ROW / 2
             name = text.elided(action, face, named - 4)
             text.draw_text(painter, left, middle, name, face=face, ink=QColor(theme.text))
             bar = QRectF(left + named, top + 4, width - named - number - 4, ROW - 8)
             painter.fillRect(bar, QColor(theme.grid))
-            look = style_of(vocabulary, action)
+            style = style_of(vocabulary, action)
             full = QRectF(bar.left(), bar.top(), bar.width() * share, bar.height())
-            painter.fillRect(full, look.colour)
+            painter.fillRect(full, style.colour)
             painter.setPen(QColor(theme.frame))
             painter.setBrush(Qt.BrushStyle.NoBrush)
             painter.drawRect(bar)
-            if known:
+            if probabilities:
                 label = f"{100 * share:.0f} %"
                 text.draw_text(
                     painter, bar.right() + 5, middle, label, face=face, ink=QColor(theme.muted)
@@ -171,87 +158,70 @@ class CurrentAction(QWidget):
 
 #: Milliseconds by which the arrows change the latency.
 STEP = 50
-#: Under which a row of the list keeps what is said of it.
+#: The role of a row's description.
 TIP = Qt.ItemDataRole.ToolTipRole
 
 
 class RecogniserChoice:
-    """Fields for a form; changed by nobody while something is recorded.
+    """Fields for a form; disabled while something is recorded."""
 
-    Parameters
-    ----------
-    session : Session
-    parent : QWidget
-        Over which the dialog for files stands.
-
-    Attributes
-    ----------
-    which : ElidedComboBox
-    latency : QSpinBox
-    nothing : QLabel
-        What to do where no recogniser is trained.
-    """
-
-    def __init__(self, session: CaptureController, parent: QWidget) -> None:
-        self._session, self._parent = session, parent
+    def __init__(self, controller: CaptureController, parent: QWidget) -> None:
+        self._controller, self._parent = controller, parent
         self._offered: tuple[RecogniserSelection, ...] = ()
         self.which = ElidedComboBox()
-        self.which.setAccessibleName("Recogniser that labels what comes")
+        self.which.setAccessibleName("Recogniser for live labels")
         self.which.activated.connect(self._chosen)
         self.latency = QSpinBox()
         self.latency.setRange(LATENCIES[0], LATENCIES[-1])
         self.latency.setSingleStep(STEP)
         self.latency.setSuffix(" ms")
-        self.latency.setValue(session.recognising.latency)
+        self.latency.setValue(controller.live_model.latency)
         self.latency.setKeyboardTracking(False)
         self.latency.setAccessibleName("Latency of the labels in milliseconds")
         self.latency.setToolTip(
             "How long a label waits for what follows its force: the longer, the surer"
         )
-        self.latency.valueChanged.connect(session.recognising.set_latency)
+        self.latency.valueChanged.connect(controller.live_model.set_latency)
         self.nothing = QLabel(
             "No recogniser is trained in this project; train one in Review, or choose a file.",
             parent,  # alone it would be a window for a moment
         )
         self.nothing.setWordWrap(True)
-        session.changed.connect(self._enable)
-        session.recognising.changed.connect(self.refresh)
+        controller.changed.connect(self._enable)
+        controller.live_model.changed.connect(self.refresh)
         self.refresh()
 
     def refresh(self) -> None:
-        """Offer what there is now."""
-        recognising = self._session.recognising
-        self._offered = recognising.choices()
+        """Offer what is available now."""
+        live_model = self._controller.live_model
+        self._offered = live_model.available()
         self.which.clear()
         self.which.addItem("none")
         for choice in self._offered:
             self.which.addItem(choice.name)
             self.which.setItemData(self.which.count() - 1, choice.about or str(choice.path), TIP)
         self.which.addItem("From a file…")
-        chosen = recognising.choice
-        paths = [one.path for one in self._offered]
+        chosen = live_model.selection
+        paths = [offered.path for offered in self._offered]
         self.which.setCurrentIndex(0 if chosen is None else 1 + paths.index(chosen.path))
         self.which.setToolTip(self.which.currentData(TIP) or "")
         self._enable()
 
     def _enable(self) -> None:
         """The recogniser of a recording stays the same from its start to its end."""
-        free = self._session.phase in (
-            CaptureState.APART,
-            CaptureState.CONNECTING,
-            CaptureState.READY,
-        )
-        there = self._session.document.project is not None
-        self.which.setEnabled(free and there)
-        self.latency.setEnabled(free and self._session.recognising.choice is not None)
-        self.nothing.setVisible(there and not self._offered)
+        phase = self._controller.phase
+        free = phase in IDLE_STATES or phase is CaptureState.CONNECTING
+        has_project = self._controller.document.project is not None
+        self.which.setEnabled(free and has_project)
+        self.latency.setEnabled(free and self._controller.live_model.selection is not None)
+        self.nothing.setVisible(has_project and not self._offered)
 
     def _chosen(self, row: int) -> None:
         """Take what was chosen in the list."""
         if 1 <= row <= len(self._offered):
-            self._session.recognising.choose(self._offered[row - 1])
+            self._controller.live_model.select(self._offered[row - 1])
         elif row == 0:
-            self._session.recognising.choose(None)
+            self._controller.live_model.select(None)
         else:
             self._ask()
         self.refresh()
@@ -261,7 +231,7 @@ class RecogniserChoice:
         kinds = "Recognisers (*.skops)"
         path = ask_file(self._parent, "Recogniser", "recogniser", kinds)
         if path is not None:
-            self._session.recognising.choose(RecogniserSelection(path.stem, path))
+            self._controller.live_model.select(RecogniserSelection(path.stem, path))
 
 
 #: Seconds between two texts, and early scales that are named one by one.
@@ -271,84 +241,67 @@ LEAST = 0.005
 
 
 class RecognitionPanel(QWidget):
-    """Shown while a recogniser is chosen.
+    """Shown while a recogniser is chosen."""
 
-    Parameters
-    ----------
-    session : Session
-
-    Attributes
-    ----------
-    present : CurrentAction
-    promise, figures : QLabel
-        What the latency means, and what is measured.
-    """
-
-    def __init__(self, session: CaptureController) -> None:
+    def __init__(self, controller: CaptureController) -> None:
         super().__init__()
-        self._session = session
+        self._controller = controller
         self._measured_shown_at = -math.inf
         self.setAccessibleName("Live recognition")
-        self.present = CurrentAction(session)
-        self.promise, self.figures = CalmLabel(), CalmLabel()
+        self.current_action = CurrentAction(controller)
+        self.budget_label, self.measurements = CalmLabel(), CalmLabel()
         column = QVBoxLayout(self)
         column.setContentsMargins(8, 4, 8, 2)
         column.setSpacing(3)
-        for part in (self.present, self.figures, self.promise):
+        for part in (self.current_action, self.measurements, self.budget_label):
             column.addWidget(part)
-        session.ticked.connect(self._ticked)
-        session.changed.connect(self.refresh)
-        session.recognising.changed.connect(self.refresh)
+        controller.ticked.connect(self._ticked)
+        controller.changed.connect(self.refresh)
+        controller.live_model.changed.connect(self.refresh)
         themes().changed.connect(self.refresh)
         self.refresh()
 
     def refresh(self) -> None:
-        """Say how it is now."""
-        recognising = self._session.recognising
-        self.setVisible(recognising.choice is not None)
-        if recognising.choice is None:
+        live_model = self._controller.live_model
+        self.setVisible(live_model.selection is not None)
+        if live_model.selection is None:
             return
-        loaded, trouble = recognising.loaded, recognising.trouble
+        loaded, trouble = live_model.loaded, live_model.problem
         if trouble:
-            _show(self.promise, trouble, colours().trouble)
+            _show(self.budget_label, trouble, colours().trouble)
         elif loaded is None:
-            _show(self.promise, "Reading the recogniser…", colours().muted)
+            _show(self.budget_label, "Reading the recogniser…", colours().muted)
         else:
-            _show(self.promise, latency_budget_text(loaded), colours().muted)
+            _show(self.budget_label, latency_budget_text(loaded), colours().muted)
         self._measure()
-        self.present.refresh()
+        self.current_action.refresh()
 
     def _ticked(self) -> None:
         """Most frames move bars only; the text would flicker."""
         if self.isVisible():
-            self.present.update()
-            if self._session.now - self._measured_shown_at >= OFTEN:
+            self.current_action.update()
+            if self._controller.now - self._measured_shown_at >= OFTEN:
                 self._measure()
 
     def _measure(self) -> None:
-        self._measured_shown_at = self._session.now
-        connected = self._session.connected
-        line = measured_text(self._session.recognising, self._session.now) if connected else ""
-        _show(self.figures, line, colours().text)
+        self._measured_shown_at = self._controller.now
+        connected = self._controller.connected
+        line = measured_text(self._controller.live_model, self._controller.now) if connected else ""
+        _show(self.measurements, line, colours().text)
 
 
 def latency_budget_text(loaded: LoadedRecogniser) -> str:
-    """What the latency means, in a sentence or two.
-
-    Parameters
-    ----------
-    loaded : Loaded
-    """
-    promise = loaded.promise
-    if not promise.scales:
-        return _of_windows(promise)
+    """What the latency means, in a sentence or two."""
+    budget = loaded.budget
+    if not budget.scales:
+        return _window_budget_text(budget)
     # The smallest scales ring for long, but so softly that nothing is left to be said of it.
-    early = [one for one in promise.early if one.error >= LEAST]
+    early = [scale for scale in budget.early if scale.error >= LEAST]
     if not early:
         sentence = "{ms:.0f} ms are enough for all {scales} scales of the wavelets."
-        return sentence.format(ms=1000 * promise.latency, scales=promise.scales)
-    shown = sorted(early, key=lambda one: -one.hertz)
-    named = [f"{_hertz(one.hertz)} Hz ±{_percent(one.error)} %" for one in shown]
+        return sentence.format(ms=1000 * budget.latency, scales=budget.scales)
+    shown = sorted(early, key=lambda scale: -scale.hertz)
+    named = [f"{_hertz(scale.hertz)} Hz ±{_percent(scale.error)} %" for scale in shown]
     if len(named) > NAMED:
         step = (len(named) - 1) / (NAMED - 1)
         named = [named[round(i * step)] for i in range(NAMED)]
@@ -358,35 +311,28 @@ def latency_budget_text(loaded: LoadedRecogniser) -> str:
     sentence = "{early} of {scales} scales are estimated early, with an expected error: {named}."
     return sentence.format(
         early=len(early),
-        scales=promise.scales,
+        scales=budget.scales,
         named=mark.join(named),
     )
 
 
-def _of_windows(promise: LatencyBudget) -> str:
+def _window_budget_text(budget: LatencyBudget) -> str:
     """The same of a recogniser that looks at a stream in windows."""
     sentence = (
-        f"Windows see {1000 * promise.ahead:.0f} ms ahead, the decoder waits for "
-        f"{1000 * promise.filters:.0f} ms more."
+        f"Windows see {1000 * budget.ahead:.0f} ms ahead, the decoder waits for "
+        f"{1000 * budget.filters:.0f} ms more."
     )
-    if promise.loss < 1.0:
+    if budget.loss < 1.0:
         return sentence
     cost = "So short a latency took {loss:.0f} points of accuracy on real recordings."
-    return f"{sentence} {cost.format(loss=promise.loss)}"
+    return f"{sentence} {cost.format(loss=budget.loss)}"
 
 
-def measured_text(recognising: LiveModelController, now: float) -> str:
-    """What live recognition costs, and how late its labels are on the screen.
-
-    Parameters
-    ----------
-    recognising : Recognising
-    now : float
-        Seconds of the host's monotonic clock.
-    """
-    glimpse, delays = recognising.glimpse, recognising.delays
-    if glimpse is None or math.isnan(glimpse.until):
-        if recognising.loaded is None or recognising.trouble:
+def measured_text(live_model: LiveModelController, now: float) -> str:
+    """What live recognition costs, and how late its labels are on the screen."""
+    snapshot, delays = live_model.track.snapshot, live_model.delays
+    if snapshot is None or math.isnan(snapshot.until):
+        if live_model.loaded is None or live_model.problem:
             return ""
         return "Waiting for samples…"
     parts = []
@@ -395,8 +341,8 @@ def measured_text(recognising: LiveModelController, now: float) -> str:
         parts.append(
             f"On the screen {1000 * middle:.0f} ms after the force (99 %: {1000 * most:.0f} ms)"
         )
-    parts.append(f"now {max(0.0, 1000 * (now - glimpse.until)):.0f} ms behind")
-    parts.append(f"{100 * glimpse.cost:.0f} % of a core")
+    parts.append(f"now {max(0.0, 1000 * (now - snapshot.until)):.0f} ms behind")
+    parts.append(f"{100 * snapshot.cost:.0f} % of a core")
     return " · ".join(parts)
 
 

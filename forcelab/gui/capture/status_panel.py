@@ -8,8 +8,10 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QColor, QPalette, QResizeEvent
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
-from forcelab.capture.optoforce_device import counting, uncalibrated
-from forcelab.capture.reader import CameraState, DeviceState, RecorderState
+from forcelab.capture.camera import CameraState
+from forcelab.capture.optoforce import sends_raw_counts, uncalibrated_warning
+from forcelab.capture.reader import DeviceState
+from forcelab.capture.recorder import RecorderState
 from forcelab.gui.capture.controller import CaptureController
 from forcelab.gui.text import thousands
 from forcelab.gui.theme import colours, themes
@@ -21,68 +23,64 @@ LONGEST = 29
 
 
 class StatusPanel(QWidget):
-    """Lines of text, told anew five times a second.
+    """Lines of text, written anew five times a second."""
 
-    Parameters
-    ----------
-    session : Session
-    """
-
-    def __init__(self, session: CaptureController) -> None:
+    def __init__(self, controller: CaptureController) -> None:
         super().__init__()
-        self._session = session
+        self._controller = controller
         self.setAccessibleName("Devices and alarms")
-        self.alarms, self.facts, self.sentences = CalmLabel(), CalmLabel(), _Sentences()
+        self.alarms, self.facts, self.messages = CalmLabel(), CalmLabel(), MessageList()
         column = QVBoxLayout(self)
         column.setContentsMargins(8, 4, 8, 4)
         column.setSpacing(4)
-        for line in (self.alarms, self.facts, self.sentences):
+        for line in (self.alarms, self.facts, self.messages):
             column.addWidget(line)
         self._shown_state: RecorderState | None = None
-        session.ticked.connect(self._ticked)
-        session.changed.connect(self.refresh)
-        session.said.connect(self.refresh)
-        session.recognising.changed.connect(self.refresh)
+        controller.ticked.connect(self._ticked)
+        controller.changed.connect(self.refresh)
+        controller.messages_changed.connect(self.refresh)
+        controller.live_model.changed.connect(self.refresh)
         themes().changed.connect(self._colour)
         self._colour()
         self.refresh()
 
     def refresh(self) -> None:
-        """Say how it is now, where that can be seen."""
-        state = self._shown_state = self._session.state
-        remarks = [f"\N{WARNING SIGN} {one}" for one in self._session.recognising.remarks]
+        state = self._shown_state = self._controller.state
+        remarks = [f"\N{WARNING SIGN} {remark}" for remark in self._controller.live_model.remarks]
         alarms = [] if state is None else [*device_alarms(state), *remarks]
         show_text(self.alarms, "\n".join(alarms))
-        show_text(self.facts, "" if state is None else "\n".join(_status_facts(state)))
-        told = [sentence for sentence, _ in self._session.sentences]
-        self.sentences.tell(told)
+        facts = []
+        if state is not None:
+            facts = [*map(_device_facts, state.devices), *map(_camera_facts, state.cameras)]
+        show_text(self.facts, "\n".join(facts))
+        self.messages.show_messages([message for message, _ in self._controller.messages])
 
     def _ticked(self) -> None:
         """Most frames bring samples and no news."""
-        if self._session.state is not self._shown_state:
+        if self._controller.state is not self._shown_state:
             self.refresh()
 
     def _colour(self) -> None:
         for line, colour in (
             (self.alarms, colours().trouble),
             (self.facts, colours().muted),
-            (self.sentences, colours().text),
+            (self.messages, colours().text),
         ):
             palette = QPalette(self.palette())
             palette.setColor(QPalette.ColorRole.WindowText, QColor(colour))
             line.setPalette(palette)
 
 
-class _Sentences(CalmLabel):
-    """What was said last, whole; of what was said before it a line each: curves need the room."""
+class MessageList(CalmLabel):
+    """The last message whole; of those before it a line each: curves need the room."""
 
     def __init__(self) -> None:
         super().__init__()
-        self._sentences: list[str] = []
+        self._messages: list[str] = []
 
-    def tell(self, told: list[str]) -> None:
-        """Show sentences, the oldest first."""
-        self._sentences = told
+    def show_messages(self, messages: list[str]) -> None:
+        """Show messages, the oldest first."""
+        self._messages = messages
         self._fit()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
@@ -91,25 +89,20 @@ class _Sentences(CalmLabel):
         self._fit()
 
     def _fit(self) -> None:
-        """Cut the older ones; all are found under the pointer."""
-        whole = "\n".join(self._sentences)
+        """Cut the older ones; all are in the tool tip."""
+        full_text = "\n".join(self._messages)
         width = max(self.contentsRect().width(), 0)
         metrics, cut = self.fontMetrics(), Qt.TextElideMode.ElideRight
-        older = [metrics.elidedText(told, cut, width) for told in self._sentences[:-1]]
-        shown = "\n".join([*older, *self._sentences[-1:]])
+        older = [metrics.elidedText(message, cut, width) for message in self._messages[:-1]]
+        shown = "\n".join([*older, *self._messages[-1:]])
         show_text(self, shown)
-        self.setToolTip(whole if shown != whole else "")
-        self.setAccessibleName(whole)
+        self.setToolTip(full_text if shown != full_text else "")
+        self.setAccessibleName(full_text)
 
 
 def device_alarms(state: RecorderState) -> list[str]:
-    """What is wrong, a sentence each.
-
-    Parameters
-    ----------
-    state : RecorderState
-    """
-    words = {
+    """What is wrong, a sentence each."""
+    texts = {
         "unplugged": "{0} is unplugged; plug it in again.",
         "stalled": "{0} sends nothing; look at its cable.",
         "saturation": "{0} is saturated: the force is beyond its range.",
@@ -118,46 +111,36 @@ def device_alarms(state: RecorderState) -> list[str]:
         "no picture": "{0} gives no picture; look at its cable.",
         "not written": "{0}: its frames cannot be written to the disk.",
     }
-    ones = [(device.name, device.alarms) for device in state.devices]
-    ones += [(camera.name, camera.alarms) for camera in state.cameras]
-    found = [
-        "\N{WARNING SIGN} " + words.get(alarm, "{0}").format(_short(name))
-        for name, alarms in ones
-        for alarm in alarms
+    cure = "disconnect it and choose its calibration file"
+    sources: list[DeviceState | CameraState] = [*state.devices, *state.cameras]
+    alarms = [
+        texts[alarm].format(_short(source.name))
+        for source in sources
+        for alarm in source.alarms
         if alarm != "zero"
     ]
-    cure = "disconnect it and choose its calibration file"
-    found += [
-        "\N{WARNING SIGN} " + uncalibrated(_short(device.name), cure)
+    alarms += [
+        uncalibrated_warning(_short(device.name), cure)
         for device in state.devices
-        if counting(device)
+        if sends_raw_counts(device)
     ]
-    found += [_drift_text(device, state.recording) for device in state.devices if device.wandered]
+    alarms += [_drift_text(device, state.recording) for device in state.devices if device.drifted]
     if state.in_memory:
-        found.append(
-            "\N{WARNING SIGN} "
-            + f"The disk refuses {amount(state.in_memory)}; it is kept in memory."
-        )
-    return found
+        alarms.append(f"The disk refuses {amount(state.in_memory)}; it is kept in memory.")
+    return [f"\N{WARNING SIGN} {alarm}" for alarm in alarms]
 
 
 def _drift_text(device: DeviceState, recording: bool) -> str:
-    """What is said of a zero that wanders; in a recording zeroing would make a step."""
+    """The alarm of a zero that drifts; in a recording zeroing would make a step."""
     cure = "let go of everything and press Zero"
     if recording:
         cure = "press Zero before the next recording"
-    parts = [f"{channel.name} {by:+.2g} {channel.unit}" for channel, by in device.wandered]
-    text = "{0}: its zero has wandered ({1}); {2}."
-    wandered = ", ".join(parts).replace("-", "\N{MINUS SIGN}")
-    return "\N{WARNING SIGN} " + text.format(_short(device.name), wandered, cure)
+    drifts = ", ".join(f"{channel.name} {by:+.2g} {channel.unit}" for channel, by in device.drifted)
+    drifts = drifts.replace("-", "\N{MINUS SIGN}")
+    return f"{_short(device.name)}: its zero has drifted ({drifts}); {cure}."
 
 
-def _status_facts(state: RecorderState) -> list[str]:
-    """How each device and camera does, in a line."""
-    return [*map(_device, state.devices), *map(_camera, state.cameras)]
-
-
-def _device(device: DeviceState) -> str:
+def _device_facts(device: DeviceState) -> str:
     """Rate, samples and clock."""
     parts = [_short(device.name)]
     if device.rate > 0:
@@ -165,14 +148,13 @@ def _device(device: DeviceState) -> str:
     parts.append(f"{thousands(device.samples)} samples, {thousands(device.lost)} lost")
     if math.isfinite(device.residual):
         # Its offset says nothing but when it was switched on; the rate says how fast it changes.
-        text = "clock {ppm:+d} ppm ±{ms:.2f} ms"
         ppm = round(1e6 * (device.clock_rate - 1)) if math.isfinite(device.clock_rate) else 0
-        told = text.format(ppm=ppm, ms=1000 * device.residual)
-        parts.append(told.replace("-", "\N{MINUS SIGN}"))
+        clock = f"clock {ppm:+d} ppm ±{1000 * device.residual:.2f} ms"
+        parts.append(clock.replace("-", "\N{MINUS SIGN}"))
     return " · ".join(parts)
 
 
-def _camera(camera: CameraState) -> str:
+def _camera_facts(camera: CameraState) -> str:
     """Rate and frames."""
     counts = f"{thousands(camera.frames)} frames, {thousands(camera.dropped)} dropped"
     return " · ".join([camera.name, f"{camera.rate:.1f} Hz", counts])

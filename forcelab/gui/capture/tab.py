@@ -9,11 +9,13 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QMessageBox, QWidget
 
-from forcelab.gui.capture.controller import CaptureState
-from forcelab.gui.capture.recording_indicator import RECORD_DOT, RecordingIndicator, confirm_leaving
+from forcelab.capture.save import unfinished_journals
+from forcelab.gui.capture.controller import RECORD_DOT, CaptureState
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.layout import page_layout
+from forcelab.gui.status_bar import BackgroundIndicator
+from forcelab.gui.theme import colours, themes
 from forcelab.text import amount, counted
 
 if TYPE_CHECKING:
@@ -25,32 +27,39 @@ __all__ = ["ENDLESS", "CaptureTab"]
 ENDLESS = frozenset({"capture: live recognition", "capture: live scalogram"})
 
 
+class RecordingIndicator(BackgroundIndicator):
+    """A line in the status bar while another workspace is in front; a click leads to Capture."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._name, self._seconds, self._stuck = "", 0.0, False
+        self.setToolTip("Show what is being recorded")
+        themes().changed.connect(self._colour)
+        self._colour()
+
+    def show_recording(self, name: str, seconds: float, *, stuck: bool = False) -> None:
+        """Show what is recorded and for how long, or that it could not be kept."""
+        self._name, self._seconds, self._stuck = name, seconds, stuck
+        self.refresh()
+
+    def words(self) -> str:
+        if not self._name:
+            return ""
+        if self._stuck:
+            return f"{RECORD_DOT} '{self._name}' is not kept yet"
+        minutes, seconds = divmod(int(self._seconds), 60)
+        return f"{RECORD_DOT} Recording '{self._name}'  {minutes}:{seconds:02d}"
+
+    def _colour(self) -> None:
+        self.setStyleSheet(f"padding: 0 0.5em; color: {colours().trouble};")
+
+
 class CaptureTab(QWidget):
-    """Room for the Capture workspace.
+    """Room for the Capture workspace."""
 
-    Parameters
-    ----------
-    document : Document
-    jobs : Jobs
-
-    Signals
-    -------
-    recording_changed()
-        A recording began or ended, or could not be kept; see :attr:`recording`, :attr:`stuck`.
-    label_wanted()
-        A recording was opened, to be looked at in the Label workspace.
-
-    Attributes
-    ----------
-    line : RecordingIndicator
-        For the status bar: what is recorded while another workspace is in front.
-    recording : str
-        What is being recorded, or is not kept yet; empty for nothing.
-    stuck : bool
-        Whether it has ended and could not be kept.
-    """
-
+    #: A recording began or ended, or could not be kept.
     recording_changed = Signal()
+    #: A recording was opened, to be shown in the Label workspace.
     label_wanted = Signal()
 
     def __init__(self, document: Document, jobs: Jobs) -> None:
@@ -58,27 +67,29 @@ class CaptureTab(QWidget):
         self.document = document
         self._jobs = jobs
         self._built: CaptureWorkspace | None = None
+        #: For the status bar.
         self.line = RecordingIndicator()
+        #: What is being recorded or not kept yet, and whether it has ended and could not be kept.
         self.recording, self.stuck = "", False
         self._asked = False
         self._column = page_layout(self)
-        document.project_changed.connect(self._tell_unfinished)
+        document.project_changed.connect(self._report_unfinished)
 
     @property
     def workspace(self) -> CaptureWorkspace:
-        """The workspace; the first one who asks has it built."""
+        """The workspace, built when it is first asked for."""
         if self._built is None:
-            # What it needs is not loaded by those who do not record.
+            # A window that records nothing does not load what it needs.
             from forcelab.gui.capture.workspace import CaptureWorkspace
 
             self._built = CaptureWorkspace(self.document, self._jobs)
             self._column.addWidget(self._built)
-            self._built.session.changed.connect(self._update_indicator)
-            self._built.session.ticked.connect(self._update_indicator)
+            self._built.controller.changed.connect(self._update_indicator)
+            self._built.controller.ticked.connect(self._update_indicator)
         return self._built
 
     def come_to_front(self, front: bool) -> None:
-        """Build the workspace when it is wanted."""
+        """Build the workspace when it is needed."""
         self.line.set_elsewhere(not front)
         if front:
             _ = self.workspace
@@ -91,30 +102,26 @@ class CaptureTab(QWidget):
         """Whether the window may be closed; asks while something is recorded."""
         if not self.recording or self._built is None:
             return True
-        session = self._built.session
-        refused = 0 if session.state is None else session.state.in_memory
-        self._asked = confirm_leaving(
-            self.recording,
-            window,
-            stuck=self.stuck,
-            in_memory=amount(refused) if refused else "",
-        )
+        state = self._built.controller.state
+        refused = 0 if state is None else state.in_memory
+        in_memory = amount(refused) if refused else ""
+        self._asked = confirm_leaving(self.recording, window, stuck=self.stuck, in_memory=in_memory)
         return self._asked
 
     def let_go(self) -> None:
-        """Let go of the devices; what is being recorded is kept, or it is said where it is."""
-        trouble = "" if self._built is None else self._built.let_go()
-        if trouble:
-            logging.getLogger("forcelab").error(trouble)
-            if self._asked:  # somebody is there; where a signal ends it all, the log has to do
-                QMessageBox.warning(self.window(), "Recording", trouble)
+        """Release the devices; what is being recorded is kept, or it is said where it is."""
+        problem = "" if self._built is None else self._built.release()
+        if problem:
+            logging.getLogger("forcelab").error(problem)
+            if self._asked:  # the coder is there; where a signal ends it all, the log has to do
+                QMessageBox.warning(self.window(), "Recording", problem)
 
     def handlers(self) -> dict[str, Callable[[], object]]:
         """What the commands of capturing do, by their id in the table."""
         return {
             "record": self._record,
             "discard_recording": self._discard,
-            "show_recording": self._show_kept,
+            "show_recording": self._show_last,
         }
 
     def cancel(self) -> bool:
@@ -122,25 +129,19 @@ class CaptureTab(QWidget):
         return self._built is not None and self._built.isVisible() and self._built.cancel()
 
     def _update_indicator(self) -> None:
-        """Say elsewhere what is recorded."""
         assert self._built is not None
-        session = self._built.session
-        name = session.recorded
-        state = session.state
-        stuck = session.phase is CaptureState.STUCK
-        self.line.tell(name, 0.0 if state is None else state.seconds, stuck=stuck)
+        controller = self._built.controller
+        name, state = controller.recording_name, controller.state
+        stuck = controller.phase is CaptureState.UNSAVED
+        self.line.show_recording(name, 0.0 if state is None else state.seconds, stuck=stuck)
         if (name, stuck) != (self.recording, self.stuck):
             self.recording, self.stuck = name, stuck
             self.recording_changed.emit()
 
-    def _tell_unfinished(self) -> None:
-        """Say in whatever workspace what a crash has left behind."""
+    def _report_unfinished(self) -> None:
+        """Say in whatever workspace that a crash has cut recordings off."""
         project = self.document.project
-        if project is None:
-            return
-        from forcelab.capture.save import unfinished
-
-        if count := len(unfinished(project.path)):
+        if project is not None and (count := len(unfinished_journals(project.path))):
             self.document.show_message(
                 f"{counted(count, 'recording')} cut off by a crash; open Capture to recover "
                 + ("it." if count == 1 else "them."),
@@ -155,17 +156,59 @@ class CaptureTab(QWidget):
             self._built.record()
 
     def _discard(self) -> None:
-        """Discard what is being recorded."""
         if self._built is None:
             self.document.show_message("Nothing is being recorded.")
         else:
-            self._built.session.discard()
+            self._built.controller.discard()
 
-    def _show_kept(self) -> None:
-        """Open the recording that was kept last, to be looked at."""
-        kept = None if self._built is None else self._built.session.last.kept
-        if kept is None:
+    def _show_last(self) -> None:
+        """Open the recording that was kept last."""
+        last = None if self._built is None else self._built.controller.last_recording.recording
+        if last is None:
             self.document.show_message("Nothing was recorded just now.")
         else:
-            self.document.open_demonstration(kept.added.id)
+            self.document.open_demonstration(last.added.id)
             self.label_wanted.emit()
+
+
+def confirm_leaving(
+    name: str, parent: QWidget, *, stuck: bool = False, in_memory: str = ""
+) -> bool:
+    """Ask whether the window is to be closed although a recording runs, or could not be kept.
+
+    `in_memory` is how much of it the disk refuses, such as ``"12 kB"``; empty where it takes all.
+    """
+    box = QMessageBox(parent)
+    box.setIcon(QMessageBox.Icon.Question)
+    box.setWindowTitle("Recording")
+    unsure = stuck or bool(in_memory)
+    if stuck:
+        box.setText(f"'{name}' was recorded and could not be kept.")
+    else:
+        box.setText(f"'{name}' is being recorded.")
+    box.setInformativeText(_consequence(unsure, in_memory))
+    stay_text = "Stay" if stuck else "Go on recording"
+    leave_text = "Try to keep it and close" if unsure else "Keep it and close"
+    stay = box.addButton(stay_text, QMessageBox.ButtonRole.RejectRole)
+    leave = box.addButton(leave_text, QMessageBox.ButtonRole.AcceptRole)
+    box.setDefaultButton(stay if unsure else leave)
+    box.setEscapeButton(stay)
+    box.exec()
+    box.deleteLater()
+    return box.clickedButton() is leave
+
+
+def _consequence(unsure: bool, in_memory: str) -> str:
+    """What becomes of a recording if the window is closed."""
+    if not unsure:
+        return "If the window is closed, the recording ends and is kept."
+    text = (
+        "If the window is closed, saving is tried once more. If that fails, what is on the disk "
+        "is offered the next time."
+    )
+    if in_memory:
+        text += (
+            f" {in_memory} that the disk refuses are in memory: all of it is written elsewhere "
+            "then, and you are told where."
+        )
+    return text

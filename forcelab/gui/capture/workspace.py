@@ -9,6 +9,7 @@ from PySide6.QtWidgets import (
     QComboBox,
     QFormLayout,
     QHBoxLayout,
+    QLabel,
     QLineEdit,
     QPushButton,
     QSizePolicy,
@@ -17,13 +18,18 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from forcelab.gui.capture.controller import BUSY_STATES, CaptureController, CaptureState
+from forcelab.gui.capture.controller import (
+    BUSY_STATES,
+    IDLE_STATES,
+    RECORD_DOT,
+    CaptureController,
+    CaptureState,
+)
 from forcelab.gui.capture.device_list import DeviceList
 from forcelab.gui.capture.live_plot import LiveView
 from forcelab.gui.capture.live_scalogram import LiveScalogramView, ScalogramChoice
 from forcelab.gui.capture.marks import HeldKeys, MarkLegend
 from forcelab.gui.capture.recognition_panel import RecogniserChoice, RecognitionPanel
-from forcelab.gui.capture.recording_indicator import ElapsedTime
 from forcelab.gui.capture.status_panel import StatusPanel
 from forcelab.gui.document import Document
 from forcelab.gui.figures.text import NAMES
@@ -38,36 +44,30 @@ from forcelab.gui.layout import (
 )
 from forcelab.gui.shortcuts import keys
 from forcelab.gui.text import settle_name
-from forcelab.gui.theme import colours
+from forcelab.gui.theme import colours, themes
+from forcelab.gui.widgets import show_text
 from forcelab.text import tidy_name
 
 
 class CameraView(QWidget):
-    """Shows what the first camera sees; hidden while there is none.
+    """Shows what the first camera sees; hidden while there is none."""
 
-    Parameters
-    ----------
-    session : Session
-    """
-
-    def __init__(self, session: CaptureController) -> None:
+    def __init__(self, controller: CaptureController) -> None:
         super().__init__()
-        self._session = session
+        self._controller = controller
         self._image: QImage | None = None
         self._arrived = 0.0
-        self._gone = False  # the camera gives no picture now
+        self._is_away = False  # the camera gives no picture now
         self.setAccessibleName("Camera")
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         self.hide()
-        session.ticked.connect(self._look)
-        session.changed.connect(self._look)
+        controller.ticked.connect(self._show_frame)
+        controller.changed.connect(self._show_frame)
 
     def sizeHint(self) -> QSize:
-        """A small picture."""
         return QSize(240, 180)
 
     def minimumSizeHint(self) -> QSize:
-        """One in which something can be seen."""
         return QSize(120, 90)
 
     def paintEvent(self, event: QPaintEvent) -> None:
@@ -80,11 +80,11 @@ class CameraView(QWidget):
                 left = (self.width() - size.width()) / 2
                 top = (self.height() - size.height()) / 2
                 painter.drawImage(QRectF(left, top, size.width(), size.height()), self._image)
-            if self._gone:
-                self._paint_gone(painter)
+            if self._is_away:
+                self._paint_veil(painter)
 
-    def _paint_gone(self, painter: QPainter) -> None:
-        """What is seen is not how it is now."""
+    def _paint_veil(self, painter: QPainter) -> None:
+        """Veil a frame that is not the present one."""
         veil = QColor(colours().panel)
         veil.setAlphaF(0.75)
         painter.fillRect(self.rect(), veil)
@@ -92,16 +92,20 @@ class CameraView(QWidget):
         wrapped = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap
         painter.drawText(self.rect().adjusted(6, 6, -6, -6), wrapped, "No picture comes")
 
-    def _look(self) -> None:
+    def _show_frame(self) -> None:
         """Take the latest frame, if it is another one."""
         parent = self.parentWidget()
         if parent is None or not parent.isVisible():
             return
-        frame, state = self._session.frame(), self._session.state
+        recorder, state = self._controller.recorder, self._controller.state
+        cameras = [] if recorder is None else recorder.cameras
+        frame = cameras[0].latest() if cameras else None
         self.setVisible(frame is not None)
-        gone = state is not None and any("no picture" in one.alarms for one in state.cameras[:1])
-        if gone != self._gone:
-            self._gone = gone
+        is_away = state is not None and any(
+            "no picture" in camera.alarms for camera in state.cameras[:1]
+        )
+        if is_away != self._is_away:
+            self._is_away = is_away
             self.update()
         if frame is None:
             self._image = None
@@ -113,28 +117,46 @@ class CameraView(QWidget):
             self.update()
 
 
+class ElapsedTime(QLabel):
+    """The time of the recording that runs, or that one may begin; hidden at other times."""
+
+    def __init__(self, controller: CaptureController) -> None:
+        super().__init__()
+        self._controller = controller
+        emphasise(self, 1.5)
+        self.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        controller.changed.connect(self._changed)
+        controller.ticked.connect(self._update_text)
+        themes().changed.connect(self._changed)
+        self._changed()
+
+    def _changed(self) -> None:
+        colour = colours().trouble if self._controller.recording else colours().text
+        self.setStyleSheet(f"QLabel {{ color: {colour}; }}")
+        self._update_text()
+
+    def _update_text(self) -> None:
+        state, phase = self._controller.state, self._controller.phase
+        text = ""
+        if phase is CaptureState.RECORDING and state is not None:
+            minutes, seconds = divmod(state.seconds, 60)
+            text = f"{RECORD_DOT} {int(minutes)}:{seconds:04.1f}"
+        elif phase is CaptureState.READY:
+            text = "No device" if self._controller.obstacle else "Ready"
+        show_text(self, text)
+
+
 #: Seconds of countdown that can be chosen.
 COUNTDOWNS = (0, 3, 5)
 
 
 class NextRecording(QWidget):
-    """A form; further rows may be added to it.
+    """The form of the next recording; further rows may be added to it."""
 
-    Parameters
-    ----------
-    session : Session
-
-    Attributes
-    ----------
-    form : QFormLayout
-    task, countdown : QComboBox
-    name : QLineEdit
-    """
-
-    def __init__(self, session: CaptureController) -> None:
+    def __init__(self, controller: CaptureController) -> None:
         super().__init__()
-        self._session, self._document = session, session.document
-        self._asking = False  # whether a task is nearly the same as one there is
+        self._controller, self._document = controller, controller.document
+        self._is_asking = False  # whether a task is nearly the same as one there is
         self._make_fields()
         self.form = QFormLayout(self)
         self.form.setContentsMargins(0, 0, 0, 0)
@@ -142,8 +164,8 @@ class NextRecording(QWidget):
         self.form.addRow("Task", self.task)
         self.form.addRow("Name", self.name)
         self.form.addRow("Countdown", self.countdown)
-        session.changed.connect(self.refresh)
-        session.kept.connect(self.list_tasks)
+        controller.changed.connect(self.refresh)
+        controller.recording_saved.connect(self.list_tasks)
         self._document.project_changed.connect(self._project_changed)
         self._document.listing_changed.connect(self.show_name)
         self._document.demonstration_changed.connect(self._offer_task)
@@ -151,7 +173,6 @@ class NextRecording(QWidget):
         self.refresh()
 
     def _make_fields(self) -> None:
-        """Task, name and countdown."""
         self.task = QComboBox()
         self.task.setEditable(True)
         self.task.setInsertPolicy(QComboBox.InsertPolicy.NoInsert)
@@ -175,16 +196,16 @@ class NextRecording(QWidget):
         self.countdown.currentIndexChanged.connect(self._countdown_chosen)
 
     def take_task(self) -> None:
-        """The next recordings are of the task that is written here."""
+        """Take over the task that is written here."""
         task = tidy_name(self.task.currentText())
-        if task == self._session.task or self._asking:
+        if task == self._controller.task or self._is_asking:
             self._write_task(self.task.currentText())
             return
-        self._asking = True  # the question takes the keyboard from the field
+        self._is_asking = True  # the question takes the keyboard from the field
         task = settle_name(self, task, self._tasks())
-        self._asking = False
+        self._is_asking = False
         self._write_task(task)
-        self._session.set_task(task)
+        self._controller.set_task(task)
 
     def _write_task(self, task: str) -> None:
         """Show a task, of a long name its beginning."""
@@ -213,23 +234,21 @@ class NextRecording(QWidget):
         self.task.addItems(self._tasks())
         self._write_task(chosen)
         self.task.blockSignals(False)
-        self._session.set_task(chosen)
+        self._controller.set_task(chosen)
 
     def refresh(self) -> None:
         """Show what can be changed now."""
-        phase = self._session.phase
+        phase = self._controller.phase
         for field in (self.task, self.name, self.countdown):
-            field.setEnabled(
-                phase in (CaptureState.APART, CaptureState.READY, CaptureState.CONNECTING)
-            )
-        if phase is CaptureState.READY and self.name.text() and not self._session.name:
+            field.setEnabled(phase in IDLE_STATES or phase is CaptureState.CONNECTING)
+        if phase is CaptureState.READY and self.name.text() and not self._controller.name:
             self.name.clear()
         self.show_name()
 
     def show_name(self) -> None:
-        """Show what the next recording will be called."""
-        if self._session.phase in (CaptureState.APART, CaptureState.READY) and self.isVisible():
-            self.name.setPlaceholderText(self._session.next_name())
+        """Show the name of the next recording."""
+        if self._controller.phase in IDLE_STATES and self.isVisible():
+            self.name.setPlaceholderText(self._controller.next_name())
 
     def _project_changed(self) -> None:
         """Another project has other tasks."""
@@ -237,17 +256,32 @@ class NextRecording(QWidget):
         self.list_tasks()
 
     def _offer_task(self) -> None:
-        """As long as no task was chosen, that of the demonstration that is open."""
-        if not self.task.currentText() and self._session.phase is CaptureState.APART:
+        """As long as no task was chosen, offer that of the open demonstration."""
+        if not self.task.currentText() and self._controller.phase is CaptureState.DISCONNECTED:
             self.list_tasks()
 
     def _name_edited(self, text: str) -> None:
-        self._session.name = text.strip()
+        self._controller.name = text.strip()
 
     def _countdown_chosen(self) -> None:
-        self._session.countdown = int(self.countdown.currentData())
+        self._controller.countdown = int(self.countdown.currentData())
 
 
+#: Texts of the buttons; else "Disconnect" and "Record".
+CONNECT_TEXTS = {
+    CaptureState.DISCONNECTED: "Connect",
+    CaptureState.CONNECTING: "Connecting…",
+    CaptureState.DISCONNECTING: "Disconnecting…",
+}
+RECORD_TEXTS = {
+    CaptureState.COUNTDOWN: "Cancel",
+    CaptureState.STARTING: "Starting…",
+    CaptureState.RECORDING: "Stop and keep",
+    CaptureState.SAVING: "Keeping…",
+    CaptureState.DISCARDING: "Discarding…",
+    CaptureState.RECOVERING: "Recovering…",
+    CaptureState.UNSAVED: "Retry saving",
+}
 #: Width of the left side at least, in pixels.
 SIDE = 250
 #: The same of both sides when they are first laid out; what is added goes to the right one.
@@ -255,98 +289,79 @@ WINDOW = 900
 
 
 class CaptureWorkspace(QWidget):
-    """Everything to record with.
-
-    Parameters
-    ----------
-    document : Document
-    jobs : Jobs
-
-    Attributes
-    ----------
-    session : Session
-        Does what is pressed.
-    fields : NextRecording
-        What the next recording is.
-    sources : Sources
-        What can be connected.
-    live : LiveView
-    standing : Standing
-    """
+    """Everything to record with."""
 
     def __init__(self, document: Document, jobs: Jobs) -> None:
         super().__init__()
         self.document = document
-        self.session = CaptureController(document, jobs, self)
-        self.sources = DeviceList(self.session, jobs)
-        self.live = LiveView(self.session)
-        self.picture = CameraView(self.session)
-        self.scalogram = LiveScalogramView(self.session, jobs, self.live)
-        self.scalogram_channel = ScalogramChoice(self.session, self.scalogram)
-        self.recognition = RecognitionPanel(self.session)
-        self.recogniser = RecogniserChoice(self.session, self)
-        self.standing = StatusPanel(self.session)
-        self.fields = NextRecording(self.session)
-        self.held = HeldKeys(self, lambda: self.session.vocabulary, self.session.mark)
-        self._looked = False
+        self.controller = CaptureController(document, jobs, self)
+        self.device_list = DeviceList(self.controller, jobs)
+        self.live_view = LiveView(self.controller)
+        self.camera_view = CameraView(self.controller)
+        self.scalogram = LiveScalogramView(self.controller, jobs, self.live_view)
+        self.scalogram_channel = ScalogramChoice(self.controller, self.scalogram)
+        self.recognition = RecognitionPanel(self.controller)
+        self.recogniser = RecogniserChoice(self.controller, self)
+        self.status = StatusPanel(self.controller)
+        self.next_recording = NextRecording(self.controller)
+        self.held_keys = HeldKeys(self, lambda: self.controller.vocabulary, self.controller.mark)
+        self._was_shown = False
         self._make_buttons()
         self._lay_out()
-        self.session.changed.connect(self._changed)
-        self.session.ticked.connect(self._show_whether_recording_can_begin)
+        self.controller.changed.connect(self._changed)
+        self.controller.ticked.connect(self._update_record_button)
         document.project_changed.connect(self._project_changed)
         document.review.training_changed.connect(self.recogniser.refresh)
         keys().changed.connect(self._changed)
         self._changed()
 
-    def let_go(self) -> str:
-        """Let go of the devices; what is being recorded is kept, or it is said why not."""
-        self.held.release_all()
-        return self.session.let_go()
+    def release(self) -> str:
+        """Release the devices; keeps what is being recorded, or says why not."""
+        self.held_keys.release_all()
+        return self.controller.release()
 
     # Qt
 
     def showEvent(self, event: QShowEvent) -> None:
         """Look what is plugged in, the first time, and draw from now on."""
         super().showEvent(event)
-        self.session.set_looked_at(True)
+        self.controller.set_visible(True)
         self.recogniser.refresh()  # one may have been trained meanwhile
-        if not self._looked:
-            self._looked = True
-            self.sources.look()
-            self.session.look_for_unfinished()
+        if not self._was_shown:
+            self._was_shown = True
+            self.device_list.refresh()
+            self.controller.find_unfinished()
 
     def hideEvent(self, event: QHideEvent) -> None:
         """Draw nothing; a recording goes on."""
         super().hideEvent(event)
-        self.held.release_all()
-        self.session.set_looked_at(False)
+        self.held_keys.release_all()
+        self.controller.set_visible(False)
 
     # Building
 
     def _make_buttons(self) -> None:
-        """What can be pressed."""
         self.connect_button = QPushButton()
-        self.connect_button.clicked.connect(self._connect_or_not)
+        self.connect_button.clicked.connect(self._toggle_connection)
         self.zero_button = QPushButton("Zero")
         self.zero_button.setToolTip("Take the present readings of all devices for zero")
         self.zero_button.setAccessibleName("Zero all devices")
-        self.zero_button.clicked.connect(self.session.zero)
+        self.zero_button.clicked.connect(self.controller.zero)
         self.record_button = QPushButton()
         self.record_button.clicked.connect(self.record)
         self.record_button.setMinimumHeight(2 * self.fontMetrics().height())
         emphasise(self.record_button)
         self.discard_button = QPushButton()
-        self.discard_button.clicked.connect(self.session.discard)
+        self.discard_button.clicked.connect(self.controller.discard)
         self.recover_button = QPushButton()
-        self.recover_button.clicked.connect(self.session.recover)
-        self.clock = ElapsedTime(self.session)
-        self.legend = MarkLegend(self.session, self)
+        self.recover_button.clicked.connect(self.controller.recover)
+        self.elapsed = ElapsedTime(self.controller)
+        self.legend = MarkLegend(self.controller, self)
 
     def _lay_out(self) -> None:
-        """The left side and the right one."""
         sides = QSplitter(Qt.Orientation.Horizontal)
-        sides.addWidget(self._left_side())
-        sides.addWidget(self._right_side())
+        sides.addWidget(self._build_left_side())
+        sides.addWidget(self._build_right_side())
         sides.setStretchFactor(1, 1)
         sides.setChildrenCollapsible(False)
         # Long texts at the left would ask for half of a small window; they are wrapped instead.
@@ -355,16 +370,16 @@ class CaptureWorkspace(QWidget):
         row.setContentsMargins(0, 0, 0, 0)
         row.addWidget(sides)
 
-    def _left_side(self) -> QWidget:
+    def _build_left_side(self) -> QWidget:
         """Devices, their picture, and what to record."""
-        form = self.fields.form
+        form = self.next_recording.form
         form.addRow("Recogniser", self.recogniser.which)
         form.addRow(self.recogniser.nothing)
         form.addRow("Latency", self.recogniser.latency)
         form.addRow("Scalogram", self.scalogram_channel)
         ignore_wheel(
-            self.fields.task,
-            self.fields.countdown,
+            self.next_recording.task,
+            self.next_recording.countdown,
             self.recogniser.which,
             self.recogniser.latency,
             self.scalogram_channel,
@@ -376,16 +391,16 @@ class CaptureWorkspace(QWidget):
         upper = QVBoxLayout(setting_up)
         upper.setContentsMargins(8, 8, 8, 0)
         upper.addWidget(self.recover_button)
-        upper.addWidget(self.sources, 1)
+        upper.addWidget(self.device_list, 1)
         upper.addLayout(devices)
-        upper.addWidget(self.picture, 3)
+        upper.addWidget(self.camera_view, 3)
         upper.addStretch()
         upper.addWidget(separator())
-        upper.addWidget(self.fields)
-        # What is pressed while hands are full is always there; what was set up before may scroll.
+        upper.addWidget(self.next_recording)
+        # What is pressed while hands are full is always visible; what was set up before may scroll.
         recording = QVBoxLayout()
         recording.setContentsMargins(8, 0, 8, 8)
-        for widget in (self.legend, self.clock, self.record_button, self.discard_button):
+        for widget in (self.legend, self.elapsed, self.record_button, self.discard_button):
             recording.addWidget(widget)
         side = QWidget()
         side.setMinimumWidth(SIDE)
@@ -393,28 +408,28 @@ class CaptureWorkspace(QWidget):
         page_layout(side, above, growing=above, spacing=6).addLayout(recording)
         return side
 
-    def _right_side(self) -> QWidget:
-        """What comes, and how it does."""
+    def _build_right_side(self) -> QWidget:
+        """Live views, recognition, and the status of the devices."""
         views = QSplitter(Qt.Orientation.Vertical)
-        views.addWidget(scroll_area(self.live))
+        views.addWidget(scroll_area(self.live_view))
         views.addWidget(self.scalogram)
         views.setStretchFactor(0, 3)
         views.setStretchFactor(1, 2)
         views.setChildrenCollapsible(False)
         main = QWidget()
-        page_layout(main, views, self.recognition, self.standing, growing=views)
+        page_layout(main, views, self.recognition, self.status, growing=views)
         return main
 
     # What is pressed
 
     def record(self) -> None:
         """Record, or stop; the keys of actions mark from now on."""
-        self.fields.take_task()
-        if self.session.phase in (CaptureState.READY, CaptureState.RECORDING):
-            self.held.release_all()
+        self.next_recording.take_task()
+        if self.controller.phase in (CaptureState.READY, CaptureState.RECORDING):
+            self.held_keys.release_all()
             # Letters mark actions from now on and are no text.
-            self.live.setFocus()
-        self.session.record_or_stop()
+            self.live_view.setFocus()
+        self.controller.record_or_stop()
 
     def cancel(self) -> bool:
         """Take back what was begun last: a mark that grows, or a countdown; gives whether it was.
@@ -423,114 +438,103 @@ class CaptureWorkspace(QWidget):
         """
         if is_typing(QApplication.focusWidget()):
             return False
-        if self.session.phase is CaptureState.COUNTING:
-            self.session.record_or_stop()
+        if self.controller.phase is CaptureState.COUNTDOWN:
+            self.controller.record_or_stop()
             return True
-        forgotten = self.session.forget_mark()
+        forgotten = self.controller.forget_mark()
         if forgotten is not None:
-            self.held.forget(forgotten)
+            self.held_keys.forget(forgotten)
         return forgotten is not None
 
-    def _connect_or_not(self) -> None:
-        """Connect what is ticked, or let go of it."""
-        self.fields.take_task()
+    def _toggle_connection(self) -> None:
+        """Connect the ticked devices, or release them."""
+        self.next_recording.take_task()
         # The button is disabled meanwhile: the next field would get the keyboard, and keys as text.
-        self.live.setFocus()
-        if self.session.phase is CaptureState.APART:
-            self.sources.remember()
-            self.session.connect_to(self.sources.devices, self.sources.cameras)
+        self.live_view.setFocus()
+        if self.controller.phase is CaptureState.DISCONNECTED:
+            self.device_list.remember()
+            self.controller.connect_devices(self.device_list.devices, self.device_list.cameras)
         else:
-            self.session.disconnect_all()
+            self.controller.disconnect_devices()
 
     # What is shown
 
     def _project_changed(self) -> None:
         """Another project: its tasks, its unfinished recordings."""
         self.recogniser.refresh()
-        if self._looked:
-            self.session.look_for_unfinished()
+        if self._was_shown:
+            self.controller.find_unfinished()
 
     def _changed(self) -> None:
-        """Show what can be pressed now, and what it is called."""
-        session, phase = self.session, self.session.phase
-        apart = phase is CaptureState.APART
+        """Show what can be pressed now, and how it is called."""
+        controller, phase = self.controller, self.controller.phase
         if phase is not CaptureState.RECORDING:
-            self.held.forget_begun()
-        text = "Connect" if apart else "Disconnect"
-        under_way = {
-            CaptureState.CONNECTING: "Connecting…",
-            CaptureState.LEAVING: "Disconnecting…",
-        }
-        _connect_announcements(self.connect_button, under_way.get(phase, text))
+            self.held_keys.forget_tap()
+        _label_button(self.connect_button, CONNECT_TEXTS.get(phase, "Disconnect"))
         set_enabled_with_reason(self.connect_button, self._obstacle_to_connect(phase))
-        self.sources.set_open(apart)
-        zeroing = phase in (CaptureState.READY, CaptureState.COUNTING)
+        self.device_list.set_choosing(phase is CaptureState.DISCONNECTED)
+        zeroing = phase in (CaptureState.READY, CaptureState.COUNTDOWN)
         set_enabled_with_reason(
             self.zero_button, "" if zeroing else "Connect devices before zeroing them."
         )
-        words = {
-            CaptureState.COUNTING: "Cancel",
-            CaptureState.STARTING: "Starting…",
-            CaptureState.RECORDING: "Stop and keep",
-            CaptureState.KEEPING: "Keeping…",
-            CaptureState.DISCARDING: "Discarding…",
-            CaptureState.RECOVERING: "Recovering…",
-            CaptureState.STUCK: "Retry saving",
-        }
-        _connect_announcements(
-            self.record_button, words.get(phase, "Record"), keys().shown("record")
+        text = RECORD_TEXTS.get(phase, "Record")
+        _label_button(self.record_button, text, keys().shown("record"))
+        self._update_record_button()
+        self._update_discard_button()
+        _label_button(
+            self.recover_button, f"Recover unfinished recordings: {controller.unfinished}"
         )
-        self._show_whether_recording_can_begin()
-        self._show_discard()
-        left = session.left_behind
-        _connect_announcements(self.recover_button, f"Recover unfinished recordings: {left}")
         self.recover_button.setToolTip(
             "Make demonstrations of recordings that a crash or a power cut ended"
         )
-        self.recover_button.setVisible(left > 0)
-        free = phase in (CaptureState.APART, CaptureState.READY)
-        set_enabled_with_reason(self.recover_button, "" if free else "Wait until this is done.")
+        self.recover_button.setVisible(controller.unfinished > 0)
+        set_enabled_with_reason(
+            self.recover_button, "" if phase in IDLE_STATES else "Wait until this is done."
+        )
 
     def _obstacle_to_connect(self, phase: CaptureState) -> str:
         """Why devices cannot be connected or disconnected now; empty where they can."""
         if self.document.project is None:
             return "Open or make a project first; recordings go into it."
-        if phase is CaptureState.STUCK:
+        if phase is CaptureState.UNSAVED:
             return "Keep or discard the last recording first."
         return "Wait until this is done." if phase in BUSY_STATES else ""
 
-    def _show_whether_recording_can_begin(self) -> None:
+    def _update_record_button(self) -> None:
         """Devices may be unplugged and plugged in again at any moment."""
-        session, obstacle = self.session, self.session.obstacle
+        controller, obstacle = self.controller, self.controller.obstacle
         can = (
-            session.phase not in BUSY_STATES
-            and session.phase is not CaptureState.APART
+            controller.phase not in BUSY_STATES
+            and controller.phase is not CaptureState.DISCONNECTED
             and not obstacle
         )
         if self.record_button.isEnabled() != can or self.record_button.toolTip() != obstacle:
             reason = obstacle or "Connect devices before recording."
-            if session.phase in BUSY_STATES:
+            if controller.phase in BUSY_STATES:
                 reason = "Wait until this is done."
             set_enabled_with_reason(self.record_button, "" if can else reason)
             self.record_button.setToolTip(obstacle)
 
-    def _show_discard(self) -> None:
+    def _update_discard_button(self) -> None:
         """What would be discarded: what is recorded, or what was kept last."""
-        session, text = self.session, "Discard"
-        can = session.phase in (CaptureState.COUNTING, CaptureState.RECORDING, CaptureState.STUCK)
-        kept = session.last.kept
-        if kept is not None and session.phase in (CaptureState.READY, CaptureState.APART):
+        controller, text = self.controller, "Discard"
+        can = controller.phase in (
+            CaptureState.COUNTDOWN,
+            CaptureState.RECORDING,
+            CaptureState.UNSAVED,
+        )
+        last = controller.last_recording
+        if last.recording is not None and controller.phase in IDLE_STATES:
             can = True
-            name = self.fontMetrics().elidedText(kept.added.name, NAMES, SIDE // 3)
-            words = "Discard '{0}'", "Really discard '{0}'"
-            text = words[session.last.asked].format(name)
-        _connect_announcements(self.discard_button, text, keys().shown("discard_recording"))
+            name = self.fontMetrics().elidedText(last.recording.added.name, NAMES, SIDE // 3)
+            text = f"Really discard '{name}'" if last.confirming else f"Discard '{name}'"
+        _label_button(self.discard_button, text, keys().shown("discard_recording"))
         set_enabled_with_reason(
             self.discard_button, "" if can else "There is no recording to discard."
         )
 
 
-def _connect_announcements(button: QPushButton, text: str, key: str = "") -> None:
+def _label_button(button: QPushButton, text: str, key: str = "") -> None:
     """Write on a button what it does and which key does it."""
     shown = f"{text}  ({key})" if key else text
     if button.text() != shown:

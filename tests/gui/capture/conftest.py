@@ -35,27 +35,29 @@ def tongs():
 @pytest.fixture(autouse=True)
 def _nothing_else_is_plugged_in(monkeypatch):
     monkeypatch.setattr("forcelab.capture.discovery.find_ports", lambda: ())
-    monkeypatch.setattr("forcelab.capture.discovery.cameras", lambda: ())
+    monkeypatch.setattr("forcelab.capture.discovery.find_cameras", lambda: ())
 
 
 @pytest.fixture
 def window(app, study, until):
-    made = Window("Ann", remembering=False)
-    made.resize(1100, 700)
-    made.show()
-    made.begin(LaunchOptions(project=study, workspace="capture"))
-    until(lambda: made.settled)
-    yield made
-    made.close()
+    created = Window("Ann", remembering=False)
+    created.resize(1100, 700)
+    created.show()
+    created.begin(LaunchOptions(project=study, workspace="capture"))
+    until(lambda: created.settled)
+    yield created
+    created.close()
 
 
 @pytest.fixture
 def connected(window, tongs, until):
     """The workspace with the tongs connected, and samples coming."""
     page = window.capture.workspace
-    page.fields.task.setCurrentText("LEGO")
-    page.sources.add(f"optoforce:{tongs.port}")
+    page.next_recording.task.setCurrentText("LEGO")
+    page.device_list.add(f"optoforce:{tongs.port}")
     page.connect_button.click()
-    until(lambda: page.session.phase is CaptureState.READY)
-    until(lambda: page.session.state is not None and page.session.state.devices[0].samples > 50)
+    until(lambda: page.controller.phase is CaptureState.READY)
+    until(
+        lambda: page.controller.state is not None and page.controller.state.devices[0].samples > 50
+    )
     return page

@@ -1,15 +1,15 @@
 """What is recorded is kept, whatever fails around it."""
 
 import pytest
-from fake_devices import FakeDevice, eventually
 
 from forcelab.capture.recorder import Recorder
-from forcelab.capture.save import unfinished
+from forcelab.capture.save import unfinished_journals
 from forcelab.capture.stream_merger import StreamMerger
 from forcelab.errors import InputError
 from forcelab.gui.capture.connection import Connection
 from forcelab.jobs import finish
 from forcelab.project import Project
+from tests.capture.helpers import FakeDevice, eventually
 
 
 class Broken:
@@ -49,15 +49,15 @@ def recording(study):
     connection = Connection()
     connection.recorder = recorder = Recorder(study, [FakeDevice()])
     recorder.open()
-    finish(connection.starting("LEGO", "", "Ann"))
+    finish(connection.start_recording("LEGO", "", "Ann"))
     eventually(lambda: recorder.state().devices[0].samples > 100)
     yield connection
-    connection.let_go()
+    connection.release()
 
 
 def names(study):
     with Project.open(study) as project:
-        return [one.name for one in project.demonstrations.infos()]
+        return [demonstration.name for demonstration in project.demonstrations.infos()]
 
 
 def lost(step):
@@ -72,22 +72,22 @@ def test_a_recogniser_that_fails_at_the_end_costs_its_track_and_not_the_recordin
     recording, study, step
 ):
     recording.track.begin(Broken(step), keeping=True)
-    kept = finish(recording.stopping())
-    assert kept.samples > 100
-    assert kept.remarks[-1] == lost(step)
-    assert not recording.holding
+    saved = finish(recording.stop_recording())
+    assert saved.samples > 100
+    assert saved.remarks[-1] == lost(step)
+    assert not recording.has_recording
     assert names(study) == ["LEGO 01"]
-    assert finish(recording.starting("LEGO", "", "Ann")) == "LEGO 02"
-    finish(recording.discarding())  # its track could not be kept either
+    assert finish(recording.start_recording("LEGO", "", "Ann")) == "LEGO 02"
+    finish(recording.discard_recording())  # its track could not be kept either
 
 
 @pytest.mark.parametrize("step", ["finish", "keep"])
 def test_a_recogniser_that_fails_while_the_window_closes_stops_nothing(recording, study, step):
     recording.track.begin(Broken(step), keeping=True)
     recorder = recording.recorder
-    assert recording.let_go() == ""
+    assert recording.release() == ""
     assert names(study) == ["LEGO 01"]
-    assert unfinished(study) == ()
+    assert unfinished_journals(study) == ()
     with pytest.raises(IndexError):
         recorder.since(0, 0)  # the devices are let go of
 
@@ -98,10 +98,10 @@ def test_a_fault_while_it_is_kept_stops_no_closing_and_leaves_the_recording_to_b
     def fault(*_):
         raise ArithmeticError("fault")
 
-    monkeypatch.setattr("forcelab.capture.recorder.keep", fault)
-    assert recording.let_go() == "ArithmeticError: fault"
+    monkeypatch.setattr("forcelab.capture.recorder.save", fault)
+    assert recording.release() == "ArithmeticError: fault"
     assert recording.recorder is None
-    assert len(unfinished(study)) == 1
+    assert len(unfinished_journals(study)) == 1
 
 
 def test_the_track_sees_the_last_sample_of_a_recording_and_none_after_it(recording, study):
@@ -119,8 +119,8 @@ def test_the_track_sees_the_last_sample_of_a_recording_and_none_after_it(recordi
     recorder, follower = recording.recorder, Follower("")
     follower.following.start(recorder.firsts)
     recording.track.begin(follower, keeping=True, firsts=recorder.firsts)
-    kept = finish(recording.stopping())
-    assert len(follower.values) == kept.samples
+    saved = finish(recording.stop_recording())
+    assert len(follower.values) == saved.samples
     with Project.open(study) as project:
         values = project.demonstrations.load("LEGO 01").signals
     assert follower.values[-1, 0] == values[-1, 0]
@@ -131,44 +131,44 @@ def test_a_recogniser_that_failed_once_follows_the_next_recording(recording, stu
     recogniser = Broken("")
     recording.track.begin(recogniser, keeping=True)
     recogniser.step = step
-    finish(recording.stopping())
+    finish(recording.stop_recording())
     recogniser.step = ""
-    finish(recording.starting("LEGO", "", "Ann"))
-    recording.track.look(True)
+    finish(recording.start_recording("LEGO", "", "Ann"))
+    recording.track.update(True)
     eventually(lambda: recording.recorder.state().devices[0].samples > 100)
-    kept = finish(recording.stopping())
-    assert kept.remarks == ("Recognised by 'model': 0 segments, 0 % labelled.",)
+    saved = finish(recording.stop_recording())
+    assert saved.remarks == ("Recognised by 'model': 0 segments, 0 % labelled.",)
 
 
 def test_a_recogniser_that_fails_while_it_is_recorded_is_told_of_with_what_is_kept(recording):
     with pytest.raises(ArithmeticError):
-        finish(recording.recognising(lambda *_: Broken("look"), lambda: True))
-    kept = finish(recording.stopping())
-    assert kept.remarks == (lost("look"),)
-    finish(recording.starting("LEGO", "", "Ann"))
+        finish(recording.recognise(lambda *_: Broken("look"), lambda: True))
+    saved = finish(recording.stop_recording())
+    assert saved.remarks == (lost("look"),)
+    finish(recording.start_recording("LEGO", "", "Ann"))
     eventually(lambda: recording.recorder.state().devices[0].samples > 100)
-    assert finish(recording.stopping()).remarks == ()
+    assert finish(recording.stop_recording()).remarks == ()
 
 
 @pytest.mark.parametrize("step", ["renewed", "begin"])
 def test_a_recogniser_that_cannot_begin_anew_stops_no_recording(recording, step):
     recording.track.begin(Broken(""), keeping=True)
     recording.track._live.step = step
-    assert finish(recording.stopping()).samples > 100
+    assert finish(recording.stop_recording()).samples > 100
     recording.track.begin(Broken(""), keeping=True)
     recording.track._live.step = step
-    assert finish(recording.starting("LEGO", "", "Ann")) == "LEGO 02"
+    assert finish(recording.start_recording("LEGO", "", "Ann")) == "LEGO 02"
     eventually(lambda: recording.recorder.state().devices[0].samples > 100)
-    kept = finish(recording.stopping())
-    assert kept.remarks[-1] == lost(step)
+    saved = finish(recording.stop_recording())
+    assert saved.remarks[-1] == lost(step)
 
 
 def test_what_could_not_be_kept_is_kept_when_the_window_closes(recording, study):
     away = study.with_suffix(".away")
     study.rename(away)
     with pytest.raises(InputError):
-        finish(recording.stopping())
+        finish(recording.stop_recording())
     away.rename(study)
-    recording.let_go()
+    recording.release()
     assert names(study) == ["LEGO 01"]
-    assert unfinished(study) == ()
+    assert unfinished_journals(study) == ()

@@ -54,8 +54,8 @@ def choose(page, row):
 
 
 def labelled(page):
-    glimpse = page.session.recognising.glimpse
-    return glimpse is not None and glimpse.until == glimpse.until
+    snapshot = page.controller.live_model.track.snapshot
+    return snapshot is not None and snapshot.until == snapshot.until
 
 
 def test_the_stream_is_labelled_and_the_track_is_kept_as_a_prediction(
@@ -69,27 +69,27 @@ def test_the_stream_is_labelled_and_the_track_is_kept_as_a_prediction(
     ]
     assert page.recogniser.nothing.isHidden()
     assert page.recognition.isHidden()
-    height = page.live.minimumSizeHint().height()
+    height = page.live_view.minimumSizeHint().height()
     page.recogniser.latency.setValue(120)
     choose(page, 1)
     until(lambda: labelled(page))
     assert page.recognition.isVisible()
-    assert page.live.minimumSizeHint().height() > height  # a row for what is predicted
-    until(lambda: len(page.session.recognising.delays) > 5)
+    assert page.live_view.minimumSizeHint().height() > height  # a row for what is predicted
+    until(lambda: len(page.controller.live_model.delays) > 5)
     # No label is there sooner than was asked for; when samples came is not known better at first.
-    assert np.median(page.session.recognising.delays) >= 0.12 - 0.04
+    assert np.median(page.controller.live_model.delays) >= 0.12 - 0.04
     window.commands["record"].trigger()
-    until(lambda: page.session.recording)
+    until(lambda: page.controller.recording)
     assert not page.recogniser.which.isEnabled()
-    until(lambda: page.session._recorder.state().devices[0].samples > 600)
+    until(lambda: page.controller.recorder.state().devices[0].samples > 600)
     window.grab()  # draws rows, bars and texts
-    said = page.recognition.present.accessibleName().removeprefix("Present action: ")
+    said = page.recognition.current_action.accessibleName().removeprefix("Current action: ")
     assert said in ("still", "grab", "hold", "release")
-    glimpse = page.session.recognising.glimpse
-    assert sum(glimpse.probabilities) == pytest.approx(1.0)
+    snapshot = page.controller.live_model.track.snapshot
+    assert sum(snapshot.probabilities) == pytest.approx(1.0)
     window.commands["record"].trigger()
-    until(lambda: page.session.phase is CaptureState.READY)
-    said = " ".join(sentence for sentence, _ in page.session.sentences)
+    until(lambda: page.controller.phase is CaptureState.READY)
+    said = " ".join(sentence for sentence, _ in page.controller.messages)
     assert "Recognised by 'model tiny'" in said
     with Project.open(study) as project:
         (info,) = project.demonstrations.infos()
@@ -103,23 +103,23 @@ def test_the_stream_is_labelled_and_the_track_is_kept_as_a_prediction(
     until(lambda: labelled(page))
     window.commands["discard_recording"].trigger()
     window.commands["discard_recording"].trigger()
-    until(lambda: page.session.phase is CaptureState.READY)
+    until(lambda: page.controller.phase is CaptureState.READY)
     with Project.open(study) as project:
         assert project.demonstrations.infos() == ()
 
 
 def test_a_recogniser_that_learnt_newtons_says_so_of_raw_counts(window, connected, until):
     choose(connected, 1)
-    until(lambda: connected.session.recognising.loaded is not None)
-    until(lambda: "learnt it in N" in connected.standing.alarms.text())
+    until(lambda: connected.controller.live_model.loaded is not None)
+    until(lambda: "learnt it in N" in connected.status.alarms.text())
     choose(connected, 0)
-    until(lambda: "learnt it in N" not in connected.standing.alarms.text())
+    until(lambda: "learnt it in N" not in connected.status.alarms.text())
 
 
 def test_without_a_recogniser_or_unseen_nothing_is_computed(window, connected, until):
-    page, track = connected, connected.session._connection.track
+    page, track = connected, connected.controller.connection.track
     assert RECOGNISING not in window.jobs.busy
-    assert track.glimpse is None
+    assert track.snapshot is None
     assert DRAWING not in window.jobs.busy
     choose(page, 1)
     page.scalogram.choose("normal 1")
@@ -127,12 +127,12 @@ def test_without_a_recogniser_or_unseen_nothing_is_computed(window, connected, u
     window.show_workspace("label")
     until(lambda: DRAWING not in window.jobs.busy)
     until(lambda: track._paused)
-    before = track.glimpse
-    samples = page.session._recorder.state().devices[0].samples
-    until(lambda: page.session._recorder.state().devices[0].samples > samples + 200)
-    assert track.glimpse is before
+    before = track.snapshot
+    samples = page.controller.recorder.state().devices[0].samples
+    until(lambda: page.controller.recorder.state().devices[0].samples > samples + 200)
+    assert track.snapshot is before
     window.commands["record"].trigger()  # what is recorded is recognised, seen or not
-    until(lambda: page.session.recording and track.glimpse is not before)
+    until(lambda: page.controller.recording and track.snapshot is not before)
     until(lambda: labelled(page))
     before = page.scalogram.strip
     window.show_workspace("capture")
@@ -141,7 +141,7 @@ def test_without_a_recogniser_or_unseen_nothing_is_computed(window, connected, u
     choose(page, 0)
     page.scalogram.choose("")
     until(lambda: not {RECOGNISING, DRAWING} & set(window.jobs.busy))
-    assert track.glimpse is None
+    assert track.snapshot is None
     assert page.scalogram.isHidden()
     assert page.recognition.isHidden()
 
@@ -149,9 +149,9 @@ def test_without_a_recogniser_or_unseen_nothing_is_computed(window, connected, u
 def test_a_recording_begins_with_a_recogniser_that_was_made_before(
     window, connected, until, monkeypatch
 ):
-    page, track = connected, connected.session._connection.track
+    page, track = connected, connected.controller.connection.track
     choose(page, 1)
-    until(lambda: labelled(page) and track.lacking is None)
+    until(lambda: labelled(page) and track.without_spare is None)
 
     def late(_):
         raise AssertionError("made while somebody waits for the recording to begin")
@@ -159,15 +159,15 @@ def test_a_recording_begins_with_a_recogniser_that_was_made_before(
     with monkeypatch.context() as patched:
         patched.setattr(LiveRecognition, "renewed", late)
         window.commands["record"].trigger()
-        until(lambda: page.session.recording)
-    assert track.lacking is not None  # none is made while a recording runs
+        until(lambda: page.controller.recording)
+    assert track.without_spare is not None  # none is made while a recording runs
     window.commands["record"].trigger()
-    until(lambda: page.session.phase is CaptureState.READY)
-    until(lambda: track.lacking is None)
+    until(lambda: page.controller.phase is CaptureState.READY)
+    until(lambda: track.without_spare is None)
     before = track._spare
     page.recogniser.latency.setValue(page.recogniser.latency.value() + 50)
     until(lambda: track._spare not in (None, before))
-    assert track.renewed().latency == pytest.approx(before.latency + 0.05)
+    assert track.take_fresh().latency == pytest.approx(before.latency + 0.05)
 
 
 def test_the_scalogram_grows_with_its_channel_on_the_same_axis(window, connected, until):
@@ -185,7 +185,7 @@ def test_the_scalogram_grows_with_its_channel_on_the_same_axis(window, connected
     page.scalogram.choose("fx1")
     until(lambda: page.scalogram.strip is not None)
     page.connect_button.click()
-    until(lambda: page.session.phase is CaptureState.APART)
+    until(lambda: page.controller.phase is CaptureState.DISCONNECTED)
     assert page.scalogram.isHidden()
     until(lambda: DRAWING not in window.jobs.busy)
 
@@ -200,15 +200,15 @@ def test_a_recogniser_that_does_not_fit_says_so_and_one_from_a_file_does(
         lambda *_: (str(tmp_path / "other.skops"), ""),
     )
     choose(page, 2)
-    until(lambda: "no recognition channel 'normal 2'" in page.recognition.promise.text())
+    until(lambda: "no recognition channel 'normal 2'" in page.recognition.budget_label.text())
     assert page.recogniser.which.currentText() == "other"
     (tmp_path / "other.skops").write_bytes(b"nothing of the kind")
     choose(page, 3)
-    until(lambda: "other.skops" in page.recognition.promise.text())
+    until(lambda: "other.skops" in page.recognition.budget_label.text())
     save_recogniser(recogniser, tmp_path / "other.skops")
     choose(page, 3)
     until(lambda: labelled(page))
-    assert page.recognition.figures.text()
+    assert page.recognition.measurements.text()
 
 
 def test_a_project_without_a_recogniser_says_how_to_get_one_and_offers_it_once_trained(
@@ -262,44 +262,44 @@ def test_what_a_latency_costs_a_recogniser_that_looks_in_windows_is_said():
 def test_a_filter_that_contradicts_what_is_likeliest_is_named(window, connected, until):
     page = connected
     choose(page, 1)
-    until(lambda: page.session.recognising.loaded is not None)
-    present, recognising = page.recognition.present, page.session.recognising
-    actions = recognising.loaded.recogniser.actions
+    until(lambda: page.controller.live_model.loaded is not None)
+    present, live_model = page.recognition.current_action, page.controller.live_model
+    actions = live_model.loaded.recogniser.actions
     known = (0.1, 0.85, *[0.0] * (len(actions) - 2))
-    assert present.explained(actions[0], known) == "as the filters decide"
-    assert present.explained("", known) == "as the filters decide"
-    assert present.explained(actions[1], known) == ""
-    assert present.explained(actions[0], (0.3, 0.45, *known[2:])) == ""  # none is likely
-    assert present.explained(actions[0], ()) == ""  # of a classifier that tells none
+    assert present.decision_note(actions[0], known) == "as the filters decide"
+    assert present.decision_note("", known) == "as the filters decide"
+    assert present.decision_note(actions[1], known) == ""
+    assert present.decision_note(actions[0], (0.3, 0.45, *known[2:])) == ""  # none is likely
+    assert present.decision_note(actions[0], ()) == ""  # of a classifier that tells none
     assert "before the filters" in present.toolTip()
 
 
 def test_of_long_sentences_the_last_one_is_whole_and_the_others_have_a_line_each(connected):
-    page, standing = connected, connected.standing
+    page, status = connected, connected.status
     page.resize(1024, 600)
-    told = [f"{which}: " + "the disk is full; " * 20 for which in ("first", "second", "third")]
-    for sentence in told:
-        page.session.say(sentence)
-    shown = standing.sentences.text().split("\n")
-    assert shown[2] == told[2]
-    wide = standing.sentences.width()
-    for short, sentence in zip(shown[:2], told[:2], strict=True):
+    messages = [f"{which}: " + "the disk is full; " * 20 for which in ("first", "second", "third")]
+    for sentence in messages:
+        page.controller.add_message(sentence)
+    shown = status.messages.text().split("\n")
+    assert shown[2] == messages[2]
+    wide = status.messages.width()
+    for short, sentence in zip(shown[:2], messages[:2], strict=True):
         assert short.startswith(sentence[:20])
-        assert standing.fontMetrics().horizontalAdvance(short) <= wide
-    assert standing.sentences.toolTip().split("\n") == told
+        assert status.fontMetrics().horizontalAdvance(short) <= wide
+    assert status.messages.toolTip().split("\n") == messages
 
 
 def test_what_a_device_read_before_it_was_unplugged_is_not_shown_as_its_reading(
     connected, tongs, until, monkeypatch
 ):
     shown = []
-    monkeypatch.setattr(connected.live, "_paint_name", lambda *told: shown.append(told[4]))
-    connected.live.grab()
+    monkeypatch.setattr(connected.live_view, "_paint_name", lambda *told: shown.append(told[4]))
+    connected.live_view.grab()
     assert len(shown) == 3
     assert np.isfinite(shown).all()
     tongs.unplug()
-    until(lambda: "unplugged" in connected.session.state.devices[0].alarms)
+    until(lambda: "unplugged" in connected.controller.state.devices[0].alarms)
     shown.clear()
-    connected.live.grab()
+    connected.live_view.grab()
     assert len(shown) == 3
     assert np.isnan(shown).all()

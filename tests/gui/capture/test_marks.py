@@ -5,7 +5,7 @@ from PySide6.QtCore import QEvent, Qt
 from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QApplication, QWidget
 
-from forcelab.capture.assemble import LiveMarks, _marked
+from forcelab.capture.assemble import LiveMarks, marks_track
 from forcelab.gui.capture.marks import EventTimes, HeldKeys
 from forcelab.vocabulary import Vocabulary
 
@@ -20,8 +20,10 @@ class Page(QWidget):
         super().__init__()
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.marks, self.recording = LiveMarks(), True
-        self.held = HeldKeys(self, lambda: Vocabulary().with_actions("grab", "pull"), self.mark)
-        self.held._follow(None, self)
+        self.held_keys = HeldKeys(
+            self, lambda: Vocabulary().with_actions("grab", "pull"), self.mark
+        )
+        self.held_keys._follow(None, self)
 
     def mark(self, action, down, at):
         if self.recording:
@@ -30,9 +32,9 @@ class Page(QWidget):
 
     def forget(self):
         """As the Capture workspace does it."""
-        action, since = self.marks.growing()
+        action, since = self.marks.current()
         self.mark(action, False, since)
-        self.held.forget(action)
+        self.held_keys.forget(action)
 
     def key(self, kind, key, at):
         event = QKeyEvent(kind, key, Qt.KeyboardModifier.NoModifier)
@@ -49,13 +51,13 @@ def page(app, monkeypatch):
     monkeypatch.setattr("forcelab.gui.capture.marks.time.monotonic", lambda: 0.0)
     stamped = "forcelab.gui.capture.marks.EventTimes.at"
     monkeypatch.setattr(stamped, lambda _, stamp, __: stamp / 1000)
-    made = Page()
-    made.show()
-    yield made
-    made.close()
+    created = Page()
+    created.show()
+    yield created
+    created.close()
 
 
-def told(page, end):
+def segments_of(page, end):
     page.marks.end(end / 1000)
     return [(s.action, round(1000 * s.start), round(1000 * s.end)) for s in page.marks.segments]
 
@@ -63,32 +65,32 @@ def told(page, end):
 def test_a_tap_begins_and_the_next_one_of_the_same_key_ends(page):
     page.tap(GRAB, 1000)
     page.tap(GRAB, 3000)
-    assert page.held.begun is None
-    assert told(page, 9000) == [("grab", 1000, 3000)]
+    assert page.held_keys.tapped_action is None
+    assert segments_of(page, 9000) == [("grab", 1000, 3000)]
 
 
 def test_a_tap_of_another_key_ends_it_and_begins_its_own_which_ends_with_the_recording(page):
     page.tap(GRAB, 1000)
     page.tap(PULL, 3000)
-    assert page.held.begun == "pull"
-    assert told(page, 9000) == [("grab", 1000, 3000), ("pull", 3000, 9000)]
+    assert page.held_keys.tapped_action == "pull"
+    assert segments_of(page, 9000) == [("grab", 1000, 3000), ("pull", 3000, 9000)]
 
 
 def test_a_held_key_marks_until_it_is_let_go_also_after_a_tap(page):
     page.tap(GRAB, 1000)
     page.key(DOWN, PULL, 3000)
     page.key(UP, PULL, 4000)
-    assert told(page, 9000) == [("grab", 1000, 3000), ("pull", 3000, 4000)]
+    assert segments_of(page, 9000) == [("grab", 1000, 3000), ("pull", 3000, 4000)]
 
 
 def test_what_a_tap_began_is_forgotten_with_the_recording(page):
     page.tap(GRAB, 1000)
     page.recording = False
     page.tap(GRAB, 2000)
-    page.held.forget_begun()
+    page.held_keys.forget_tap()
     page.recording, page.marks = True, LiveMarks()
     page.tap(GRAB, 3000)
-    assert told(page, 4000) == [("grab", 3000, 4000)]
+    assert segments_of(page, 4000) == [("grab", 3000, 4000)]
 
 
 def test_a_repetition_that_is_read_as_a_release_and_a_press_is_no_tap(page):
@@ -97,34 +99,34 @@ def test_a_repetition_that_is_read_as_a_release_and_a_press_is_no_tap(page):
         page.key(UP, GRAB, at)
         page.key(DOWN, GRAB, at + 2)
     page.key(UP, GRAB, 1900)
-    assert told(page, 9000) == [("grab", 1000, 1900)]
+    assert segments_of(page, 9000) == [("grab", 1000, 1900)]
 
 
 def test_what_a_tap_began_goes_on_while_the_keyboard_is_elsewhere(page):
     page.tap(GRAB, 1000)
-    page.held.release_all()
+    page.held_keys.release_all()
     page.tap(GRAB, 3000)
-    assert told(page, 9000) == [("grab", 1000, 3000)]
+    assert segments_of(page, 9000) == [("grab", 1000, 3000)]
 
 
 def test_what_a_tap_began_can_be_forgotten_and_the_next_tap_begins_anew(page):
     page.tap(GRAB, 1000)
     page.forget()
-    assert page.held.begun is None
+    assert page.held_keys.tapped_action is None
     assert page.marks.track(9.0) == []
     page.tap(GRAB, 3000)
     page.tap(GRAB, 4000)
-    assert told(page, 9000) == [("grab", 3000, 4000)]
+    assert segments_of(page, 9000) == [("grab", 3000, 4000)]
 
 
 def test_of_a_held_key_that_is_forgotten_the_release_marks_nothing(page):
     page.key(DOWN, GRAB, 1000)
     page.forget()
     page.key(UP, GRAB, 1100)
-    assert page.held.begun is None, "it was no tap either"
+    assert page.held_keys.tapped_action is None, "it was no tap either"
     page.tap(GRAB, 3000)
     page.tap(GRAB, 4000)
-    assert told(page, 9000) == [("grab", 3000, 4000)]
+    assert segments_of(page, 9000) == [("grab", 3000, 4000)]
 
 
 @pytest.mark.parametrize("forgotten", ["above", "below"])
@@ -140,15 +142,15 @@ def test_of_two_held_keys_the_one_that_counts_is_forgotten(page, forgotten):
         page.forget()
         expected = [("grab", 1000, 2000), ("pull", 2000, 3000)]
     page.key(UP, GRAB, 5000)
-    assert told(page, 9000) == expected
+    assert segments_of(page, 9000) == expected
 
 
 def test_what_is_kept_of_forgotten_marks_is_what_was_seen(page):
     """A recording is kept from its journal, where marks stand by their times."""
     noted = []
-    seen = page.mark
-    page.held._mark = lambda *mark: noted.append(mark) or seen(*mark)
-    page.mark = page.held._mark
+    mark_page = page.mark
+    page.held_keys._mark = lambda *mark: noted.append(mark) or mark_page(*mark)
+    page.mark = page.held_keys._mark
     page.tap(PULL, 500)
     page.forget()
     page.key(DOWN, GRAB, 1000)
@@ -159,12 +161,12 @@ def test_what_is_kept_of_forgotten_marks_is_what_was_seen(page):
     page.tap(PULL, 6000)
     page.tap(PULL, 7000)
     marks = [dict(zip(("action", "down", "at"), mark, strict=True)) for mark in noted]
-    kept = _marked(marks, 0.0, 9.0, "Ann").segments
-    assert [(s.action, s.start, s.end) for s in kept] == [
+    saved = marks_track(marks, 0.0, 9.0, "Ann").segments
+    assert [(s.action, s.start, s.end) for s in saved] == [
         ("grab", 1.0, 2.0), ("pull", 2.0, 3.0), ("pull", 6.0, 7.0),
     ]  # fmt: skip
-    assert [(a, s / 1000, e / 1000) for a, s, e in told(page, 9000)] == [
-        (s.action, s.start, s.end) for s in kept
+    assert [(a, s / 1000, e / 1000) for a, s, e in segments_of(page, 9000)] == [
+        (s.action, s.start, s.end) for s in saved
     ]
 
 

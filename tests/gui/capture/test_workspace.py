@@ -3,17 +3,20 @@
 import errno
 import sys
 from subprocess import run
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QObject, Qt, Signal
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QMessageBox
+from PySide6.QtWidgets import QMessageBox, QVBoxLayout, QWidget
 
-from forcelab.capture.journal import header_bytes
+from forcelab.capture.camera import CameraState
+from forcelab.capture.journal import encode_header
 from forcelab.capture.recorder import Recorder
-from forcelab.capture.save import CAPTURES, unfinished
+from forcelab.capture.save import CAPTURES, unfinished_journals
 from forcelab.gui.capture.controller import CaptureState
+from forcelab.gui.capture.workspace import CameraView
 from forcelab.gui.launch_options import LaunchOptions
 from forcelab.gui.window import Window
 from forcelab.labels import Segment
@@ -24,51 +27,51 @@ from forcelab.vocabulary import Vocabulary
 def recorded(window, page, until, samples=150):
     """Press the key and wait until so many samples are in the recording."""
     window.commands["record"].trigger()
-    until(lambda: page.session.recording)
-    until(lambda: page.session._recorder.state().devices[0].samples > samples)
+    until(lambda: page.controller.recording)
+    until(lambda: page.controller.recorder.state().devices[0].samples > samples)
 
 
 def keep(window, page, until):
     """Press the key that ends a recording and wait until it is kept."""
     window.commands["record"].trigger()
-    until(lambda: page.session.phase is CaptureState.READY)
+    until(lambda: page.controller.phase is CaptureState.READY)
 
 
-def shown_on(button, session):
+def shown_on(button, controller):
     """What is written on a button from now on."""
-    said = []
-    session.changed.connect(lambda: said.append(button.text().partition("  (")[0]))
-    return said
+    texts = []
+    controller.changed.connect(lambda: texts.append(button.text().partition("  (")[0]))
+    return texts
 
 
 def test_a_recording_with_a_live_mark_is_in_the_project_without_the_mouse(
     window, connected, until, study
 ):
     page = connected
-    assert page.fields.name.placeholderText() == "LEGO 01"
+    assert page.next_recording.name.placeholderText() == "LEGO 01"
     recorded(window, page, until, 100)
-    assert window.focusWidget() is page.live or not window.isActiveWindow()
-    QTest.keyPress(page.live, Qt.Key.Key_2)
-    QTest.keyPress(page.live, Qt.Key.Key_X)  # marks nothing
-    before = page.session._recorder.state().devices[0].samples
-    until(lambda: page.session._recorder.state().devices[0].samples > before + 100)
-    assert page.session.marks.track(1e12)[-1].action == "pull"
-    QTest.keyRelease(page.live, Qt.Key.Key_2)
+    assert window.focusWidget() is page.live_view or not window.isActiveWindow()
+    QTest.keyPress(page.live_view, Qt.Key.Key_2)
+    QTest.keyPress(page.live_view, Qt.Key.Key_X)  # marks nothing
+    before = page.controller.recorder.state().devices[0].samples
+    until(lambda: page.controller.recorder.state().devices[0].samples > before + 100)
+    assert page.controller.marks.track(1e12)[-1].action == "pull"
+    QTest.keyRelease(page.live_view, Qt.Key.Key_2)
     keep(window, page, until)
     assert [info.name for info in window.document.infos] == ["LEGO 01"]
-    assert "'LEGO 01' is kept" in page.standing.sentences.text()
-    assert page.fields.name.placeholderText() == "LEGO 02"
+    assert "'LEGO 01' is kept" in page.status.messages.text()
+    assert page.next_recording.name.placeholderText() == "LEGO 02"
     window.commands["show_recording"].trigger()
     assert window.label.isVisible()
     assert window.document.demonstration.name == "LEGO 01"
     window.show_workspace("capture")
     recorded(window, page, until)
-    said = shown_on(page.record_button, page.session)
+    texts = shown_on(page.record_button, page.controller)
     window.commands["discard_recording"].trigger()
-    until(lambda: page.session.phase is CaptureState.READY)
-    assert said[0] == "Discarding…"
-    assert "Keeping…" not in said
-    assert page.fields.name.placeholderText() == "LEGO 02"
+    until(lambda: page.controller.phase is CaptureState.READY)
+    assert texts[0] == "Discarding…"
+    assert "Keeping…" not in texts
+    assert page.next_recording.name.placeholderText() == "LEGO 02"
     assert not list((study / CAPTURES).iterdir())
     with Project.open(study) as project:
         [info] = project.demonstrations.infos()
@@ -86,26 +89,26 @@ def test_the_last_one_is_discarded_when_asked_for_twice_and_not_once_it_is_label
 ):
     page, discard = connected, window.commands["discard_recording"]
     discard.trigger()
-    assert "nothing was recorded" in page.standing.sentences.text()
+    assert "nothing was recorded" in page.status.messages.text()
     recorded(window, page, until)
     keep(window, page, until)
     assert "Discard 'LEGO 01'" in page.discard_button.text()
     assert page.discard_button.isEnabled()
-    [kept] = window.document.infos
-    window.document.open_demonstration(kept.id)
+    [saved] = window.document.infos
+    window.document.open_demonstration(saved.id)
     page.discard_button.click()
     assert "Really discard 'LEGO 01'" in page.discard_button.text()
-    assert "once more" in page.standing.sentences.text()
-    page.session.last._patience.timeout.emit()  # its time is over
-    page.session.last._patience.stop()
-    page.session.last.changed.emit()
+    assert "once more" in page.status.messages.text()
+    page.controller.last_recording._timer.timeout.emit()  # its time is over
+    page.controller.last_recording._timer.stop()
+    page.controller.last_recording.changed.emit()
     assert "Really" not in page.discard_button.text()
     discard.trigger()
     discard.trigger()
-    until(lambda: page.session.phase is CaptureState.READY)
+    until(lambda: page.controller.phase is CaptureState.READY)
     assert window.document.infos == ()
     assert window.document.demonstration is None
-    assert page.fields.name.placeholderText() == "LEGO 01"
+    assert page.next_recording.name.placeholderText() == "LEGO 01"
     assert not page.discard_button.isEnabled()
     assert not list((study / "demonstrations").iterdir())
     recorded(window, page, until)
@@ -115,8 +118,8 @@ def test_the_last_one_is_discarded_when_asked_for_twice_and_not_once_it_is_label
         project.tracks.edit(id_, "Ann", (), (Segment(0.0, 0.05, "grab"),), "painted")
     discard.trigger()
     discard.trigger()
-    until(lambda: page.session.phase is CaptureState.READY)
-    assert "was labelled since it was recorded; it stays" in page.standing.sentences.text()
+    until(lambda: page.controller.phase is CaptureState.READY)
+    assert "was labelled since it was recorded; it stays" in page.status.messages.text()
     with Project.open(study) as project:
         assert len(project.demonstrations.infos()) == 1
 
@@ -125,22 +128,22 @@ def test_unplugging_is_an_alarm_and_what_could_not_be_kept_can_be_kept_later(
     window, connected, tongs, until
 ):
     page = connected
-    page.fields.countdown.setCurrentIndex(1)
+    page.next_recording.countdown.setCurrentIndex(1)
     window.commands["record"].trigger()
-    assert page.session.phase is CaptureState.COUNTING
-    assert page.session.left == 3
+    assert page.controller.phase is CaptureState.COUNTDOWN
+    assert page.controller.seconds_left == 3
     window.commands["discard_recording"].trigger()
-    assert page.session.phase is CaptureState.READY
-    page.fields.countdown.setCurrentIndex(0)
+    assert page.controller.phase is CaptureState.READY
+    page.next_recording.countdown.setCurrentIndex(0)
     recorded(window, page, until, 10)
     tongs.unplug()
-    until(lambda: "is unplugged" in page.standing.alarms.text())
-    assert page.standing.alarms.isVisible()
+    until(lambda: "is unplugged" in page.status.alarms.text())
+    assert page.status.alarms.isVisible()
     tongs.replug()
-    until(lambda: "is unplugged" not in page.standing.alarms.text())
+    until(lambda: "is unplugged" not in page.status.alarms.text())
     window.document.project.path.rename(window.document.project.path.with_suffix(".away"))
     window.commands["record"].trigger()
-    until(lambda: page.session.phase is CaptureState.STUCK)
+    until(lambda: page.controller.phase is CaptureState.UNSAVED)
     assert page.record_button.isEnabled()
     window.document.project.path.with_suffix(".away").rename(window.document.project.path)
     keep(window, page, until)
@@ -152,42 +155,49 @@ def test_esc_ends_a_countdown_and_forgets_the_mark_that_a_tap_began(
 ):
     page, cancel = connected, window.commands["cancel"]
     assert "Esc forgets it" in page.legend.text()
-    page.fields.countdown.setCurrentIndex(1)
+    page.next_recording.countdown.setCurrentIndex(1)
     window.commands["record"].trigger()
     cancel.trigger()
-    assert page.session.phase is CaptureState.READY
-    page.fields.countdown.setCurrentIndex(0)
+    assert page.controller.phase is CaptureState.READY
+    page.next_recording.countdown.setCurrentIndex(0)
     window.document.set_action("grab")  # the brush of another workspace
     recorded(window, page, until, 60)
-    QTest.keyClick(page.live, Qt.Key.Key_2)
-    assert page.held.begun == "pull"
+    QTest.keyClick(page.live_view, Qt.Key.Key_2)
+    assert page.held_keys.tapped_action == "pull"
     cancel.trigger()
-    assert page.held.begun is None
-    assert page.session.marks.track(1e12) == []
-    assert "'pull' is forgotten" in page.standing.sentences.text()
-    assert page.session.recording
+    assert page.held_keys.tapped_action is None
+    assert page.controller.marks.track(1e12) == []
+    assert "'pull' is forgotten" in page.status.messages.text()
+    assert page.controller.recording
     assert window.document.action == "grab"
     cancel.trigger()
-    assert page.session.recording, "Esc ends no recording"
+    assert page.controller.recording, "Esc ends no recording"
     keep(window, page, until)
     with Project.open(study) as project:
         [info] = project.demonstrations.infos()
         assert project.tracks.of(info.id) == ()
 
 
-def test_record_can_be_pressed_in_a_window_that_is_too_low_for_all_fields(
-    window, connected, until, monkeypatch
-):
+def test_record_can_be_pressed_in_a_window_that_is_too_low_for_all_fields(window, connected, until):
     page = connected
-    frame = 1.0, np.zeros((48, 64, 3), np.uint8)
-    monkeypatch.setattr(page.session, "frame", lambda: frame)
-    until(page.picture.isVisible)
+    camera = SimpleNamespace(
+        latest=lambda: (1.0, np.zeros((48, 64, 3), np.uint8)),
+        state=lambda: CameraState("camera 0", 1, 0, 30.0, ()),
+        remarks=lambda: (),
+        close=lambda: None,
+    )
+    page.controller.recorder.cameras.append(camera)
+    until(page.camera_view.isVisible)
     window.resize(960, 540)
     until(lambda: window.height() == 540)
     for button in (page.record_button, page.discard_button):
         assert button.mapTo(window, button.rect().bottomLeft()).y() < 540
         assert not button.visibleRegion().isEmpty()
-    for field in (page.fields.task, page.fields.name, page.fields.countdown):
+    for field in (
+        page.next_recording.task,
+        page.next_recording.name,
+        page.next_recording.countdown,
+    ):
         assert field.height() >= field.sizeHint().height(), "squeezed"
 
 
@@ -198,15 +208,15 @@ def test_a_task_that_is_nearly_one_there_is_is_asked_about_once(window, monkeypa
 
     def press(box):
         asked.append(box.text())
-        page.fields.task.lineEdit().editingFinished.emit()  # the question takes the keyboard
+        page.next_recording.task.lineEdit().editingFinished.emit()  # it takes the keyboard
         box.buttons()[answer].click()
 
     monkeypatch.setattr(QMessageBox, "exec", press)
-    page.fields.task.setCurrentText(" L E G O ")
-    page.fields.task.lineEdit().editingFinished.emit()
+    page.next_recording.task.setCurrentText(" L E G O ")
+    page.next_recording.task.lineEdit().editingFinished.emit()
     assert asked == ["There is 'L e g o' already."]
-    assert (page.session.task, page.fields.task.currentText()) == (task, task)
-    page.fields.task.lineEdit().editingFinished.emit()
+    assert (page.controller.task, page.next_recording.task.currentText()) == (task, task)
+    page.next_recording.task.lineEdit().editingFinished.emit()
     assert len(asked) == 1
 
 
@@ -215,7 +225,7 @@ def test_what_the_disk_refuses_is_an_alarm_and_is_kept(window, connected, until,
     page = connected
     recorded(window, page, until, 20)
     away = study.with_suffix(".away")
-    file = page.session._recorder._journal._file
+    file = page.controller.recorder._journal._file
 
     def full(_):
         raise OSError(errno.ENOSPC, "No space left on device")
@@ -224,16 +234,16 @@ def test_what_the_disk_refuses_is_an_alarm_and_is_kept(window, connected, until,
         study.rename(away)
     else:
         file.write = full
-    until(lambda: "kept in memory" in page.standing.alarms.text())
-    assert "goes on in memory" in page.standing.sentences.text()
-    before = page.session._recorder.state().devices[0].samples
-    until(lambda: page.session._recorder.state().devices[0].samples > before + 200)
+    until(lambda: "kept in memory" in page.status.alarms.text())
+    assert "goes on in memory" in page.status.messages.text()
+    before = page.controller.recorder.state().devices[0].samples
+    until(lambda: page.controller.recorder.state().devices[0].samples > before + 200)
     if trouble == "away":
         away.rename(study)
     else:
         del file.write
-    until(lambda: "kept in memory" not in page.standing.alarms.text())
-    assert "can be written again" in page.standing.sentences.text()
+    until(lambda: "kept in memory" not in page.status.alarms.text())
+    assert "can be written again" in page.status.messages.text()
     keep(window, page, until)
     with Project.open(study) as project:
         [info] = project.demonstrations.infos()
@@ -247,7 +257,7 @@ def test_a_window_that_is_closed_while_recording_keeps_the_recording(
 ):
     recorded(window, connected, until)
     window.close()
-    assert unfinished(study) == ()
+    assert unfinished_journals(study) == ()
     with Project.open(study) as project:
         [info] = project.demonstrations.infos()
         assert len(project.demonstrations.load(info.id).times) > 100
@@ -255,22 +265,22 @@ def test_a_window_that_is_closed_while_recording_keeps_the_recording(
 
 def test_a_window_that_is_closed_while_connecting_leaves_nothing_open(window, tongs):
     page = window.capture.workspace
-    page.sources.add(f"optoforce:{tongs.port}")
+    page.device_list.add(f"optoforce:{tongs.port}")
     page.connect_button.click()
-    assert page.session.phase is CaptureState.CONNECTING
+    assert page.controller.phase is CaptureState.CONNECTING
     window.close()  # that no thread is left is looked at after every test
-    assert not page.session.connected
+    assert not page.controller.connected
 
 
 def test_keys_are_no_text_once_the_devices_are_connected(window, tongs, until):
     page = window.capture.workspace
-    page.sources.add(f"optoforce:{tongs.port}")
-    page.fields.task.setCurrentText("LEGO")
+    page.device_list.add(f"optoforce:{tongs.port}")
+    page.next_recording.task.setCurrentText("LEGO")
     page.connect_button.setFocus()
     page.connect_button.click()
-    until(lambda: page.session.phase is CaptureState.READY)
+    until(lambda: page.controller.phase is CaptureState.READY)
     QTest.keyClick(window.focusWidget(), Qt.Key.Key_2)
-    assert page.fields.task.currentText() == "LEGO"
+    assert page.next_recording.task.currentText() == "LEGO"
 
 
 def test_a_project_that_is_left_while_recording_gets_the_recording(
@@ -279,7 +289,7 @@ def test_a_project_that_is_left_while_recording_gets_the_recording(
     Project.create(tmp_path / "other.forcelab").close()
     recorded(window, connected, until)
     window.opening.open(tmp_path / "other.forcelab")
-    until(lambda: connected.session.phase is CaptureState.APART)
+    until(lambda: connected.controller.phase is CaptureState.DISCONNECTED)
     assert window.document.infos == ()
     with Project.open(study) as project:
         assert len(project.demonstrations.infos()) == 1
@@ -288,24 +298,24 @@ def test_a_project_that_is_left_while_recording_gets_the_recording(
 def test_what_cannot_be_opened_is_one_sentence_and_can_be_tried_again(window, until, tmp_path):
     page = window.capture.workspace
     window.commands["record"].trigger()
-    assert "Connect the devices" in page.standing.sentences.text()
+    assert "Connect the devices" in page.status.messages.text()
     page.connect_button.click()
-    assert "Select a device" in page.standing.sentences.text()
-    page.sources.add(f"optoforce:{tmp_path / 'none'}")
+    assert "Select a device" in page.status.messages.text()
+    page.device_list.add(f"optoforce:{tmp_path / 'none'}")
     page.connect_button.click()
-    until(lambda: page.session.phase is CaptureState.APART)
+    until(lambda: page.controller.phase is CaptureState.DISCONNECTED)
     assert not window.capture.workspace.record_button.isEnabled()
-    assert str(tmp_path / "none") in page.standing.sentences.text()
+    assert str(tmp_path / "none") in page.status.messages.text()
     assert page.connect_button.isEnabled()
 
 
 def test_an_unfinished_recording_is_offered_and_recovered(app, study, tongs, until):
-    from fake_devices import FakeDevice, eventually
+    from tests.capture.helpers import FakeDevice, eventually
 
     with Recorder(study, [FakeDevice()]) as recorder:
         recorder.start("LEGO")
         eventually(lambda: recorder.state().devices[0].samples > 100)
-    (study / CAPTURES / "none.journal").write_bytes(header_bytes({"name": "none"}))
+    (study / CAPTURES / "none.journal").write_bytes(encode_header({"name": "none"}))
     window = Window("Ann", remembering=False)
     window.show()
     window.begin(LaunchOptions(project=study, workspace="label"))
@@ -314,10 +324,10 @@ def test_an_unfinished_recording_is_offered_and_recovered(app, study, tongs, unt
     page = window.capture.workspace
     try:
         until(page.recover_button.isVisible)
-        said = shown_on(page.record_button, page.session)
+        texts = shown_on(page.record_button, page.controller)
         page.recover_button.click()
-        until(lambda: page.session.phase is CaptureState.APART)
-        assert said[0] == "Recovering…"
+        until(lambda: page.controller.phase is CaptureState.DISCONNECTED)
+        assert texts[0] == "Recovering…"
         assert not page.recover_button.isVisible()
         assert [info.name for info in window.document.infos] == ["LEGO 01"]
     finally:
@@ -336,11 +346,11 @@ def test_the_tab_loads_no_driver_before_it_is_shown():
 def test_long_names_of_tasks_and_actions_are_cut_where_that_is_seen(window, until):
     page, long = window.capture.workspace, "slip_transition_of_the_pen_against_the_paper_" * 3
     window.document.project.actions.set_vocabulary(long, Vocabulary().with_actions("grab", long))
-    page.fields.list_tasks()
-    page.fields.task.setCurrentText(long)
-    page.fields.take_task()
-    assert page.fields.task.lineEdit().cursorPosition() == 0  # its beginning is seen
-    assert long in page.fields.task.toolTip()
+    page.next_recording.list_tasks()
+    page.next_recording.task.setCurrentText(long)
+    page.next_recording.take_task()
+    assert page.next_recording.task.lineEdit().cursorPosition() == 0  # its beginning is seen
+    assert long in page.next_recording.task.toolTip()
     for width in (960, 1500):
         window.resize(width, 540)
         until(lambda: page.legend.width() > 0)
@@ -357,10 +367,53 @@ def test_nothing_can_be_recorded_while_every_device_is_unplugged(window, connect
     tongs.unplug()
     until(lambda: not page.record_button.isEnabled())
     assert "No device is plugged in" in page.record_button.toolTip()
-    assert page.session.obstacle
-    page.session.record_or_stop()
-    assert page.session.phase is CaptureState.READY
-    assert "No device is plugged in" in page.session.sentences[-1][0]
+    assert page.controller.obstacle
+    page.controller.record_or_stop()
+    assert page.controller.phase is CaptureState.READY
+    assert "No device is plugged in" in page.controller.messages[-1][0]
     tongs.replug()
     until(page.record_button.isEnabled)
     assert not page.record_button.toolTip()
+
+
+class Filming(QObject):
+    """What a picture asks of a controller."""
+
+    ticked, changed = Signal(), Signal()
+    alarms = ()
+
+    recorder = SimpleNamespace(
+        cameras=[SimpleNamespace(latest=lambda: (1.0, np.full((48, 64, 3), 200, np.uint8)))]
+    )
+
+    @property
+    def state(self):
+        return SimpleNamespace(cameras=(SimpleNamespace(alarms=self.alarms),))
+
+
+@pytest.fixture
+def filming(app):
+    controller, room = Filming(), QWidget()
+    picture = CameraView(controller)
+    QVBoxLayout(room).addWidget(picture)
+    room.resize(200, 160)
+    room.show()
+    controller.ticked.emit()
+    yield controller, picture
+    room.close()
+
+
+def middle(picture):
+    image = picture.grab().toImage()
+    return image.pixelColor(image.width() // 2, image.height() // 5)
+
+
+def test_a_picture_that_comes_no_more_is_veiled_until_it_comes_again(filming):
+    controller, picture = filming
+    live = middle(picture)
+    controller.alarms = ("no picture",)
+    controller.ticked.emit()
+    assert middle(picture) != live
+    controller.alarms = ("not written",)  # it is seen all the same
+    controller.ticked.emit()
+    assert middle(picture) == live

@@ -8,8 +8,8 @@ from PySide6.QtGui import QCloseEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QMessageBox, QTabWidget
 
-from forcelab.capture.journal import read
-from forcelab.capture.save import keep
+from forcelab.capture.journal import read_journal
+from forcelab.capture.save import save
 from forcelab.gui.capture.controller import CaptureState
 from forcelab.project import Project
 
@@ -17,9 +17,9 @@ from forcelab.project import Project
 @pytest.fixture
 def recording(window, connected, until):
     window.commands["record"].trigger()
-    until(lambda: connected.session.recording)
+    until(lambda: connected.controller.recording)
     # Of less than two samples nothing can be kept.
-    until(lambda: connected.session._recorder.state().devices[0].samples > 20)
+    until(lambda: connected.controller.recorder.state().devices[0].samples > 20)
     return connected
 
 
@@ -54,7 +54,7 @@ def test_tab_title_and_status_bar_say_what_is_recorded(window, recording, until)
     assert line.isHidden()
     window.show_workspace("review")
     window.commands["record"].trigger()
-    until(lambda: recording.session.phase is CaptureState.READY)
+    until(lambda: recording.controller.phase is CaptureState.READY)
     until(line.isHidden)
     assert tab_text(window) == "Capture"
     assert "●" not in window.windowTitle()
@@ -68,7 +68,7 @@ def test_who_closes_the_window_while_recording_is_asked(window, recording, study
         "If the window is closed, the recording ends and is kept.",
     ]
     assert window.isVisible()
-    assert recording.session.recording
+    assert recording.controller.recording
     monkeypatch.setattr(QCloseEvent, "spontaneous", lambda _: True)  # by the window's own button
     window.close()
     assert len(asked) == 4
@@ -86,14 +86,14 @@ def test_who_closes_the_window_on_what_could_not_be_kept_is_told_so(
     asked = answer(monkeypatch, QMessageBox.ButtonRole.RejectRole)
     away = study.with_suffix(".away")
     study.rename(away)
-    until(lambda: recording.session.state.in_memory > 0)
+    until(lambda: recording.controller.state.in_memory > 0)
     window.commands["quit"].trigger()
     assert asked[0] == "'LEGO 01' is being recorded."
     assert "is kept" not in asked[1]
     assert "kB that the disk refuses are in memory: all of it is written elsewhere" in asked[1]
     window.commands["record"].trigger()
-    until(lambda: recording.session.phase is CaptureState.STUCK)
-    assert "'LEGO 01' is not lost: mend that and press F9" in recording.standing.sentences.text()
+    until(lambda: recording.controller.phase is CaptureState.UNSAVED)
+    assert "'LEGO 01' is not lost: mend that and press F9" in recording.status.messages.text()
     window.show_workspace("label")
     until(lambda: window.capture.line.text() == "● 'LEGO 01' is not kept yet")
     assert window.windowTitle().startswith("● 'LEGO 01' is not kept yet · ")
@@ -111,20 +111,20 @@ def test_who_closes_the_window_on_what_could_not_be_kept_is_told_so(
 def test_who_closes_the_window_on_a_disk_that_stays_away_is_told_where_the_recording_is(
     window, recording, study, until, monkeypatch, tmp_path
 ):
-    elsewhere, told = tmp_path / "elsewhere", []
+    elsewhere, warnings = tmp_path / "elsewhere", []
     elsewhere.mkdir()
-    monkeypatch.setattr("forcelab.capture.journal_writer.other_places", lambda: (elsewhere,))
-    monkeypatch.setattr(QMessageBox, "warning", lambda *what: told.append(what[2]))
+    monkeypatch.setattr("forcelab.capture.journal.fallback_folders", lambda: (elsewhere,))
+    monkeypatch.setattr(QMessageBox, "warning", lambda *what: warnings.append(what[2]))
     answer(monkeypatch, QMessageBox.ButtonRole.AcceptRole)
     away = study.with_suffix(".away")
     study.rename(away)
-    until(lambda: recording.session.state.in_memory > 0)
+    until(lambda: recording.controller.state.in_memory > 0)
     window.commands["quit"].trigger()
     assert not window.isVisible()
     (journal,) = elsewhere.iterdir()
-    assert f"All of the recording is in '{journal}'" in told[0]
+    assert f"All of the recording is in '{journal}'" in warnings[0]
     away.rename(study)
-    assert keep(study, read(journal)).samples > 20
+    assert save(study, read_journal(journal)).samples > 20
 
 
 def test_nobody_is_asked_where_nothing_is_recorded(window, connected, monkeypatch):
@@ -135,14 +135,14 @@ def test_nobody_is_asked_where_nothing_is_recorded(window, connected, monkeypatc
 
 
 def test_keys_for_what_capture_hides_do_nothing_while_it_is_in_front(window, recording, until):
-    document, pressed = window.document, partial(QTest.keyClick, recording.live)
+    document, pressed = window.document, partial(QTest.keyClick, recording.live_view)
     window.commands["record"].trigger()
-    until(lambda: recording.session.phase is CaptureState.READY)
+    until(lambda: recording.controller.phase is CaptureState.READY)
     window.commands["show_recording"].trigger()
     until(lambda: document.demonstration is not None)
     document.editor.paint(0.0, 0.01, "grab")
     window.show_workspace("capture")
-    recording.live.setFocus()
+    recording.live_view.setFocus()
     said = []
     document.message_shown.connect(lambda *told: said.append(told))
     pressed(Qt.Key.Key_H, Qt.KeyboardModifier.ShiftModifier)

@@ -8,24 +8,16 @@ from typing import TypeVar
 from urllib.parse import quote, unquote
 
 from forcelab.capture.device import Device
-from forcelab.capture.discovery import port_of
+from forcelab.capture.discovery import only_port
 from forcelab.capture.encoder import Encoder
-from forcelab.capture.optoforce_device import OptoForce
-from forcelab.capture.text_device import TextLine
+from forcelab.capture.optoforce import OptoForce
+from forcelab.capture.text_device import TextDevice
 from forcelab.errors import InputError
-
-__all__ = [
-    "calibrated_by",
-    "device_named",
-    "devices_named",
-    "number_sensors",
-    "said",
-]
 
 T = TypeVar("T")
 D = TypeVar("D")
 
-#: What can be said of each kind of device behind a question mark.
+#: The options of each kind of device, behind a question mark.
 OPTIONS = {
     "optoforce": ("rate", "filter", "calibration", "serial"),
     "text": ("baud", "rate"),
@@ -33,22 +25,14 @@ OPTIONS = {
 }
 
 
-def device_named(name: str) -> OptoForce | TextLine | Encoder:
-    """The device that a name means; it is not opened.
+def parse_device(name: str) -> OptoForce | TextDevice | Encoder:
+    """The device that a name means, not yet open: ``KIND:PORT?OPTION=VALUE&...``.
 
-    Parameters
-    ----------
-    name : str
-        ``KIND:PORT?OPTION=VALUE&...``. Without a port the only device of that kind is meant.
-        Options are, of ``optoforce``, `rate` (Hz), `filter` (Hz, 0 for none), `calibration` (a
-        file) and `serial`; of ``text`` `baud` and `rate`; of ``encoder`` `scale` (units a count),
-        `unit`, `channel`, `rate` and `reverse` (yes or no). In port and values ``%26`` is an
-        ampersand, ``%3F`` a question mark and ``%25`` a percent sign; see :func:`said`.
-
-    Raises
-    ------
-    InputError
-        If the name means nothing: what in it, and what would.
+    Without a port the only device of that kind is meant. Options are, of ``optoforce``, `rate`
+    (Hz), `filter` (Hz, 0 for none), `calibration` (a file) and `serial`; of ``text`` `baud` and
+    `rate`; of ``encoder`` `scale` (units a count), `unit`, `channel`, `rate` and `reverse` (yes or
+    no). In port and values ``%26`` is an ampersand, ``%3F`` a question mark and ``%25`` a percent
+    sign; see :func:`quote_value`.
     """
     kind, colon, rest = name.partition(":")
     if kind not in OPTIONS or not colon:
@@ -58,7 +42,7 @@ def device_named(name: str) -> OptoForce | TextLine | Encoder:
         )
     port, _, behind = rest.partition("?")
     options = _Options(name, kind, behind)
-    path = unquote(port) or port_of(kind)
+    path = unquote(port) or only_port(kind)
     if kind == "optoforce":
         return OptoForce(
             path,
@@ -68,7 +52,7 @@ def device_named(name: str) -> OptoForce | TextLine | Encoder:
             serial=options.take("serial", str, None),
         )
     if kind == "text":
-        return TextLine(
+        return TextDevice(
             path,
             baud=options.take("baud", int, 115_200),
             rate=options.take("rate", float, 0.0, "a number, such as rate=80"),
@@ -79,50 +63,38 @@ def device_named(name: str) -> OptoForce | TextLine | Encoder:
         unit=options.take("unit", str, ""),
         channel=options.take("channel", str, "opening"),
         rate=options.take("rate", float, 512.0),
-        reverse=options.take("reverse", _yes, False, "yes or no"),
+        reverse=options.take("reverse", _parse_yes_no, False, "yes or no"),
     )
 
 
-def devices_named(names: Sequence[str]) -> list[OptoForce | TextLine | Encoder]:
-    """The devices that names mean, as of :func:`device_named`.
-
-    Raises
-    ------
-    InputError
-        If a name means nothing, or two of them the same port.
-    """
-    found: dict[str, OptoForce | TextLine | Encoder] = {}
+def parse_devices(names: Sequence[str]) -> list[OptoForce | TextDevice | Encoder]:
+    """The devices that names mean; InputError if two of them have the same port."""
+    devices: dict[str, OptoForce | TextDevice | Encoder] = {}
     for name in names:
-        device = device_named(name)
+        device = parse_device(name)
         port = device.name.partition(":")[2]
-        if port in found:
+        if port in devices:
             raise InputError(f"Two devices are said to be at {port}; leave one of them out.")
-        found[port] = device
-    return list(found.values())
+        devices[port] = device
+    return list(devices.values())
 
 
-def said(words: str) -> str:
-    """A port or a value as it stands in a name: what would end it there is written as ``%26``."""
-    return quote(words, safe="/:=,;+@ ~!$'()*\\")
+def quote_value(text: str) -> str:
+    """A port or a value as it is written in a name: what would end it there becomes ``%26``."""
+    return quote(text, safe="/:=,;+@ ~!$'()*\\")
 
 
-def calibrated_by(name: str, file: Path | None) -> str:
+def with_calibration(name: str, file: Path | None) -> str:
     """The name of a device with another calibration file, or with none; its other options stay."""
-    place, _, behind = name.partition("?")
-    parts = [part for part in behind.split("&") if part and not part.startswith("calibration=")]
+    device, _, options = name.partition("?")
+    parts = [part for part in options.split("&") if part and not part.startswith("calibration=")]
     if file is not None:
-        parts.append(f"calibration={said(str(file))}")
-    return "?".join([place, *(["&".join(parts)] if parts else [])])
+        parts.append(f"calibration={quote_value(str(file))}")
+    return "?".join([device, *(["&".join(parts)] if parts else [])])
 
 
 def number_sensors(devices: Sequence[Device]) -> None:
-    """Number the sensors of open devices through, so that no two channels have the same name.
-
-    Parameters
-    ----------
-    devices : sequence of Device
-        Open, in the order in which their sensors are to be numbered; only OptoForce DAQs have any.
-    """
+    """Number the sensors of open devices in this order: no two channels share a name."""
     first = 1
     for device in devices:
         if isinstance(device, OptoForce):
@@ -131,7 +103,7 @@ def number_sensors(devices: Sequence[Device]) -> None:
 
 
 class _Options:
-    """What stands behind the question mark of a name."""
+    """The options behind the question mark of a name."""
 
     def __init__(self, name: str, kind: str, behind: str) -> None:
         self._name = name
@@ -147,10 +119,7 @@ class _Options:
             self._values[key] = unquote(value)
 
     def take(self, key: str, kind: Callable[[str], T], default: D, right: str = "") -> T | D:
-        """The value of an option, or what it is where nothing was said.
-
-        What is `right` stands in the sentence where something else was said.
-        """
+        """The value of an option, or its default; `right` is what an error asks for."""
         if key not in self._values:
             return default
         try:
@@ -162,9 +131,9 @@ class _Options:
             ) from error
 
 
-def _yes(word: str) -> bool:
+def _parse_yes_no(word: str) -> bool:
     """Whether a word means yes."""
-    known = {"yes": True, "no": False, "1": True, "0": False, "true": True, "false": False}
-    if word not in known:
+    meanings = {"yes": True, "no": False, "1": True, "0": False, "true": True, "false": False}
+    if word not in meanings:
         raise ValueError(word)
-    return known[word]
+    return meanings[word]

@@ -20,12 +20,12 @@ def page(window):
 
 
 def write(page, name):
-    page.sources.entry.setText(name)
-    QTest.keyClick(page.sources.entry, Qt.Key.Key_Return)
+    page.device_list.entry.setText(name)
+    QTest.keyClick(page.device_list.entry, Qt.Key.Key_Return)
 
 
 def test_a_name_that_means_nothing_is_told_at_once_and_not_added(page):
-    for name, said in {
+    for name, message in {
         "tongs": "optoforce:PORT",
         "optoforce:/dev/x?speed=3": "speed=3",
         "optoforce:/dev/x?calibration=/nowhere.toml": "nowhere.toml",
@@ -34,41 +34,41 @@ def test_a_name_that_means_nothing_is_told_at_once_and_not_added(page):
         "camera:-1": "'-1' is no camera",
     }.items():
         write(page, name)
-        assert page.sources.rows.count() == 0
-        assert page.sources.entry.text() == name
-        assert said in page.standing.sentences.text()
+        assert page.device_list.rows.count() == 0
+        assert page.device_list.entry.text() == name
+        assert message in page.status.messages.text()
         write(page, "optoforce:/dev/x")
-        assert page.sources.devices == ("optoforce:/dev/x",)
-        assert page.standing.sentences.text() == ""
-        page.sources.rows.clear()
+        assert page.device_list.devices == ("optoforce:/dev/x",)
+        assert page.status.messages.text() == ""
+        page.device_list.rows.clear()
 
 
 def test_where_nothing_is_found_the_way_without_devices_is_told(page, until):
-    until(page.sources.nothing.isVisible)
-    assert "'forcelab replay'" in page.sources.nothing.text()
+    until(page.device_list.nothing.isVisible)
+    assert "'forcelab replay'" in page.device_list.nothing.text()
 
 
 def test_an_old_failure_is_not_told_beside_a_new_one(page, until):
     for port in ("/dev/one", "/dev/two"):
-        page.sources.rows.clear()
-        page.sources.add(f"optoforce:{port}")
+        page.device_list.rows.clear()
+        page.device_list.add(f"optoforce:{port}")
         page.connect_button.click()
-        until(lambda: page.session.phase is CaptureState.APART)
-        assert port in page.standing.sentences.text()
-        assert "plug the device in, and press Look again." in page.standing.sentences.text()
-    assert "/dev/one" not in page.standing.sentences.text()
+        until(lambda: page.controller.phase is CaptureState.DISCONNECTED)
+        assert port in page.status.messages.text()
+        assert "plug the device in, and press Refresh." in page.status.messages.text()
+    assert "/dev/one" not in page.status.messages.text()
 
 
 def test_delete_and_the_menu_remove_what_was_added(page):
     for name in ("text:/dev/x", "text:/dev/y"):
-        page.sources.add(name)
-    rows = page.sources.rows
+        page.device_list.add(name)
+    rows = page.device_list.rows
     rows.setCurrentRow(0)
     rows.setFocus()
     QTest.keyClick(rows, Qt.Key.Key_Delete)
     assert rows.names() == ["text:/dev/y"]
     rows.setCurrentRow(0)
-    [remove] = [one for one in page.sources.menu().actions() if one.text() == "Remove"]
+    [remove] = [action for action in page.device_list.menu().actions() if action.text() == "Remove"]
     remove.trigger()
     assert rows.names() == []
     assert not settings.strings("capture/by hand")
@@ -78,8 +78,8 @@ def test_a_device_that_is_plugged_in_gets_a_calibration_and_keeps_it(page, monke
     port = FoundPort("/dev/ttyACM7", "optoforce", "OptoForce DAQ", None, None, True)
     monkeypatch.setattr("forcelab.capture.discovery.find_ports", lambda: (port,))
     monkeypatch.setattr("PySide6.QtWidgets.QFileDialog.getOpenFileName", lambda *_: (str(FILE), ""))
-    sources = page.sources
-    sources.look()
+    sources = page.device_list
+    sources.refresh()
     until(lambda: sources.rows.count() == 1)
     sources.rows.setCurrentRow(0)
     assert "not calibrated" in sources.rows.item(0).text()
@@ -88,7 +88,7 @@ def test_a_device_that_is_plugged_in_gets_a_calibration_and_keeps_it(page, monke
     assert name == f"optoforce:/dev/ttyACM7?calibration={FILE}"
     assert "not calibrated" not in sources.rows.item(0).text()
     sources.rows.item(0).setText("before")
-    sources.look()
+    sources.refresh()
     until(lambda: "OptoForce DAQ" in sources.rows.item(0).text())
     assert sources.rows.names() == [name]
     assert sources.rows.currentRow() == 0
@@ -101,13 +101,13 @@ def test_a_device_that_is_plugged_in_gets_a_calibration_and_keeps_it(page, monke
 
 
 def test_counts_are_warned_of_as_long_as_the_device_is_connected(connected):
-    assert "is not calibrated" in connected.standing.alarms.text()
-    assert "raw counts" in connected.standing.alarms.text()
-    assert connected.standing.alarms.isVisible()
+    assert "is not calibrated" in connected.status.alarms.text()
+    assert "raw counts" in connected.status.alarms.text()
+    assert connected.status.alarms.isVisible()
 
 
 def test_the_names_of_connected_devices_can_be_read(app, connected):
-    rows = connected.sources.rows
+    rows = connected.device_list.rows
     assert not rows.isEnabled()
     for choice in ("dark", "light"):
         theme.use_theme(app, choice)
@@ -117,8 +117,8 @@ def test_the_names_of_connected_devices_can_be_read(app, connected):
 
 def test_what_is_found_after_connecting_shows_only_what_is_connected(connected):
     page = connected
-    ticked = page.sources.devices
-    page.sources._list(((FoundPort("/dev/x", "text", "a scale", None, None, True),), ()))
-    rows = page.sources.rows
-    shown = [rows.said(item) for item in rows.items_here() if not item.isHidden()]
+    ticked = page.device_list.devices
+    page.device_list._show_found(((FoundPort("/dev/x", "text", "a scale", None, None, True),), ()))
+    rows = page.device_list.rows
+    shown = [rows.name_of(item) for item in rows.all_items() if not item.isHidden()]
     assert shown == list(ticked)

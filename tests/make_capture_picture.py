@@ -1,7 +1,7 @@
 """Draws the Capture workspace while virtual tongs are recorded, for the README.
 
-Start it as ``python tests/capture_picture.py PROJECT FILE.png`` with the sample project. Forces and
-film of a demonstration are played in real time, and its simulated truth presses the keys.
+Start it as ``python -m tests.make_capture_picture PROJECT FILE.png`` with the sample project.
+Forces and film of a demonstration are played in real time, and its simulated truth presses keys.
 """
 
 from __future__ import annotations
@@ -15,11 +15,11 @@ from pathlib import Path
 import cv2
 
 from forcelab.capture import camera
-from forcelab.capture.emulator import VirtualCamera
-from forcelab.capture.replay import Replay, sensors_of
+from forcelab.capture.replay import Replay, extract_sensors
 from forcelab.formats.calibration import read_calibrations
 from forcelab.project import Project
 from forcelab.resources import asset
+from tests.capture.virtual_devices import VirtualCamera
 
 DEMONSTRATION, TASK = "LEGO-1-06", "LEGO"
 #: Seconds: before the demonstration begins, between an action and its key, of it when it is drawn.
@@ -62,7 +62,7 @@ def draw(path: Path, picture: Path) -> None:
             project.demonstrations.load(info.id),
             project.demonstrations.truth(info.id),
         )
-    sensors = sensors_of(demonstration, read_calibrations(calibration))
+    sensors = extract_sensors(demonstration, read_calibrations(calibration))
     film = Film(demonstration.video.path)
     camera.open_camera = lambda _: film
     application = QApplication([])
@@ -83,30 +83,30 @@ def draw(path: Path, picture: Path) -> None:
 
     with Replay(demonstration, sensors, lead=LEAD) as replay:
         for port in replay.ports:
-            page.sources.add(f"optoforce:{port}?calibration={calibration}")
-        page.sources.add("camera:0")
-        page.fields.task.setCurrentText(TASK)
+            page.device_list.add(f"optoforce:{port}?calibration={calibration}")
+        page.device_list.add("camera:0")
+        page.next_recording.task.setCurrentText(TASK)
         which = page.recogniser.which
         which.activated.emit(which.findText(TASK))  # the sample's own is called as its task
         page.scalogram.choose("tangential 1")
-        until(lambda: page.session.recognising.loaded is not None)
+        until(lambda: page.controller.live_model.loaded is not None)
         page.connect_button.click()
         until(lambda: replay.ended(0.0) or replay.begun)
         film.begun = time.monotonic() + LEAD
-        until(lambda: page.session.phase is CaptureState.READY)
+        until(lambda: page.controller.phase is CaptureState.READY)
         at(0.2)
         page.record()
         for start, end, action in truth["actions"]:
             at(min(start + REACTION, DRAWN))
-            page.session.mark(action, True, time.monotonic())
+            page.controller.mark(action, True, time.monotonic())
             at(min(end + REACTION, DRAWN))
             if end + REACTION < DRAWN:
-                page.session.mark(action, False, time.monotonic())
+                page.controller.mark(action, False, time.monotonic())
         at(DRAWN)
-        until(lambda: page.session.recognising.glimpse.action)
+        until(lambda: page.controller.live_model.track.snapshot.action)
         window.grab().save(str(picture))
-        page.session.discard()
-        until(lambda: page.session.phase is CaptureState.READY)
+        page.controller.discard()
+        until(lambda: page.controller.phase is CaptureState.READY)
         window.close()
 
 

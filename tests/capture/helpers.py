@@ -1,13 +1,15 @@
-"""Devices that are not there, for the recorder: they count in real time, and do as told; a disk."""
+"""Fake devices that count in real time, a full disk, and what was recorded, read again."""
 
 import errno
 import io
+import struct
 import threading
 import time
 
 import numpy as np
 
 from forcelab.capture.device import Block, UnpluggedError
+from forcelab.capture.journal import JournalReader, SampleBuffer
 from forcelab.demonstration import Channel
 from forcelab.errors import InputError
 
@@ -106,3 +108,15 @@ def eventually(true, seconds=30.0):
     while not true():
         assert time.monotonic() < limit
         time.sleep(0.01)
+
+
+def block_of(payload):
+    """The block of samples in the payload of a journal's record."""
+    samples = SampleBuffer(struct.unpack_from("<IH", payload)[1])
+    samples.add(payload)
+    return samples.block()
+
+
+def journal_of(data):
+    """The contents of a journal whose bytes are all there."""
+    return JournalReader(lambda: iter((data,)), "test")

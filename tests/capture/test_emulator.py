@@ -10,22 +10,24 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from read_back import frame_number
-from virtual_encoder import VirtualEncoder
 
-from forcelab.capture.emulator import (
+from forcelab.capture.emulator import VirtualOptoForce, VirtualTextDevice, build_packets
+from forcelab.capture.optoforce import configure_command, serial_command
+from forcelab.capture.replay import extract_sensors
+from forcelab.capture.serial_port import Port
+from forcelab.demonstration import Channel, Demonstration
+from forcelab.errors import InputError
+from forcelab.formats.calibration import read_calibrations
+from forcelab.formats.optoforce_packets import Parser, is_overloaded
+from forcelab.resources import asset
+from tests.capture.virtual_devices import (
     Faults,
     VirtualCamera,
-    VirtualOptoForce,
-    VirtualTextLine,
-    build_packets,
-    rows,
-    spoil,
+    VirtualEncoder,
+    apply_faults,
+    frame_number,
+    table_source,
 )
-from forcelab.capture.optoforce import configure, serial_request
-from forcelab.capture.serial_port import Port
-from forcelab.errors import InputError
-from forcelab.formats.optoforce_packets import Parser, is_overloaded
 
 
 def numbered(times):
@@ -46,11 +48,11 @@ def reading(device):
             port.close()
 
 
-def collect(port, parser, wanted, seconds=10.0):
+def collect(port, parser, number, seconds=10.0):
     """Packets until there are so many; fails if they never come."""
     pieces, until = [], time.monotonic() + seconds
     arrived = []
-    while sum(map(len, pieces)) < wanted:
+    while sum(map(len, pieces)) < number:
         assert time.monotonic() < until
         data, when = port.read(0.1)
         pieces.append(parser.feed(data))
@@ -116,8 +118,8 @@ def test_it_answers_between_its_data_and_does_as_told():
     device = VirtualOptoForce(numbered, serial="ISE9ZZ99")
     with reading(device) as port:
         parser = Parser()
-        port.write(serial_request())
-        port.write(configure(10, 2))
+        port.write(serial_command())
+        port.write(configure_command(10, 2))
         replies = answered(port, parser, 2)
         _, _, values, _ = collect(port, parser, 20)
     assert [(r.serial, r.code) for r in replies] == [("ISE9ZZ99", None), (None, 0)]
@@ -126,17 +128,17 @@ def test_it_answers_between_its_data_and_does_as_told():
 
 
 def test_speed_zero_stops_it_and_zeroing_subtracts():
-    source = rows(np.full((10_000, 3), (100, -50, 7)), 1000.0)
+    source = table_source(np.full((10_000, 3), (100, -50, 7)), 1000.0)
     with reading(VirtualOptoForce(source)) as port:
         parser = Parser()
-        port.write(configure(1, 4, 255))
+        port.write(configure_command(1, 4, 255))
         answered(port, parser, 1)
         values = collect(port, parser, 100)[2]
         assert not values[-1].any()
-        port.write(configure(1, 4, 0))
+        port.write(configure_command(1, 4, 0))
         answered(port, parser, 1)
         assert tuple(collect(port, parser, 100)[2][-1]) == (100, -50, 7)
-        port.write(configure(0))
+        port.write(configure_command(0))
         until = time.monotonic() + 10
         while port.read(0.3)[0]:
             assert time.monotonic() < until
@@ -145,24 +147,30 @@ def test_speed_zero_stops_it_and_zeroing_subtracts():
 def test_a_bad_message_is_passed_over_and_the_next_one_heard():
     device = VirtualOptoForce(numbered)
     with reading(device) as port:
-        port.write(b"\xaa\x00\x32" + configure(1)[:-1] + b"\x00" + b"junk" + configure(2, 3))
+        port.write(
+            b"\xaa\x00\x32"
+            + configure_command(1)[:-1]
+            + b"\x00"
+            + b"junk"
+            + configure_command(2, 3)
+        )
         replies = answered(port, Parser(), 1)
     assert device.configured == [(2, 3, 0)]
     assert [reply.code for reply in replies] == [0]
 
 
-@given(st.lists(st.binary(max_size=12) | st.sampled_from([configure(3), serial_request()])))
+@given(st.lists(st.binary(max_size=12) | st.sampled_from([configure_command(3), serial_command()])))
 @settings(max_examples=200, deadline=None)
 def test_whatever_it_is_sent_it_takes_every_good_message_once(pieces):
     device = VirtualOptoForce(numbered)
     data = b"".join(pieces) + bytes(9)
-    whole = [device._heard(data), device._asked]
+    whole = [device._answer(data), device._received]
     device = VirtualOptoForce(numbered)
-    assert whole == [b"".join(device._heard(data[i : i + 1]) for i in range(len(data))), b""]
+    assert whole == [b"".join(device._answer(data[i : i + 1]) for i in range(len(data))), b""]
 
 
 def test_beyond_its_limit_a_reading_saturates_and_the_status_says_so():
-    source = rows(np.tile([[10, -30_000, 0]], (5000, 1)), 1000.0)
+    source = table_source(np.tile([[10, -30_000, 0]], (5000, 1)), 1000.0)
     with reading(VirtualOptoForce(source, limit=20_000)) as port:
         _, status, values, _ = collect(port, Parser(), 20)
     assert values[:, 1].min() == -20_000
@@ -183,7 +191,7 @@ def test_beyond_its_limit_a_reading_saturates_and_the_status_says_so():
 def test_the_truth_knows_which_packets_are_intact(faults, lost):
     rng = np.random.default_rng(1)
     packets = build_packets(np.arange(500), np.zeros(500, int), np.full((500, 3), 9))
-    data, intact = spoil(packets, faults, rng)
+    data, intact = apply_faults(packets, faults, rng)
     found = Parser().feed(data + b"\0" * 40)
     assert intact.all() != lost
     # Beyond those, only a packet with a doubled last byte may still be whole.
@@ -249,7 +257,7 @@ def test_a_name_that_is_taken_is_refused(tmp_path):
 
 
 def test_a_text_device_prints_what_it_was_told_to():
-    device = VirtualTextLine(
+    device = VirtualTextDevice(
         lambda t: np.column_stack([t, -t]),
         200,
         names=("a", "b"),
@@ -272,7 +280,7 @@ def test_a_text_device_prints_what_it_was_told_to():
 
 def test_the_first_line_is_not_dropped_with_what_was_there_before(monkeypatch):
     monkeypatch.setattr("forcelab.capture.emulator.OPENING", 1.0)
-    device = VirtualTextLine(lambda t: t[:, None], 200, names=("a",), header=True, waits=True)
+    device = VirtualTextDevice(lambda t: t[:, None], 200, names=("a",), header=True, waits=True)
     with device:
         port = os.open(device.port, os.O_RDONLY | os.O_NOCTTY)
         time.sleep(0.05)  # as on a busy machine
@@ -324,3 +332,16 @@ def test_a_camera_that_is_not_read_loses_its_oldest_frames():
     camera.read()
     time.sleep(0.2)
     assert frame_number(camera.read()[1]) > 10
+
+
+def test_a_reading_beyond_all_numbers_is_clipped_and_keeps_its_sign():
+    signals = np.ones((20, 3))
+    signals[7, 0], signals[9, 1] = 1e300, -1e300
+    channels = tuple(Channel(name, "N") for name in ("fx1", "fy1", "fz1"))
+    demonstration = Demonstration("tongs 01", "tongs", np.arange(20) / 1000, signals, channels)
+    (sensor,) = extract_sensors(
+        demonstration, read_calibrations(asset("calibrations", "3-axis-40N.toml"))
+    )
+    assert sensor.clipped == 2
+    assert sensor.counts[7, 0] > 32_767
+    assert sensor.counts[9, 1] < -32_767

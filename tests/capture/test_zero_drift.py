@@ -32,7 +32,7 @@ def told(times, values, restart_at=None, block=8):
             wander.restart()
             restart_at = None
         wander.update(times[first : first + block], values[first : first + block])
-    return wander.wander
+    return wander.drift
 
 
 def handling(seconds):
@@ -79,4 +79,4 @@ def test_constant_and_missing_readings_are_no_alarm():
     assert (told(times, values) == 0).all()
     values[:, 1] = np.nan
     assert (told(times, values) == 0).all()
-    assert (ZeroDrift(2).wander == 0).all()
+    assert (ZeroDrift(2).drift == 0).all()

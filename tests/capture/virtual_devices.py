@@ -1,0 +1,275 @@
+"""Virtual devices with faults, encoders and cameras, as tests and benchmarks need them."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from forcelab.capture.emulator import (
+    BURST,
+    Readings,
+    SamplingRun,
+    Source,
+    VirtualOptoForce,
+    VirtualSampler,
+)
+from forcelab.errors import InputError
+
+
+def table_source(counts: ArrayLike, rate: float) -> Source:
+    """A recording as a source: at each time the sample that was the nearest; zero past its end.
+
+    `counts` has shape (n, c); `rate` is in rows a second of the device's clock.
+    """
+    table = np.atleast_2d(np.asarray(counts, dtype=np.int64))
+
+    def read(times: NDArray[np.float64]) -> NDArray[np.int64]:
+        places = np.floor(times * rate + 0.5).astype(np.int64)
+        out = table[np.clip(places, 0, len(table) - 1)]
+        out[places >= len(table)] = 0
+        return out
+
+    return read
+
+
+@dataclass(frozen=True, slots=True)
+class Faults:
+    """How often what goes wrong, as shares of the packets or bytes; nothing by default."""
+
+    #: Packets that never arrive, though the counter counts them.
+    lost: float = 0.0
+    #: Bytes that are left out, changed in one bit, or sent twice.
+    lost_bytes: float = 0.0
+    corrupted: float = 0.0
+    doubled: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name in ("lost", "lost_bytes", "corrupted", "doubled"):
+            share = getattr(self, name)
+            if not 0 <= share <= 1:
+                raise InputError(f"The share '{name}' of faults must lie in 0..1, not {share:g}.")
+
+
+def apply_faults(
+    packets: NDArray[np.uint8], faults: Faults, rng: np.random.Generator
+) -> tuple[bytes, NDArray[np.bool_]]:
+    """Do to packets, one a row, what a bad cable does.
+
+    Gives the bytes that are left, and which packets are intact, shape (n,).
+    """
+    intact = np.ones(len(packets), dtype=bool)
+    if not (faults.lost or faults.lost_bytes or faults.corrupted or faults.doubled):
+        return packets.tobytes(), intact
+    repeats = np.ones(packets.shape, dtype=np.int64)
+    repeats[rng.random(packets.shape) < faults.doubled] = 2
+    repeats[rng.random(packets.shape) < faults.lost_bytes] = 0
+    repeats[rng.random(len(packets)) < faults.lost] = 0
+    flips = np.where(
+        rng.random(packets.shape) < faults.corrupted,
+        np.left_shift(1, rng.integers(0, 8, packets.shape)),
+        0,
+    ).astype(np.uint8)
+    intact &= (repeats == 1).all(axis=1) & (flips == 0).all(axis=1)
+    return np.repeat((packets ^ flips).ravel(), repeats.ravel()).tobytes(), intact
+
+
+class FaultyOptoForce(VirtualOptoForce):
+    """A DAQ behind a bad cable; its faults can be set to others at any time."""
+
+    def __init__(
+        self, source: Source, rate: float = 1000.0, *, faults: Faults | None = None, **options
+    ) -> None:
+        super().__init__(source, rate, **options)
+        self.faults = faults or Faults()
+        self._rng = np.random.default_rng(0)
+
+    def _transmit(self, packets: NDArray[np.uint8]) -> tuple[bytes, NDArray[np.bool_]]:
+        return apply_faults(packets, self.faults, self._rng)
+
+
+#: Registers of the encoder's adapter: how much its count has to change to be sent, how often it
+#: looks, its clock, its count, what it is, and how it replies.
+THRESHOLD, INTERVAL, CLOCK, COUNT, VERSION, FORMAT = "0B", "0C", "0D", "0E", "14", "15"
+#: Bits of the last: line feed, carriage return, a time stamp before them, blanks between all.
+LINE_FEED, RETURN, STAMPED, SPACED = 1, 2, 4, 8
+#: Steps a second of its clock.
+STAMP_RATE = 512.0
+
+
+class VirtualEncoder(VirtualSampler):
+    """A quadrature encoder behind a QSB adapter: it streams on change once it is told to.
+
+    Its replies are ``r``, ``w``, ``s`` or ``e``, the register, the value in hexadecimal, and where
+    register 15 says so a time stamp; then ``!`` if the adapter is one that ends so. See
+    :mod:`forcelab.capture.encoder`.
+
+    Parameters
+    ----------
+    source : callable
+        Counts, shape (m, 1), at device times (s), shape (m,).
+    rate : float
+        How often a second it looks whether the count has changed.
+    bang : bool
+        Whether its replies end with ``!``.
+    serial : int
+        Its serial number.
+    clock_ppm, path, burst, waits
+        As of :class:`~forcelab.capture.emulator.VirtualSampler`.
+    """
+
+    def __init__(
+        self,
+        source: Readings,
+        rate: float = STAMP_RATE,
+        *,
+        bang: bool = True,
+        serial: int = 81_830,
+        clock_ppm: float = 0.0,
+        path: Path | None = None,
+        burst: float = BURST,
+        waits: bool = False,
+    ) -> None:
+        super().__init__(source, rate, clock_ppm, path, burst, waits)
+        #: All commands it was given.
+        self.commands: list[str] = []
+        self._end, self._serial = "!" if bang else "", serial
+        self._received = ""
+        self._now = 0.0
+        self._reset()
+
+    def _reset(self) -> None:
+        """As it is when it is switched on: it has lost its count."""
+        self._streams = False
+        self._registers = {FORMAT: LINE_FEED | RETURN, VERSION: self._serial << 12 | 6}
+        self._clock = self._now
+        self._offset: int | None = None
+        self._count = self._shown = 0
+
+    def _begin(self, now: float) -> None:
+        super()._begin(now)
+        self._reset()
+
+    def _due(self, now: float) -> bytes:
+        times, values = self._next(now)
+        out = b""
+        threshold = self._registers.get(THRESHOLD, 0)
+        for at, count in zip(times.tolist(), values[:, 0].tolist(), strict=True):
+            if self._offset is None:
+                self._offset = round(count)
+            self._now, self._count = at, round(count) - self._offset
+            if self._streams and abs(self._count - self._shown) >= threshold:
+                self._shown = self._count
+                out += self._reply("s", COUNT, self._count)
+        return out
+
+    def _answer(self, data: bytes) -> bytes:
+        *lines, self._received = (self._received + data.decode("ascii", "replace")).split("\n")
+        commands = [line.strip().upper() for line in lines]
+        return b"".join(self._reply_to(command) for command in commands if command)
+
+    def _reply_to(self, command: str) -> bytes:
+        """What it replies to one command."""
+        self.commands.append(command)
+        verb, register, digits = command[:1], command[1:3], command[3:]
+        try:
+            number = int(digits or "0", 16)
+        except ValueError:
+            return self._reply("e", "00", 0)
+        if verb == "W":
+            self._write(register, number)
+        elif verb in {"R", "S"} and register == COUNT:
+            self._streams = verb == "S"
+            number = self._shown = self._count
+        elif verb == "R":
+            number = self._registers.get(register, 0)
+        else:
+            return self._reply("e", "00", 0)
+        return self._reply(verb.lower(), register, number)
+
+    def _write(self, register: str, number: int) -> None:
+        """Do what a register stands for."""
+        self._registers[register] = number
+        if register == INTERVAL and number and self._runs:
+            last = self._runs[-1]
+            sent = np.array([self._sent])
+            start, device = float(last.host_times(sent)[0]), float(last.device_times(sent)[0])
+            self._runs.append(
+                SamplingRun(self._sent, start, device, STAMP_RATE / number, self._pace)
+            )
+        elif register == CLOCK:
+            self._clock = self._now
+
+    def _reply(self, verb: str, register: str, value: int) -> bytes:
+        """One reply, in the format that register 15 asks for."""
+        style = self._registers[FORMAT]
+        parts = [verb, register, f"{value & 0xFFFFFFFF:08X}"]
+        if style & STAMPED:
+            parts.append(f"{int((self._now - self._clock) * STAMP_RATE) & 0xFFFFFFFF:08X}")
+        if self._end:
+            parts.append(self._end)
+        ending = "\r" * bool(style & RETURN) + "\n" * bool(style & LINE_FEED)
+        return ((" " if style & SPACED else "").join(parts) + ending).encode("ascii")
+
+
+#: OpenCV's number of the time of the frame that was read last.
+POSITION_MS = 0
+#: A frame's number stands in its top rows as so many black and white squares.
+BITS = 16
+#: Longest time (s) that is slept at once, so that a release is noticed.
+NAP = 0.05
+#: Frames that are kept for a late reader; the oldest ones are lost, as drivers lose them.
+BUFFERED = 4
+
+
+class VirtualCamera:
+    """A camera with `rate` frames a second of so many pixels."""
+
+    def __init__(self, rate: float = 30.0, width: int = 320, height: int = 240) -> None:
+        self.start = time.monotonic()
+        self.rate = rate
+        self._size = (width, height)
+        self._next = 0
+        self._take_samples = 0.0
+        self._released = False
+
+    def release(self) -> None:
+        self._released = True
+
+    def read(self) -> tuple[bool, NDArray[np.uint8] | None]:
+        """Wait for the next frame and give its picture; nothing once it is released."""
+        passed = int((time.monotonic() - self.start) * self.rate)
+        number = max(self._next, passed + 1 - BUFFERED)
+        taken = self.start + number / self.rate
+        while not self._released:
+            wait = taken - time.monotonic()
+            if wait <= 0:
+                self._next, self._take_samples = number + 1, taken
+                return True, _picture(number, *self._size)
+            time.sleep(min(wait, NAP))
+        return False, None
+
+    def get(self, what: int) -> float:
+        """A property by OpenCV's number; 0 for what it does not know."""
+        return 1000.0 * self._take_samples if what == POSITION_MS else 0.0
+
+
+def _picture(number: int, width: int, height: int) -> NDArray[np.uint8]:
+    """A grey picture with a number in its top rows, and a bar that moves."""
+    out = np.full((height, width, 3), 96, dtype=np.uint8)
+    side = width // BITS
+    bits = (number >> np.arange(BITS)) & 1
+    out[:side, : side * BITS] = (255 * np.repeat(bits, side))[None, :, None]
+    left = 4 * number % width
+    out[2 * side :, left : left + side] = (40, 200, 240)
+    return out
+
+
+def frame_number(picture):
+    """The number in a picture of a virtual camera, modulo 65,536; lossy coding does it no harm."""
+    side = picture.shape[1] // BITS
+    squares = picture[:side, : side * BITS].mean(axis=(0, 2)).reshape(BITS, side)
+    return int(((squares.mean(axis=1) > 127) << np.arange(BITS)).sum())
