@@ -46,11 +46,10 @@ def comparison_columns(
     comparison: Comparison, first: str, *, sure: bool
 ) -> tuple[TableColumn, ...]:
     """The columns' names; `first` heads the rows, `sure` adds the intervals."""
-    run = "run {0}"
     columns = (
         TableColumn(first, number=False),
-        TableColumn(run.format(comparison.one.number)),
-        TableColumn(run.format(comparison.other.number)),
+        TableColumn(f"run {comparison.one.number}"),
+        TableColumn(f"run {comparison.other.number}"),
         TableColumn("difference"),
     )
     tip = "Of the difference, paired over the demonstrations both tested."
@@ -96,8 +95,8 @@ def settings_differences(comparison: Comparison) -> str:
         listed = "; ".join(_setting_difference(*setting) for setting in comparison.settings)
         text = f"Different settings: {listed}."
     if number := len(comparison.relabelled):
-        changed = "Labels of {0} of {1} demonstrations were changed between the runs."
-        text = f"{text} {changed.format(number, len(comparison.shared))}"
+        demonstrations = f"{number} of {len(comparison.shared)} demonstrations"
+        text += f" Labels of {demonstrations} were changed between the runs."
     return text
 
 

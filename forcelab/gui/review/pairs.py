@@ -76,10 +76,9 @@ def missing_pairs_text(
             "A recogniser is being trained; human and predicted timelines appear here when it is."
         )
     if outcome is None:
-        bound = keys().shown("train")
-        return "{train}; human and predicted timelines then appear here in pairs.".format(
-            train=f"Press {bound} to train" if bound else "Train a recogniser"
-        )
+        key = keys().shown("train")
+        train = f"Press {key} to train" if key else "Train a recogniser"
+        return f"{train}; human and predicted timelines then appear here in pairs."
     if not entries and hidden:
         return "All demonstrations of this run are hidden while you code them blind."
     if not entries:

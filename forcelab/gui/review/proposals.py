@@ -128,13 +128,11 @@ class AcceptButtons(QWidget):
         done = accept()
         if done:
             count = len(set(self.document.segments) - before)
-            text = (
-                "1 predicted segment was accepted; {key} takes it back."
-                if count == 1
-                else "{count} predicted segments were accepted; {key} takes them back."
-            )
             key = keys().shown("undo").split(",")[0]
-            self.document.say(text.format(count=count, key=key))
+            text = f"{count} predicted segments were accepted; {key} takes them back."
+            if count == 1:
+                text = f"1 predicted segment was accepted; {key} takes it back."
+            self.document.say(text)
         return done
 
     def _count(self, start: float, end: float, at_least: float = 0.0) -> int:
@@ -326,8 +324,7 @@ class ProposalsView(QWidget):
         )
         if proposal.typicality is None:
             return text
-        typical = "It is {0:.0f} % like all that are listed."
-        return f"{text} {typical.format(100 * proposal.typicality)}"
+        return f"{text} It is {100 * proposal.typicality:.0f} % like all that are listed."
 
     def _labelled(self) -> dict[str, float]:
         """Which share of each demonstration the coder has labelled."""

@@ -477,11 +477,10 @@ class QueueView(QWidget):
         if not self.document.examine(place):
             return
         if wrapped:
-            first, last = "Back at the first.", "Back at the last."
-            self.document.say(first if direction > 0 else last)
+            self.document.say("Back at the first." if direction > 0 else "Back at the last.")
         elif not self.isVisible():  # or one would wonder what is wrong there
-            sides = map(action_name, (place.human, place.predicted))
-            self.document.say("Human: {}; model: {}.".format(*sides))
+            human, model = action_name(place.human), action_name(place.predicted)
+            self.document.say(f"Human: {human}; model: {model}.")
 
     def judge(self, verdict: VerdictKind) -> bool:
         """Judge the examined difference, and go on to the next one.
@@ -551,8 +550,7 @@ class QueueView(QWidget):
         except ForcelabError as error:
             self.document.say(str(error), True)
             return False
-        message = "The verdict is withdrawn; labels stay as they are."
-        self.document.say(message)
+        self.document.say("The verdict is withdrawn; labels stay as they are.")
         self.reader.track_changed()
         self.reader.compare()
         return True
@@ -563,12 +561,12 @@ class QueueView(QWidget):
         """Give the coder's track what the model predicts; gives whether to store the verdict."""
         document = self.document
         if document.author != outcome.author:
-            message = (
-                "The verdict is kept; only {0} can change {0}'s labels. To change them as {1}, "
-                "copy them ({2})."
-            )
+            coder = outcome.author
             key = keys().shown("copy_from") or "in the menu Segments"
-            document.say(message.format(outcome.author, document.author, key))
+            document.say(
+                f"The verdict is kept; only {coder} can change {coder}'s labels. To change them as "
+                f"{document.author}, copy them ({key})."
+            )
             return True
         if document.id != difference.demonstration and not document.examine(difference):
             return False

@@ -37,9 +37,7 @@ class TrainingIndicator(BackgroundIndicator):
         trainer = self._trainer
         if trainer.training:
             step = trainer.step
-            return "Training: {}".format(
-                "starting" if step is None else training_progress_text(step)
-            )
+            return f"Training: {'starting' if step is None else training_progress_text(step)}"
         outcome = trainer.document.outcome
         if trainer.edits is None or outcome is None:
             return ""

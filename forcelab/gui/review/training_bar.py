@@ -303,8 +303,7 @@ class TrainingBar(QWidget):
         name = "Settings…"
         if self.trainer.ready:
             preset, changed = self.trainer.preset_used
-            told = "Settings: {0}, changed…" if changed else "Settings: {0}…"
-            name = told.format(preset)
+            name = f"Settings: {preset}, changed…" if changed else f"Settings: {preset}…"
         self.settings.setText(name)
         self.settings.setAccessibleName(name)
         set_enabled_with_reason(self.settings, self._why_not_trainable())
