@@ -357,14 +357,14 @@ def test_without_recordings_it_says_what_comes_first(tmp_path, windows, until):
     Project.create(path).close()
     window = windows(path, "review")
     workspace = window.review.workspace
-    assert workspace._nothing.isVisible()
-    assert "Import" in workspace._nothing.text()
+    assert workspace.hint.isVisible()
+    assert "Import" in workspace.hint.text()
     assert not workspace.queue.isVisible()  # which would say "Train"
     (demonstration, segments), *_ = synthetic_set(1, 100.0)
     window.document.project.demonstrations.add(demonstration, [Track("Ada", segments)])
     window.document.refresh_listing()
     assert workspace.queue.isVisible()
-    assert not workspace._nothing.isVisible()
+    assert not workspace.hint.isVisible()
 
 
 def test_every_workspace_fits_a_full_hd_screen_at_twice_the_size(study, windows, until):
