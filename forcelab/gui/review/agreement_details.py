@@ -532,9 +532,9 @@ class PairDetails(QWidget):
         self.title.setText(f"{pair.a} and {pair.b}, {count} demonstration{plural}")
         kappa, agreed = pair.kappa, pair.agreed
         if agreed is None:
-            text = "There is no time that both labelled, so nothing can be compared."
+            text = "No time is labelled by both, so nothing can be compared."
         elif kappa is None:
-            text = "Both know one action only; kappa cannot tell that from chance."
+            text = "Both used only one action; kappa cannot tell that from chance."
         else:
             text = (
                 f"Kappa {kappa:.2f}, “{landis_koch(kappa)}” by Landis and Koch. They agree "
@@ -553,7 +553,7 @@ class PairDetails(QWidget):
         )
 
     def _show_actions(self, pair: PairAgreement) -> None:
-        self.each.setText("Actions: where one of the two says it, how often the other says it too.")
+        self.each.setText("Actions: where one coder labels it, how often the other does too.")
         self.bars.show_shares(pair.by_action, self.document.vocabulary)
 
     def _show_boundaries(self, pair: PairAgreement) -> None:
@@ -586,8 +586,8 @@ class PairDetails(QWidget):
             if value is not None
         )
         self.segments.setText(
-            f"Segments (F1): {f1 or '–'}. 100 % means that every segment has one of the same "
-            "action in the other track that it overlaps by at least so much."
+            f"Segments (F1): {f1 or '–'}. 100 % means that every segment overlaps one of "
+            "the same action in the other track by at least that much."
         )
 
     def _list(self) -> None:
@@ -679,7 +679,7 @@ class ConsistencyView(QWidget):
         self.durations.fit_columns(stretched=0)
         odd = [IntervalRow(place, "unusual duration") for place in own.odd]
         rare = [IntervalRow(place, "unusual order") for place in own.rare]
-        text = "No segment stands out by its duration or by what it follows."
+        text = "No segment stands out by its duration or its order."
         if odd or rare:
             text = (
                 f"{len(odd)} segments are unusually long or short for their action, and "

@@ -283,10 +283,7 @@ class ComparisonDialog(QDialog):
 
     def _note(self, comparison: Comparison, stage: str) -> str:
         if not comparison.shared:
-            return (
-                "The two tested no demonstration in common, so there is nothing to set side by "
-                "side; choose two runs of the same task."
-            )
+            return "These runs tested no demonstration in common; choose two runs of the same task."
         reason = comparison.intervals[stage].reason
         shared = f"Both tested {len(comparison.shared)} demonstrations."
         return f"{shared} {reason}".strip()

@@ -86,8 +86,8 @@ def missing_matrix_text(outcome: Outcome | None, *, opened: bool) -> str:
         return "Open a project to see which actions are confused."
     if outcome is None:
         return (
-            "Nothing was trained yet. Train, and this shows which actions the recogniser "
-            "confuses, and every place where it does."
+            "Train a recogniser; this then shows which actions it confuses, and every place where "
+            "it does."
         )
     return (
         "No demonstration that you may see was tested in this run: label at least two, or finish "

@@ -249,8 +249,8 @@ class VerdictButtons(QWidget):
         }
         tips = {
             "human": "The label is right; it stays.",
-            "model": "The prediction is right; your label is changed to it, undoably.",
-            "ambiguous": "It cannot be told; the label stays.",
+            "model": "The prediction is right; your label is changed to it (undo takes it back).",
+            "ambiguous": "It cannot be decided; the label stays.",
         }
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
@@ -392,7 +392,7 @@ class VerdictUndo:
         document = self._document
         if change.withdrawn == (kind == "redo"):
             withdraw(project, change.verdict, document.author)
-            document.say("The verdict is taken back.")
+            document.say("The verdict is withdrawn.")
         else:
             project.coding.add_verdict(replace(change.verdict, id=0))
             document.say("The verdict counts again.")

@@ -261,7 +261,7 @@ class ScoresView(QWidget):
         if visible is None or outcome is None or not outcome.tested:
             self._jobs.cancel(INTERVALS_JOB)
             self._outcome = None
-            nothing = "Nothing was trained yet. Train, and this shows how well that works."
+            nothing = "Train a recogniser; its scores appear here."
             if outcome is not None:
                 nothing = untested_text(outcome, "This run tested no demonstration.")
             self._show_empty(nothing)

@@ -487,7 +487,7 @@ class TradeoffView(QWidget):
     def refresh(self) -> None:
         """Show what was measured, or what is missing."""
         controller, measured = self.controller, self.controller.measured
-        few = "Label two demonstrations of the task first: one is recognised by the other."
+        few = "Label two demonstrations of the task first; each is tested by training on the other."
         set_enabled_with_reason(self.measure, "" if controller.labelled > 1 else few)
         self.undo.setVisible(controller.can_undo)
         self.trouble.setText(controller.trouble)

@@ -199,7 +199,7 @@ class TrainingBar(QWidget):
         self.settings.setToolTip("How a recogniser is trained")
         self.settings.clicked.connect(self.open_settings)
         self.freshness = ElidedLabel()
-        self.freshness.setAccessibleName("How the recogniser stands")
+        self.freshness.setAccessibleName("State of the recogniser")
         self.progress = QProgressBar()
         self.progress.setTextVisible(False)
         self.progress.setFixedWidth(110)
@@ -283,7 +283,7 @@ class TrainingBar(QWidget):
     def _why_not_trainable(self, *, training: bool = False) -> str:
         """Why nothing can be trained now; empty where it can."""
         if training:
-            return "A training goes on; wait for it or cancel it."
+            return "A training is running; wait for it or cancel it."
         none = "There is nothing to train on yet; import demonstrations and label them."
         return "" if self.trainer.ready else self.trainer.trouble or none
 
@@ -373,7 +373,7 @@ class TrainingBar(QWidget):
             self._menu.addAction("Compare two runs…", self.compare_requested.emit)
 
     def _count_runs(self) -> None:
-        few = "Train a second time, with other settings or labels, and compare then."
+        few = "Train again with other settings or labels to compare two runs."
         set_enabled_with_reason(self.compare, "" if len(self.trainer.runs) > 1 else few)
 
     def _name_keys(self) -> None:

@@ -86,7 +86,7 @@ class ReviewWorkspace(QWidget):
         self._right = _splitter(Qt.Orientation.Vertical, (self.lists, self._video), LIST_SHARES)
         self._sides = _splitter(Qt.Orientation.Horizontal, (self._left, self._right), BESIDE_SHARES)
         self.hint = placeholder(
-            "Import demonstrations first. When some are labelled, train; what comes of it is here."
+            "Import demonstrations and label some, then train; the results appear here."
         )
         column = page_layout(self, self.bar, self._sides, self.hint, growing=self._sides)
         column.setStretch(2, 1)

@@ -553,7 +553,7 @@ def test_the_export_goes_on_in_the_background_and_says_when_it_is_done(
     assert said[1][1]
     view.tools.search.setText("nothing like it")
     view.export_to(tmp_path / "pairs.svg")
-    assert "No timeline pair" in said[2][0]
+    assert "no timeline pair" in said[2][0]
 
 
 # What was found while using it
