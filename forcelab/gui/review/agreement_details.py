@@ -343,7 +343,7 @@ class CoderMatrix(QWidget):
             super().keyPressEvent(event)
             return
         row, column = self.at[0] + step[0], self.at[1] + step[1]
-        if row == column:  # nobody is compared with himself: on to the next
+        if row == column:  # the diagonal: on to the next
             row, column = row + step[0], column + step[1]
         self.choose(row, column)
 

@@ -282,7 +282,7 @@ class ExplanationView(QWidget):
         self.why: Why | None = None
         self.model_cache = ModelCache()
         self._outcome: Outcome | None = None
-        self._hidden: frozenset[str] = frozenset()  # what is coded blind by whoever looks
+        self._hidden: frozenset[str] = frozenset()  # what the coder codes blind
         self._away: Interval | None = None  # the neighbour that is looked at meanwhile
         self._selecting = False  # whether the selection is newer than what was examined
         self._training: tuple[int, str] | None = None  # run and demonstration being withheld
@@ -352,8 +352,8 @@ class ExplanationView(QWidget):
     def _selected_interval(self) -> Interval | None:
         """What is to be explained now."""
         if self._away is not None and self.document.examined == self._away:
-            here = self.document.id == self._away.demonstration and not self._selecting
-            if here and not self.document.coding_blind:
+            at_neighbour = self.document.id == self._away.demonstration and not self._selecting
+            if at_neighbour and not self.document.coding_blind:
                 return self.place
         self._away = None
         return chosen_interval(self.document, self._selecting) or interval_at_cursor(self.document)

@@ -215,9 +215,9 @@ class ProbabilityChart(QWidget):
                 if self.certainty is None:
                     face, ink = text.font(CHART_FONT), QColor(colours().on_unlabelled)
                     box = self.plot
-                    told = text.elided(self.missing, face, box.width() - 8)
+                    message = text.elided(self.missing, face, box.width() - 8)
                     x, y = box.center().x(), self._y(0.25)
-                    text.draw_text(painter, x, y, told, face=face, ink=ink, align=0.5)
+                    text.draw_text(painter, x, y, message, face=face, ink=ink, align=0.5)
                 else:
                     self._paint_lines(painter, axis, self.certainty)
                 self._paint_cursor(painter, axis, self.place)
@@ -402,12 +402,12 @@ class BandMap(QWidget):
 
     def event(self, event: QEvent) -> bool:
         if isinstance(event, QHelpEvent) and event.type() == QEvent.Type.ToolTip:
-            sentence = self.told(QPointF(event.pos()))
+            sentence = self.band_text(QPointF(event.pos()))
             QToolTip.showText(event.globalPos(), sentence, self)
             return True
         return super().event(event)
 
-    def told(self, where: QPointF) -> str:
+    def band_text(self, where: QPointF) -> str:
         """The sentence of the band at a point; empty where there is none."""
         if self.why is None or not self.map.contains(where):
             return ""

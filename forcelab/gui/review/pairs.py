@@ -302,7 +302,7 @@ def _tool_button(title: str, name: str) -> QToolButton:
     return button
 
 
-#: What an exported file is called unless somebody says otherwise.
+#: The suggested name of an exported file.
 SUGGESTED_FILE = "pairs.svg"
 
 

@@ -182,7 +182,7 @@ class QueueLoader(QObject):
         self.read, self._compared = read, changes
         if upheavals is not None:
             self._reread = upheavals
-        self._forget_blind()  # somebody else may look by now than when it began
+        self._forget_blind()  # the coder may have changed since it began
         self._load_vocabulary()
         self.changed.emit()
 

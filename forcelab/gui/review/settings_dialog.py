@@ -420,7 +420,7 @@ class _MergeTable(QTableWidget):
             if self.currentRow() < self.rowCount() - 1:
                 row = self.currentRow()
                 self.removeRow(row)
-                # Whoever listens to cells that change is told of the one that is there now.
+                # Listeners to changed cells hear of the one that has moved up.
                 if (item := self.item(row, 0)) is not None:
                     self.itemChanged.emit(item)
             event.accept()

@@ -47,7 +47,7 @@ class TrainingIndicator(BackgroundIndicator):
 
 
 WARM_UP = "warming up"
-#: Jobs that nobody waits for in front of the screen: it is complete without what they will bring.
+#: Jobs that the screen is complete without.
 BACKGROUND_JOBS = frozenset({TRAINING, MEASURING, WARM_UP})
 
 

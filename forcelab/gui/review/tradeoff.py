@@ -178,7 +178,7 @@ class TradeoffController(QObject):
 
     @property
     def author(self) -> str | None:
-        """Whose labels are measured on; None for nobody's. Blind, a coder has only his own."""
+        """Whose labels are measured on, if anyone's; a blind coder has only his own."""
         author = self.trainer.choice.author or default_author(self.document, {self.task})
         own, project = self.document.author, self.document.project
         if author in (None, own) or project is None:

@@ -555,9 +555,7 @@ class Trainer(QObject):
     def train(self) -> bool:
         """Begin a training; gives whether it began. Never are there two at once."""
         if self.training:
-            self._training_automatically = (
-                False  # from now on somebody has asked for the one under way
-            )
+            self._training_automatically = False  # from now on it counts as asked for
             return False
         self._quiet.stop()
         self._training_automatically = False

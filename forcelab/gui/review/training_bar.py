@@ -46,7 +46,7 @@ class AuthorLabel(ElidedLabel):
         """Name a coder; nothing where no other coder has labelled."""
         document = self._document
         listed = (name for info in document.infos for name in info.labelled)
-        # The list does not tell yet of whoever has just begun to label.
+        # The list does not have coders yet who have just begun to label.
         people = {name for name in (*listed, *document.others) if not is_model(name)}
         several = whose is not None and bool({*people, document.author} - {whose})
         self.set_text(f"Labels by {whose}" if several else "")
@@ -118,7 +118,7 @@ class RunComboBox(ElidedComboBox):
             self.document.say(str(error), True)
             return
         if not uses:
-            self.trainer.list_runs()  # somebody else was faster
+            self.trainer.list_runs()  # another window was faster
             return
         dialog = removal_of_run(self.currentText(), uses[0], self.window())
         dialog.accepted.connect(lambda: self.trainer.remove_run(number))
