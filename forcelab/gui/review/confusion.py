@@ -551,8 +551,8 @@ class ConfusionView(QWidget):
         self._split.setSizes([3000, 1000])
         self._split.splitterMoved.connect(self._draw)
         self._page = scroll_area(self._split)
-        self._pages = PageOrPlaceholder(self._page)
-        page_layout(self, self.switches, self._pages, growing=self._pages)
+        self.pages = PageOrPlaceholder(self._page)
+        page_layout(self, self.switches, self.pages, growing=self.pages)
 
     def _refresh(self) -> None:
         """Show the run as it is now, counting it if that was not done."""
@@ -590,7 +590,7 @@ class ConfusionView(QWidget):
             self._show_empty("This run kept no raw predictions; choose 'Filtered'.")
             self.switches.show()
             return
-        self._pages.say("")
+        self.pages.say("")
         self.switches.show()
         self._draw()
         self._relist()
@@ -599,7 +599,7 @@ class ConfusionView(QWidget):
         self.cells = None
         self.canvas.show_figure(None)
         self.list.clear()
-        self._pages.say(text)
+        self.pages.say(text)
         self.switches.hide()
 
     def _figure(self, *, headed: bool) -> ConfusionMatrix:

@@ -293,8 +293,8 @@ class ExplanationView(QWidget):
         self.page.back.clicked.connect(self.go_back)
         self.page.stop.clicked.connect(self._toggle_training)
         self.page.neighbours.chosen.connect(self._go_to)
-        self._room = PageOrPlaceholder(self.page)
-        page_layout(self, self._room)
+        self.pages = PageOrPlaceholder(self.page)
+        page_layout(self, self.pages)
         self._timer = QTimer(self, singleShot=True, interval=SETTLE_TIME)
         self._timer.timeout.connect(self.refresh)
         document.outcome_changed.connect(self._ask)
@@ -370,7 +370,7 @@ class ExplanationView(QWidget):
             self._cancel()
             self.place = self.why = None
             self.page.forget()
-            self._room.say(missing_explanation_text(self.document))
+            self.pages.say(missing_explanation_text(self.document))
             return
         hidden = blind_demonstrations(document)
         if (place, hidden) == (self.place, self._hidden) and document.outcome is self._outcome:
@@ -381,7 +381,7 @@ class ExplanationView(QWidget):
         if document.outcome is not self._outcome:
             self.model_cache.clear()
         self.place, self._outcome, self._stopped = place, document.outcome, False
-        self._room.say("")
+        self.pages.say("")
         reviewed = self._outcome.find(place.demonstration)
         certainty = None if reviewed is None else reviewed.certainty
         self.page.begin(place, certainty, self._outcome.settings.threshold)

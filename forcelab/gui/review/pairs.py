@@ -366,8 +366,8 @@ class PairsView(QWidget):
     def _lay_out(self) -> None:
         rows = QWidget()
         page_layout(rows, LegendRoom(self.legend), self.area, self.strip, growing=self.area)
-        self._pages = PageOrPlaceholder(rows)
-        page_layout(self, self.tools, self.note, self._pages, growing=self._pages)
+        self.pages = PageOrPlaceholder(rows)
+        page_layout(self, self.tools, self.note, self.pages, growing=self.pages)
 
     def _connect(self) -> None:
         document = self.document
@@ -486,7 +486,7 @@ class PairsView(QWidget):
             hidden=bool(self._hidden),
             shown=bool(shown),
         )
-        self._pages.say(words)
+        self.pages.say(words)
         self.tools.setHidden(not self._entries)
         count = 0
         if outcome is not None and self._entries:

@@ -195,9 +195,9 @@ class ProposalsView(QWidget):
         self.table = self._table()
         self.order = muted_label()
         self.accepting = AcceptButtons(document)
-        self._pages = PageOrPlaceholder(self.table)
-        parts = self.order, self._pages, self.accepting
-        page_layout(self, *parts, growing=self._pages, margin=4, spacing=4)
+        self.pages = PageOrPlaceholder(self.table)
+        parts = self.order, self.pages, self.accepting
+        page_layout(self, *parts, growing=self.pages, margin=4, spacing=4)
         document.outcome_changed.connect(self._refresh)
         document.author_changed.connect(self._refresh)
         document.listing_changed.connect(self._listing_changed)
@@ -364,7 +364,7 @@ class ProposalsView(QWidget):
                 "Every demonstration was labelled when this recogniser was trained; there is "
                 "nothing to propose."
             )
-        self._pages.say(text)
+        self.pages.say(text)
 
     def _go(self, index: QModelIndex) -> None:
         """Go to the most uncertain interval of a row."""

@@ -432,9 +432,9 @@ class QueueView(QWidget):
         self.buttons = VerdictButtons()
         self.buttons.judged.connect(self.judge)
         self.buttons.withdrawn.connect(self.withdraw)
-        self._summary, self._pages = muted_label(), PageOrPlaceholder(self.list)
-        parts = self.filter, self._summary, self._pages, self.buttons
-        page_layout(self, *parts, growing=self._pages, margin=4, spacing=4)
+        self._summary, self.pages = muted_label(), PageOrPlaceholder(self.list)
+        parts = self.filter, self._summary, self.pages, self.buttons
+        page_layout(self, *parts, growing=self.pages, margin=4, spacing=4)
         self.reader.changed.connect(self._compared)
         document.examined_changed.connect(self._follow)
         document.training_changed.connect(self._training_changed)
@@ -617,7 +617,7 @@ class QueueView(QWidget):
         empty = self._missing
         if not empty and not self.model.sections:
             empty = "Nothing here fits the filter."
-        self._pages.say(empty)
+        self.pages.say(empty)
         filled = bool(self.queue.open or self.queue.judged)
         self.filter.setVisible(filled)
         self.buttons.setVisible(filled)

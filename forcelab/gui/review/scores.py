@@ -245,8 +245,8 @@ class ScoresView(QWidget):
         page = QWidget()
         self.note.setContentsMargins(8, 4, 8, 4)
         page_layout(page, self.table, self.note, growing=self.table)
-        self._pages = PageOrPlaceholder(page)
-        page_layout(self, self._bar, self._pages, growing=self._pages)
+        self.pages = PageOrPlaceholder(page)
+        page_layout(self, self._bar, self.pages, growing=self.pages)
 
     def _refresh(self) -> None:
         if not self.isVisible():
@@ -301,7 +301,7 @@ class ScoresView(QWidget):
         self.note.setText(self._note(rows[1].tip))
         self.note.setToolTip(RELIABILITY_TIP if self._outcome.reliability else "")
         self._bar.show()
-        self._pages.say("")
+        self.pages.say("")
 
     def _note(self, how: str) -> str:
         outcome = self._outcome
@@ -311,7 +311,7 @@ class ScoresView(QWidget):
 
     def _show_empty(self, text: str) -> None:
         self._bar.hide()
-        self._pages.say(text)
+        self.pages.say(text)
 
     def _open(self, index: QModelIndex) -> None:
         number = index.row() - POOLED_ROWS

@@ -105,7 +105,7 @@ def explained(view, document, study, until):
 
 
 def said(view):
-    note = view._room.note
+    note = view.pages.note
     return note.text() if note.isVisible() else ""
 
 

@@ -28,8 +28,8 @@ def seen(tabs):
 
 
 def offered(tabs):
-    tabs._menu.aboutToShow.emit()
-    return {action.text(): action for action in tabs._menu.actions()}
+    tabs.overflow_button.menu().aboutToShow.emit()
+    return {action.text(): action for action in tabs.overflow_button.menu().actions()}
 
 
 def test_where_all_have_room_there_is_no_menu(tabs):

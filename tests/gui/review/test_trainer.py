@@ -140,7 +140,7 @@ def test_edits_of_labels_that_are_hidden_are_not_counted(trainer, document, unti
 
 
 def test_after_edits_and_a_pause_it_trains_by_itself(trainer, document, work, until):
-    trainer._quiet.setInterval(20)
+    trainer.pause.setInterval(20)
     trainer.set_automatic(True)
     document.paint(6.0, 7.0, "grab")
     until(lambda: len(work.asked) == 1)
@@ -153,7 +153,7 @@ def test_after_a_long_training_none_comes_by_itself_for_as_long(
 ):
     now = [1000.0]
     monkeypatch.setattr("forcelab.gui.review.trainer.monotonic", lambda: now[0])
-    trainer._quiet.setInterval(1)
+    trainer.pause.setInterval(1)
     trainer.set_automatic(True)
     work.gate = False
     trainer.train()
@@ -163,7 +163,7 @@ def test_after_a_long_training_none_comes_by_itself_for_as_long(
     document.paint(6.0, 7.0, "grab")
     until(lambda: trainer.edits == 1)
     fired = []
-    trainer._quiet.timeout.connect(lambda: fired.append(None))
+    trainer.pause.timeout.connect(lambda: fired.append(None))
     until(lambda: len(fired) > 3)
     assert len(work.asked) == 1
     now[0] += 239.0
@@ -178,7 +178,7 @@ def test_of_runs_that_came_by_themselves_the_last_ones_stay_and_those_that_were_
 ):
     project = document.project
     made = {"settings": {}, "seed": None, "labels": [], "versions": {}}
-    trainer._quiet.setInterval(1)
+    trainer.pause.setInterval(1)
     trainer.set_automatic(True)
     asked = project.runs.add("evaluate", **made, result={})
     for number in range(6):
@@ -201,7 +201,7 @@ def test_a_run_that_somebody_asked_for_while_it_was_made_by_itself_stays(
 ):
     project = document.project
     made = {"settings": {}, "seed": None, "labels": [], "versions": {}}
-    trainer._quiet.setInterval(1)
+    trainer.pause.setInterval(1)
     trainer.set_automatic(True)
     for number in range(5):
         work.gate = number != 0
@@ -221,23 +221,23 @@ def test_a_run_that_somebody_asked_for_while_it_was_made_by_itself_stays(
 def test_without_an_edit_nothing_is_trained_by_itself(trainer, document, work, until, app):
     trainer.train()
     until(lambda: not trainer.training)
-    trainer._quiet.setInterval(1)
+    trainer.pause.setInterval(1)
     trainer.set_automatic(True)
     document.open_demonstration(document.infos[1].id)  # tells of tracks, and is no edit
     for _ in range(50):
         app.processEvents()
-    trainer._quiet.timeout.emit()
+    trainer.pause.timeout.emit()
     assert len(work.asked) == 1
 
 
 def test_what_was_painted_meanwhile_is_trained_next(trainer, document, work, until):
     work.gate = False
-    trainer._quiet.setInterval(20)
+    trainer.pause.setInterval(20)
     trainer.train()
     trainer.set_automatic(True)
     document.paint(6.0, 7.0, "grab")
     document.paint(7.0, 8.0, "hold")
-    until(lambda: trainer._quiet.isActive() is False)
+    until(lambda: trainer.pause.isActive() is False)
     assert len(work.asked) == 1  # not while the first one is under way
     work.gate = True
     until(lambda: len(work.asked) == 2)
@@ -527,7 +527,7 @@ def test_what_was_trained_on_another_coder_is_not_up_to_date(trainer, document, 
     trainer.train()
     until(lambda: not trainer.training)
     assert line.text() == "Recogniser: up to date"
-    trainer._quiet.setInterval(20)
+    trainer.pause.setInterval(20)
     trainer.set_automatic(True)
     document.set_author("Nora")
     for info in document.infos:

@@ -144,17 +144,17 @@ def test_what_has_no_room_is_in_the_menu(bar, trainer, work, until, app):
     app.processEvents()
     assert not bar.settings.isVisible()
     assert bar.overflow_button.isVisible()
-    bar._fill_menu()
-    texts = [action.text() for action in bar._menu.actions()]
+    bar.overflow_button.menu().aboutToShow.emit()
+    texts = [action.text() for action in bar.overflow_button.menu().actions()]
     assert texts == [
         "Train automatically after edits",
         "Settings…",
         "Review another run",
         "Compare two runs…",
     ]
-    bar._menu.actions()[2].menu().actions()[1].trigger()
+    bar.overflow_button.menu().actions()[2].menu().actions()[1].trigger()
     until(lambda: trainer.document.outcome.number == 1)
-    bar._menu.actions()[0].trigger()
+    bar.overflow_button.menu().actions()[0].trigger()
     assert trainer.automatic
     assert bar.automatic.isChecked()
     bar.resize(1600, 40)

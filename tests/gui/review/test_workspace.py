@@ -24,7 +24,7 @@ from forcelab.demonstration import VideoReference
 from forcelab.gui import settings
 from forcelab.gui.label.workspace import LAYOUT
 from forcelab.gui.launch_options import LaunchOptions
-from forcelab.gui.window import Window
+from forcelab.gui.window import WORKSPACES, Window
 from forcelab.jobs import finish
 from forcelab.labels import Track
 from forcelab.project import Project
@@ -256,7 +256,7 @@ from pathlib import Path
 from PySide6.QtWidgets import QApplication
 app = QApplication([])
 from forcelab.gui.launch_options import LaunchOptions as Start
-from forcelab.gui.window import Window
+from forcelab.gui.window import WORKSPACES, Window
 window = Window("Ada", remembering=False)
 window.show()
 window.begin(Start(project=Path({str(study)!r}), demonstration="foam 02"))
@@ -376,8 +376,8 @@ def test_every_workspace_fits_a_full_hd_screen_at_twice_the_size(study, windows,
     lists = window.review.workspace.lists
     for place in range(lists.count()):
         lists.setCurrentIndex(place)
-    for place in range(window._tabs.count()):
-        window._tabs.setCurrentIndex(place)
+    for name in WORKSPACES:
+        window.show_workspace(name)
         until(lambda: window.settled)
         window.resize(960, 540)
         assert (window.width(), window.height()) == (960, 540), "it grows to what it needs"
