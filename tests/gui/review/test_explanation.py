@@ -104,23 +104,23 @@ def explained(view, document, study, until):
     return view
 
 
-def said(view):
+def message_of(view):
     note = view.pages.note
     return note.text() if note.isVisible() else ""
 
 
 def test_it_says_what_is_missing(view, document, study, until):
     view.show()
-    until(lambda: "Open a demonstration" in said(view))
+    until(lambda: "Open a demonstration" in message_of(view))
     document.open_demonstration(study[1].tested[0].id)
-    until(lambda: "Train a recogniser" in said(view))
+    until(lambda: "Train a recogniser" in message_of(view))
     document.set_outcome(replace(study[1], tested=study[1].tested[1:]))
-    until(lambda: "not part of the training" in said(view))
+    until(lambda: "not part of the training" in message_of(view))
     document.set_outcome(study[1])
     one = study[1].tested[0]
     silent = next(t / 100 for t in range(1000) if place_at(one, t / 100) is None)
     document.seek(silent)
-    until(lambda: "Nothing is labelled or predicted" in said(view))
+    until(lambda: "Nothing is labelled or predicted" in message_of(view))
 
 
 def test_whoever_codes_blind_is_told_nothing(view, document, study, until, trainings):
@@ -130,7 +130,7 @@ def test_whoever_codes_blind_is_told_nothing(view, document, study, until, train
     try:
         view.show()
         document.examine(place_in(study))
-        until(lambda: "blind" in said(view))
+        until(lambda: "blind" in message_of(view))
         assert view.why is None
         assert not trainings.asked
     finally:

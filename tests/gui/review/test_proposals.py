@@ -21,8 +21,8 @@ def document(app):
 
 
 @pytest.fixture
-def view(document, jobs, up):
-    return up(ProposalsView(document, jobs), 480, 300)
+def view(document, jobs, show):
+    return show(ProposalsView(document, jobs), 480, 300)
 
 
 def proposed(document):

@@ -29,7 +29,7 @@ def document(app):
         yield document
 
 
-def kept(number, task, title=""):
+def run_info(number, task, title=""):
     return RunInfo(number, datetime(2026, 3, 1, tzinfo=timezone.utc), title or task, (task,), 0.9)
 
 
@@ -246,7 +246,7 @@ def test_what_was_painted_meanwhile_is_trained_next(trainer, document, work, unt
 
 
 def test_a_reopened_project_shows_its_last_result(document, work, until):
-    work.kept = (kept(9, "stylus"), kept(7, "foam"), kept(3, "foam"))
+    work.kept = (run_info(9, "stylus"), run_info(7, "foam"), run_info(3, "foam"))
     work.outcomes = {n: outcome_of(document.project, n, "foam") for n in (3, 7)}
     jobs = Jobs()
     trainer = Trainer(document, jobs, backend=work)
@@ -262,9 +262,13 @@ def test_a_reopened_project_shows_its_last_result(document, work, until):
 
 
 def test_a_task_s_own_run_comes_before_a_later_one_that_tested_another_task(document, work, until):
-    across = replace(kept(9, "foam"), tasks=("foam", "stylus"), tested="stylus")
-    onto = replace(kept(5, "stylus"), tasks=("stylus", "foam"), tested="foam")
-    for runs, number in (((across, onto, kept(3, "foam")), 3), ((across, onto), 5), ((across,), 9)):
+    across = replace(run_info(9, "foam"), tasks=("foam", "stylus"), tested="stylus")
+    onto = replace(run_info(5, "stylus"), tasks=("stylus", "foam"), tested="foam")
+    for runs, number in (
+        ((across, onto, run_info(3, "foam")), 3),
+        ((across, onto), 5),
+        ((across,), 9),
+    ):
         work.kept = runs
         work.outcomes = {number: outcome_of(document.project, number, "foam")}
         document.set_outcome(None)
@@ -467,17 +471,19 @@ def test_where_no_recogniser_is_kept_none_is_said_to_be_up_to_date(
     bar.deleteLater()
 
 
-@pytest.mark.parametrize("kept", [True, False])
+@pytest.mark.parametrize("has_recogniser", [True, False])
 def test_what_was_trained_with_other_settings_is_not_said_to_be_up_to_date(
-    trainer, document, work, until, kept
+    trainer, document, work, until, has_recogniser
 ):
     line, bar = TrainingIndicator(trainer), TrainingBar(document, trainer)
     line.set_elsewhere(True)
-    document.set_outcome(work.result if kept else replace(work.result, recogniser=""))
+    document.set_outcome(work.result if has_recogniser else replace(work.result, recogniser=""))
     until(lambda: trainer.edits == 0)
-    told = "trained with other settings" if kept else "of other settings, no recogniser kept"
+    told = (
+        "trained with other settings" if has_recogniser else "of other settings, no recogniser kept"
+    )
     trainer.set_settings(preset("fast"))
-    assert line.text() == f"{'Recogniser' if kept else 'Run 1'}: {told}"
+    assert line.text() == f"{'Recogniser' if has_recogniser else 'Run 1'}: {told}"
     assert bar.freshness.text == told
     trainer.set_settings(preset("best"))
     assert "up to date" in line.text()

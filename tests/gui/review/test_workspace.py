@@ -33,7 +33,7 @@ from forcelab.review.training import reviewing
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory):
+def reviewed_project(tmp_path_factory):
     """Three foams by Ada, the first one filmed, two soft ones, and one nobody labelled; one run."""
     folder = tmp_path_factory.mktemp("review")
     film = films.write_with_opencv(folder / "film.avi", "MJPG", 20)
@@ -49,9 +49,9 @@ def made(tmp_path_factory):
 
 
 @pytest.fixture
-def study(made, tmp_path):
+def study(reviewed_project, tmp_path):
     """A copy of it."""
-    return Path(shutil.copytree(made, tmp_path / "study.forcelab"))
+    return Path(shutil.copytree(reviewed_project, tmp_path / "study.forcelab"))
 
 
 @pytest.fixture
