@@ -137,11 +137,11 @@ class Window(DockedWindow):
                 self.opening.make_sample(sample_place(), asked=False)
         if project is None or not self.opening.open(project, start.demonstration):
             return False
-        low, high = self.document.bounds
+        low, high = self.document.view.bounds
         at = low if start.at is None else min(max(start.at, low), high)
         if start.span is not None:
-            self.document.set_span(at - start.span / 2, at + start.span / 2)
-        self.document.seek(at)
+            self.document.view.set_span(at - start.span / 2, at + start.span / 2)
+        self.document.view.seek(at)
         return True
 
     def show_workspace(self, name: str) -> None:
@@ -160,6 +160,7 @@ class Window(DockedWindow):
             self.restoreGeometry(QByteArray(geometry))
         if state := settings.data("window/layout"):
             self._shared_out = self.restoreState(QByteArray(state), LAYOUT)
+            self.recall_widths(settings.strings("window/widths"))
         self._dock.setVisible(self.document.project is not None)
         self.label.restore_layout()
 
@@ -250,7 +251,7 @@ class Window(DockedWindow):
         document.demonstration_changed.connect(self._title)
         document.demonstration_changed.connect(self._focus_tracks)
         document.tracks_changed.connect(self._listing.start)
-        document.snapping_changed.connect(self._check_snapping)
+        document.view.snapping_changed.connect(self._check_snapping)
         self.capture.recording_changed.connect(self._recording_changed)
         self.capture.label_wanted.connect(partial(self.show_workspace, "label"))
         self.jobs.trouble.connect(partial(self._line.say, trouble=True))
@@ -378,7 +379,7 @@ class Window(DockedWindow):
 
     def _check_snapping(self) -> None:
         """Show in the menu whether snapping is on."""
-        self.commands["snapping"].setChecked(self.document.snapping)
+        self.commands["snapping"].setChecked(self.document.view.snapping)
 
     def _set_theme(self, choice: theme.Choice) -> None:
         """Put on another theme and remember it."""
@@ -396,6 +397,7 @@ class Window(DockedWindow):
         """Keep the layout for the next time."""
         settings.store("window/geometry", bytes(self.saveGeometry().data()))
         settings.store("window/layout", bytes(self.saveState(LAYOUT).data()))
+        settings.store("window/widths", self.widths)
         self.label.take_back()  # its layout is the one in which nothing is lent
         self.label.remember_layout()
         self.review.remember_layout()

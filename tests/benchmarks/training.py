@@ -224,7 +224,7 @@ class _Bench:
         self._until(lambda: not job.running)
         if job.error is not None:
             raise job.error
-        self._window.document.set_outcome(cast(Outcome, job.result))
+        self._window.document.review.set_run(cast(Outcome, job.result))
 
     def _cancel(self, job: Job) -> float:
         """Cancel a training; gives the seconds until it is gone."""
@@ -245,9 +245,9 @@ class _Bench:
             does is not in them.
         """
         document = self._window.document
-        low, high = document.bounds
+        low, high = document.view.bounds
         start, step = low, MOVED * VISIBLE
-        document.set_span(start, start + VISIBLE)
+        document.view.set_span(start, start + VISIBLE)
         rest(1.0)  # the window never settles while it trains
         end, own = time.perf_counter() + self._wanted.seconds, []
         with Lateness() as lateness:
@@ -256,7 +256,7 @@ class _Bench:
                 if not low <= start + step <= high - VISIBLE:
                     step = -step
                 start += step
-                document.set_span(start, start + VISIBLE)
+                document.view.set_span(start, start + VISIBLE)
                 rest(max(0.001, PACE - (time.perf_counter() - begin)))
                 own.append(time.thread_time() - worked)
         return tuple(lateness.samples), tuple(own)

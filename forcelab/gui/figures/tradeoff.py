@@ -25,8 +25,6 @@ from forcelab.gui.figures.axes import (
 from forcelab.gui.figures.figure import LIGHT, MARGIN, Figure, Theme
 from forcelab.measure.rows import Row, Table
 
-__all__ = ["Tradeoff"]
-
 #: Room for the numbers of the upward axis, and for half of the last one across.
 LEFT, RIGHT = 84.0, 36.0
 PLOT_WIDTH, PLOT_HEIGHT = 440.0, 290.0
@@ -52,7 +50,7 @@ ZERO = "At the lower edge: no error at all."
 
 @dataclass(frozen=True)
 class Mark:
-    """Where a row is drawn."""
+    """A row's mark in the plot."""
 
     row: Row
     spot: QPointF
@@ -68,17 +66,8 @@ class Mark:
 class Tradeoff(Figure):
     """A table of error against run time, on logarithmic axes that all panels share.
 
-    Parameters
-    ----------
-    table : Table
-        At least one row was not refused. At most 25 names can be told apart by colour and shape.
-    theme : Theme
-        Colours apart from the marks'.
-
-    Raises
-    ------
-    InputError
-        If every row was refused.
+    At most 25 names can be told apart by colour and shape. A table whose rows are all refused is an
+    InputError.
     """
 
     table: Table
@@ -90,32 +79,29 @@ class Tradeoff(Figure):
 
     @property
     def title(self) -> str:  # type: ignore[override]
-        """The table's."""
         return self.table.title
 
     @property
     def size(self) -> QSizeF:
-        """Width and height in pixels."""
         columns = min(COLUMNS, len(self.table.sizes))
         width = LEFT + columns * PLOT_WIDTH + (columns - 1) * APART + RIGHT
         lines = math.ceil(len(self.table.sizes) / COLUMNS)
         return QSizeF(width, MARGIN + HEADING + lines * PANEL + MARGIN - 14.0)
 
     def box(self, panel: int) -> QRectF:
-        """Where the plot of a size lies, in pixels."""
+        """The plot of a size, in pixels."""
         line, column = divmod(panel, COLUMNS)
         top = MARGIN + HEADING + line * PANEL + NAME_ROOM
         return QRectF(LEFT + column * (PLOT_WIDTH + APART), top, PLOT_WIDTH, PLOT_HEIGHT)
 
     def axes(self, panel: int) -> tuple[LogAxis, LogAxis]:
-        """From seconds and from errors to pixels."""
+        """The axes of seconds and of errors."""
         box = self.box(panel)
         (fast, slow), (exact, coarse) = self._ranges
         across = LogAxis(fast, slow, box.left(), box.right())
         return across, LogAxis(exact, coarse, box.bottom(), box.top())
 
     def paint(self, painter: QPainter) -> None:
-        """Draw title, key and a panel for each size."""
         self.paint_title(painter)
         small, muted = text.font(10), QColor(self.theme.muted)
         key = text.elided(KEY, small, self.size.width() - 2 * MARGIN)
@@ -135,17 +121,17 @@ class Tradeoff(Figure):
         """The marks of a panel, in the order of the rows; an error of 0 is at the lower edge."""
         across, up = self.axes(panel)
         names = list(dict.fromkeys(row.name for row in self.table.rows))
-        found = []
+        marks = []
         for row in self.table.of(self.table.sizes[panel]):
             if row.point is not None:
                 seconds, error = row.point
                 spot = QPointF(across.at(seconds), up.at(max(error, up.start)))
-                found.append(Mark(row, spot, *mark_style(names.index(row.name), COLOURS)))
-        return tuple(found)
+                marks.append(Mark(row, spot, *mark_style(names.index(row.name), COLOURS)))
+        return tuple(marks)
 
     @cached_property
     def _ranges(self) -> tuple[tuple[float, float], tuple[float, float]]:
-        """Whole decades with all seconds, and with all errors but 0, inside."""
+        """Whole decades around all seconds, and around all errors but 0."""
         points = [row.point for row in self.table.rows if row.point is not None]
         errors = [error for _, error in points if error > 0] or [1.0]
         return _decades([seconds for seconds, _ in points]), _decades(errors)
@@ -187,16 +173,16 @@ class Tradeoff(Figure):
         named: dict[str, list[Mark]] = {}
         for mark in marks:
             named.setdefault(mark.row.name, []).append(mark)
-        for name, its in named.items():
+        for name, own in named.items():
             bold = text.font(10, bold=True)
             label = text.elided_name(name, bold, box.width() / 3)
             near = [
-                place for mark in its for place in place_labels(mark.spot, label, bold, box, MARK)
+                place for mark in own for place in place_labels(mark.spot, label, bold, box, MARK)
             ]
             # A name is written in any case: where it covers least.
             best = min(near, key=lambda place: covered_area(place, taken))
             taken.append(best)
-            _write(painter, best, label, bold, its[0].colour)
+            _write(painter, best, label, bold, own[0].colour)
         small, muted = text.font(9), QColor(self.theme.muted)
         for mark in sorted(marks, key=lambda mark: not mark.row.pareto):
             label = text.elided_name(mark.row.setting, small, box.width() / 3)
@@ -237,5 +223,4 @@ def _note(rows: Sequence[Row]) -> str:
 
 
 def _write(painter: QPainter, place: QRectF, label: str, face: QFont, ink: QColor) -> None:
-    """Write a label into its box."""
     text.draw_text(painter, place.left(), place.center().y(), label, face=face, ink=ink)

@@ -153,7 +153,7 @@ class AgreementView(QWidget):
     def _tracks_changed(self) -> None:
         """Compare again if the open demonstration's labels are not those that were compared."""
         document = self.document
-        current = {document.author: document.segments, **document.others}
+        current = {document.author: document.editor.segments, **document.other_tracks}
         coded = () if self.found is None else self.found.coded
         known = next((d.tracks for d in coded if d.id == document.id), {})
         if any(
@@ -198,7 +198,7 @@ class AgreementView(QWidget):
     def _failed(self, error: Exception) -> None:
         """Report the error; what was found before stays."""
         self._stale = True
-        self.document.say(str(error), True)
+        self.document.show_message(str(error), True)
 
     def _show(self) -> None:
         """Fill the pages, or say what is missing."""

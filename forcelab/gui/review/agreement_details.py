@@ -501,7 +501,7 @@ class PairDetails(QWidget):
         )
         self.kinds.activated.connect(lambda _: self._list())
         self.places = IntervalTable("Places where the two differ")
-        self.places.interval_chosen.connect(document.examine)
+        self.places.interval_chosen.connect(document.review.examine)
         self._count = sentence_label(muted=True)
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
@@ -645,7 +645,7 @@ class ConsistencyView(QWidget):
         self.durations.setMinimumHeight(round(6.5 * high))  # where there is less room, all scrolls
         self._odd = sentence_label()
         self.places = IntervalTable("Segments that stand out")
-        self.places.interval_chosen.connect(document.examine)
+        self.places.interval_chosen.connect(document.review.examine)
         column = QVBoxLayout(self)
         column.setContentsMargins(6, 6, 6, 6)
         column.addWidget(self.coder)

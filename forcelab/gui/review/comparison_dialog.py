@@ -240,7 +240,7 @@ class ComparisonDialog(QDialog):
 
     def _first_two(self, runs: tuple[RunInfo, ...]) -> tuple[int, int]:
         """Indices of an older and a newer run that are worth a comparison; the latest is first."""
-        outcome = self.document.outcome
+        outcome = self.document.review.run
         numbers = [run.number for run in runs]
         reviewed = None if outcome is None else outcome.number
         newer = numbers.index(reviewed) if reviewed in numbers else 0

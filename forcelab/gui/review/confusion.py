@@ -186,14 +186,14 @@ class CellIntervals(QWidget):
 
     def _row_chosen(self, index: QModelIndex) -> None:
         if index.isValid() and not self._filling:
-            self.document.examine(self.places[index.row()])
+            self.document.review.examine(self.places[index.row()])
 
     def _row_clicked(self, index: QModelIndex) -> None:
         """Show the interval once more, if the window has gone elsewhere since."""
         document, place = self.document, self.places[index.row()]
-        position = document.id, document.cursor
-        if document.examined is not place or position != (place.demonstration, place.start):
-            document.examine(place)
+        position = document.id, document.view.cursor
+        if document.review.examined is not place or position != (place.demonstration, place.start):
+            document.review.examine(place)
 
 
 #: How much narrower than its room a figure may end up, in pixels, as cells have whole ones.
@@ -494,7 +494,7 @@ class ConfusionView(QWidget):
         self.switches.save.clicked.connect(self.ask_save)
         self.canvas.pointed.connect(self._describe_cell)
         self.canvas.picked.connect(self._pick)
-        document.outcome_changed.connect(self._refresh)
+        document.review.run_changed.connect(self._refresh)
         document.author_changed.connect(self._refresh)
         document.listing_changed.connect(self._refresh)
         themes().changed.connect(self._draw)
@@ -507,7 +507,7 @@ class ConfusionView(QWidget):
     def copy(self) -> None:
         if self.cells is not None:
             copy_text(matrix_as_tsv(self.cells, self.switches.unit, self.switches.share))
-            self.document.say("The matrix was copied.")
+            self.document.show_message("The matrix was copied.")
 
     def ask_save(self) -> None:
         title = "Save the confusion matrix"
@@ -570,12 +570,12 @@ class ConfusionView(QWidget):
             self._show_empty(missing_matrix_text(outcome, opened=self.document.project is not None))
             return
         requested = (tuple(d.id for d in outcome.tested), self.switches.stage)
-        if self._outcome is not self.document.outcome or self._requested_cell != requested:
+        if self._outcome is not self.document.review.run or self._requested_cell != requested:
             if (
                 self._requested_cell[0] != requested[0]
             ):  # perhaps because some may not be seen any more
                 self.canvas.show_figure(None)
-            self._outcome, self._requested_cell = self.document.outcome, requested
+            self._outcome, self._requested_cell = self.document.review.run, requested
             self.cells = None
             self.list.clear()
             self._jobs.run(crossing(outcome, self.switches.stage), self._take, key=CONFUSION_JOB)
@@ -605,7 +605,7 @@ class ConfusionView(QWidget):
     def _figure(self, *, headed: bool) -> ConfusionMatrix:
         assert self.cells is not None
         outcome, unit, matrix = (
-            self.document.outcome,
+            self.document.review.run,
             self.switches.unit,
             self.cells.matrix(self.switches.unit),
         )
@@ -622,7 +622,7 @@ class ConfusionView(QWidget):
             unit="s" if unit == "time" else "segments",
             share=self.switches.share,
             headed=headed,
-            words=MatrixLabels() if headed else words,
+            labels=MatrixLabels() if headed else words,
         )
 
     def _draw(self) -> None:

@@ -306,8 +306,10 @@ class ConsensusButtons(QWidget):
             )
         two = "A demonstration that two coders have labelled is needed."
         set_enabled_with_reason(self.begin, two if consensus is None else "")
-        self.undo.setEnabled(consensus is not None and consensus.can_undo)
-        self.redo.setEnabled(consensus is not None and consensus.can_redo)
+        undo = consensus is not None and consensus.can_undo
+        set_enabled_with_reason(self.undo, "" if undo else "No decision is left to be undone.")
+        redo = consensus is not None and consensus.can_redo
+        set_enabled_with_reason(self.redo, "" if redo else "No decision was undone.")
 
     def _missing_choice(self, begun: bool) -> str:
         """What has to be done before a difference can be decided on."""
@@ -391,7 +393,7 @@ class ConsensusBar(QWidget):
             try:
                 self.consensus = Consensus(project, id_, *self.choice.coders, self.name)
             except ForcelabError as error:
-                self.document.say(str(error), True)
+                self.document.show_message(str(error), True)
         self._show()
 
     def _viewer_changed(self) -> None:
@@ -413,7 +415,7 @@ class ConsensusBar(QWidget):
             try:
                 consensus.refresh()
             except ForcelabError as error:
-                self.document.say(str(error), True)
+                self.document.show_message(str(error), True)
             self._show()
 
     def _show(self) -> None:
@@ -486,7 +488,7 @@ class ConsensusBar(QWidget):
     def _go_to(self, difference: CoderDifference) -> None:
         self.current = difference
         had = self._has_keyboard()
-        self.document.examine(difference.place(self.choice.id))
+        self.document.review.examine(difference.place(self.choice.id))
         if had and not self._has_keyboard():  # another demonstration's track, which was opened, has
             self.setFocus()
         self._show()
@@ -525,7 +527,7 @@ class ConsensusBar(QWidget):
             if self.consensus.undecided:
                 self.step(1)
             else:
-                self.document.say("Every difference is decided.")
+                self.document.show_message("Every difference is decided.")
 
     def _mean_all(self, tolerance: float) -> None:
         """Set all edges that are up to so many seconds apart to their means."""
@@ -539,15 +541,15 @@ class ConsensusBar(QWidget):
         try:
             edit = verb(consensus)
         except ForcelabError as error:
-            self.document.say(str(error), True)
+            self.document.show_message(str(error), True)
             self._read()
             return False
         if edit is None:
-            self.document.say("There is nothing to change.")
+            self.document.show_message("There is nothing to change.")
         else:
             if self.document.id == consensus.demonstration:
                 self.document.reread()
-            self.document.say(edit.what)
+            self.document.show_message(edit.what)
         self._show()
         return edit is not None
 

@@ -39,23 +39,23 @@ if TYPE_CHECKING:
 
 def chosen_interval(document: Document, selecting: bool) -> Interval | None:
     """The examined interval, or the segment if it was selected later; None without either."""
-    reviewed, examined = document.reviewed, document.examined
-    if reviewed is None or document.outcome is None:
+    reviewed, examined = document.review.reviewed, document.review.examined
+    if reviewed is None or document.review.run is None:
         return None
     if examined is not None and examined.demonstration != document.id:
         examined = None
     if document.selected is None or (examined is not None and not selecting):
         return examined
-    segment = document.segments[document.selected]
+    segment = document.editor.segments[document.selected]
     # What was trained may have merged it with another action.
-    human = segment.action if segment.action in document.outcome.actions else None
+    human = segment.action if segment.action in document.review.run.actions else None
     return place_of(reviewed, segment.start, segment.end, human)
 
 
 def interval_at_cursor(document: Document) -> Interval | None:
     """What is labelled or predicted at the cursor; None where nothing is."""
-    reviewed = document.reviewed
-    return None if reviewed is None else place_at(reviewed, document.cursor)
+    reviewed = document.review.reviewed
+    return None if reviewed is None else place_at(reviewed, document.view.cursor)
 
 
 def missing_explanation_text(document: Document) -> str:
@@ -64,9 +64,9 @@ def missing_explanation_text(document: Document) -> str:
         return "Open a demonstration to see why something was predicted in it."
     if document.coding_blind:
         return "You code this demonstration blind: what was predicted is shown when it is done."
-    if document.outcome is None:
+    if document.review.run is None:
         return "Train a recogniser; then a mistake of it can be explained here."
-    if document.reviewed is None:
+    if document.review.reviewed is None:
         return (
             "This demonstration was not part of the training; choose one that was, or train again."
         )
@@ -111,10 +111,10 @@ class ModelCache:
 
 def train_without(path: Path, outcome: Outcome, id_: str) -> Generator[Progress, None, Withheld]:
     """Train without a demonstration, in a process of its own."""
-    from forcelab.process import elsewhere
+    from forcelab.process import run_in_process
     from forcelab.review.explanation import withholding  # takes a second to load
 
-    return (yield from elsewhere(withholding, path, outcome, id_))
+    return (yield from run_in_process(withholding, path, outcome, id_))
 
 
 def explain_interval(
@@ -297,14 +297,14 @@ class ExplanationView(QWidget):
         page_layout(self, self.pages)
         self._timer = QTimer(self, singleShot=True, interval=SETTLE_TIME)
         self._timer.timeout.connect(self.refresh)
-        document.outcome_changed.connect(self._ask)
-        document.examined_changed.connect(self._examined)
+        document.review.run_changed.connect(self._ask)
+        document.review.examined_changed.connect(self._examined)
         document.selection_changed.connect(self._selected)
         document.demonstration_changed.connect(self._ask)
         document.tracks_changed.connect(self._ask)
         document.author_changed.connect(self._ask)
         document.listing_changed.connect(self._ask)
-        document.cursor_moved.connect(self._moved)
+        document.view.cursor_moved.connect(self._moved)
 
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)
@@ -344,7 +344,7 @@ class ExplanationView(QWidget):
         """The cursor counts only where nothing was chosen."""
         if (
             self.isVisible()
-            and not self.document.playing
+            and not self.document.view.playing
             and chosen_interval(self.document, self._selecting) is None
         ):
             self._ask()
@@ -366,19 +366,19 @@ class ExplanationView(QWidget):
         place = self._selected_interval()
         self.page.back.setVisible(self._away is not None)
         self.page.neighbours.mark(self._away)
-        if place is None or document.outcome is None:
+        if place is None or document.review.run is None:
             self._cancel()
             self.place = self.why = None
             self.page.forget()
             self.pages.say(missing_explanation_text(self.document))
             return
         hidden = blind_demonstrations(document)
-        if (place, hidden) == (self.place, self._hidden) and document.outcome is self._outcome:
+        if (place, hidden) == (self.place, self._hidden) and document.review.run is self._outcome:
             return
         if hidden - self._hidden:  # a neighbour may be among those
             self.page.forget()
         self._hidden = hidden
-        if document.outcome is not self._outcome:
+        if document.review.run is not self._outcome:
             self.model_cache.clear()
         self.place, self._outcome, self._stopped = place, document.outcome, False
         self.pages.say("")
@@ -474,7 +474,7 @@ class ExplanationView(QWidget):
     def _go_to(self, place: Interval) -> None:
         """Show a neighbour; the explanation stays."""
         self._away, before = place, self._away
-        if not self.document.examine(place):
+        if not self.document.review.examine(place):
             self._away = before
         self.refresh()
 
@@ -482,5 +482,5 @@ class ExplanationView(QWidget):
         """Go back from a neighbour to the explained interval."""
         self._away = None
         if self.place is not None:
-            self.document.examine(self.place)
+            self.document.review.examine(self.place)
         self.refresh()

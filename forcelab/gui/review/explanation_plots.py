@@ -158,7 +158,7 @@ class ProbabilityChart(QWidget):
         self.threshold: float | None = None
         self.missing = ""
         self._names = 0.0
-        document.cursor_moved.connect(self._cursor_moved)
+        document.view.cursor_moved.connect(self._cursor_moved)
         self._vocabulary = Vocabulary()
         document.vocabulary_changed.connect(self._recolour)
         themes().changed.connect(self.update)
@@ -205,7 +205,7 @@ class ProbabilityChart(QWidget):
             return
         is_open = self.document.id == self.place.demonstration
         if is_open and event.button() == Qt.MouseButton.LeftButton:
-            self.document.seek(axis.value(x))
+            self.document.view.seek(axis.value(x))
 
     def paintEvent(self, event: QPaintEvent) -> None:
         with QPainter(self) as painter:
@@ -301,7 +301,7 @@ class ProbabilityChart(QWidget):
             text.draw_text(painter, swatch.right() + 4, height, name, face=face, ink=ink)
 
     def _paint_cursor(self, painter: QPainter, axis: Axis, place: Interval) -> None:
-        cursor = self.document.cursor
+        cursor = self.document.view.cursor
         if self.document.id == place.demonstration and axis.start <= cursor <= axis.end:
             painter.setPen(QPen(QColor(colours().cursor), 1.4))
             x = axis.at(cursor)

@@ -187,7 +187,7 @@ class LossView(QWidget):
         self._soon.timeout.connect(self.refresh)
         trainer.losses_changed.connect(self._refresh_soon)
         trainer.changed.connect(self._refresh_soon)
-        for changed in (document.outcome_changed, document.author_changed):
+        for changed in (document.review.run_changed, document.author_changed):
             changed.connect(self.refresh)
         document.listing_changed.connect(self.refresh)  # what is coded blind may have changed
         themes().changed.connect(self.refresh)
@@ -211,7 +211,7 @@ class LossView(QWidget):
         if not self.isVisible():
             return
         self.curves.show_curves(loss_curves(self.trainer.step_history))
-        outcome = self.document.outcome
+        outcome = self.document.review.run
         parts = [] if outcome is None else self._run_times(outcome)
         self.times.setText(" · ".join(parts))
         self.times.setVisible(bool(parts))

@@ -246,7 +246,7 @@ class CurrentTracks(QObject):
 
     def read_all(self, coders: Sequence[str], hidden: Collection[str]) -> None:
         """Read the tracks of all demonstrations but the hidden ones, in the background."""
-        outcome, project = self._document.outcome, self._document.project
+        outcome, project = self._document.review.run, self._document.project
         if outcome is None or project is None:
             return
         ids = {info.id for info in self._document.infos}.difference(hidden)
@@ -255,7 +255,7 @@ class CurrentTracks(QObject):
         def take(tracks: dict[str, dict[str, Segments]]) -> None:
             # What was painted meanwhile is newer than what the job has read.
             tracks |= {id_: self.tracks[id_] for id_ in self._painted & tracks.keys()}
-            if self._document.outcome is outcome and tracks != self.tracks:
+            if self._document.review.run is outcome and tracks != self.tracks:
                 self.tracks = tracks
                 self.changed.emit()
 
@@ -265,7 +265,7 @@ class CurrentTracks(QObject):
     def read_open(self, coders: Sequence[str]) -> bool:
         """Read the open demonstration's tracks at once; gives whether they have changed."""
         document = self._document
-        outcome, project = document.outcome, document.project
+        outcome, project = document.review.run, document.project
         if outcome is None or project is None:
             return False
         reviewed = next((d for d in outcome.tested if d.id == document.id), None)
@@ -274,7 +274,7 @@ class CurrentTracks(QObject):
         try:
             found = current_tracks(project, outcome, reviewed, (outcome.author, *coders))
         except ForcelabError as error:
-            document.say(str(error), True)
+            document.show_message(str(error), True)
             return False
         changed = found != self.tracks.get(reviewed.id)
         self.tracks[reviewed.id] = found
@@ -285,7 +285,7 @@ class CurrentTracks(QObject):
 
 def other_coders(document: Document, hidden: Collection[str]) -> tuple[str, ...]:
     """The other coders of what the run tested, as far as it is not hidden."""
-    outcome = document.outcome
+    outcome = document.review.run
     if outcome is None:
         return ()
     tested = {reviewed.id for reviewed in outcome.tested}.difference(hidden)

@@ -336,7 +336,7 @@ class PairsView(QWidget):
 
     def figure(self) -> TimelinePairs | None:
         """The same pairs in the same order as a figure; None where none is shown."""
-        outcome = self.document.outcome
+        outcome = self.document.review.run
         if outcome is None or not self.area.entries:
             return None
         return TimelinePairs(
@@ -371,8 +371,8 @@ class PairsView(QWidget):
 
     def _connect(self) -> None:
         document = self.document
-        document.outcome_changed.connect(self._outcome_changed)
-        document.training_changed.connect(self._show_missing)
+        document.review.run_changed.connect(self._outcome_changed)
+        document.review.training_changed.connect(self._show_missing)
         document.tracks_changed.connect(self._read_open)
         document.vocabulary_changed.connect(self._recolour)
         document.listing_changed.connect(self._check_blind)
@@ -409,7 +409,7 @@ class PairsView(QWidget):
 
     def _build(self) -> None:
         self._stale = not self.isVisible()
-        outcome, project = self.document.outcome, self.document.project
+        outcome, project = self.document.review.run, self.document.project
         if self._stale:
             return
         self._hidden = blind_demonstrations(self.document)
@@ -446,7 +446,7 @@ class PairsView(QWidget):
         What a recogniser sees on the way to its prediction is among those, and need not be looked
         through.
         """
-        outcome = self.document.outcome
+        outcome = self.document.review.run
         if outcome is not self._listed[0]:
             self._listed = outcome, () if outcome is None else all_actions(outcome)
         tracks = [
@@ -464,7 +464,7 @@ class PairsView(QWidget):
 
     def _update_vocabulary(self) -> bool:
         """Take the styles and keys of the run's actions; gives whether they have changed."""
-        outcome, project = self.document.outcome, self.document.project
+        outcome, project = self.document.review.run, self.document.project
         if outcome is None or project is None:
             return False
         before = self._vocabulary
@@ -477,11 +477,11 @@ class PairsView(QWidget):
 
     def _show_missing(self, shown: int | None = None) -> None:
         """Say why there is nothing to show, or not all."""
-        outcome = self.document.outcome
+        outcome = self.document.review.run
         shown = len(self.area.entries) if shown is None else shown
         words = missing_pairs_text(
             outcome,
-            training=self.document.training,
+            training=self.document.review.training,
             entries=bool(self._entries),
             hidden=bool(self._hidden),
             shown=bool(shown),
@@ -500,9 +500,9 @@ class PairsView(QWidget):
     def _go_to(self, entry: PairEntry, found: Hit) -> None:
         document = self.document
         if found.what is not None:
-            document.examine(hit_interval(entry, found.what))
+            document.review.examine(hit_interval(entry, found.what))
         elif document.open_demonstration(entry.id) and found.time is not None:
-            document.seek(found.time)
+            document.view.seek(found.time)
 
     # What the project holds now
 
@@ -511,7 +511,7 @@ class PairsView(QWidget):
             self._current.read_all(self.tools.extra_rows.coders, self._hidden)
 
     def _read_open(self) -> None:
-        outcome, id_ = self.document.outcome, self.document.id
+        outcome, id_ = self.document.review.run, self.document.id
         old = next((entry for entry in self._entries if entry.id == id_), None)
         if outcome is None or old is None or not self.isVisible():
             return
@@ -535,7 +535,7 @@ class PairsView(QWidget):
         """Follow what is coded blind from now on, or no more."""
         if (
             self.isVisible()
-            and self.document.outcome is not None
+            and self.document.review.run is not None
             and blind_demonstrations(self.document) != self._hidden
         ):
             self._build()

@@ -44,7 +44,7 @@ from forcelab.gui.figures.pairs import (
     paint_pair,
 )
 from forcelab.gui.figures.tracks import LabelStyle, difference_box
-from forcelab.gui.label.track_rows import crowded_runs, outline
+from forcelab.gui.label.track_painting import narrow_columns, outline
 from forcelab.gui.review.pair_entries import PairEntry
 from forcelab.gui.theme import Colours, colours, themes
 from forcelab.gui.widgets import ARROW_STEPS, ENTER_KEYS, is_plain
@@ -361,7 +361,7 @@ def paint_row(
     on_track = replace(theme, text=theme.on_unlabelled)
     pair = _thinned_pair(entry.pair, axis, ratio)
     mark = QColor(theme.trouble)
-    paint_pair(painter, boxes, axis, pair, looks=styles, theme=on_track, mark=mark)
+    paint_pair(painter, boxes, axis, pair, styles=styles, theme=on_track, mark=mark)
     _paint_texts(painter, layout, row, opened, remark, theme)
 
 
@@ -396,7 +396,7 @@ def thinned_segments(segments: Segments, axis: Axis, ratio: float) -> Segments:
         return segments
     count = max(1, round((axis.finish - axis.begin) * ratio))
     pixel = (axis.end - axis.start) / count
-    wide, columns, names = crowded_runs(segments, axis.start, pixel, count, 3.0 * pixel)
+    wide, columns, names = narrow_columns(segments, axis.start, pixel, count, 3.0 * pixel)
     cuts = np.concatenate([[0], np.flatnonzero(np.diff(columns)) + 1, [count]]).tolist()
     narrow = (
         Segment(axis.start + first * pixel, axis.start + last * pixel, names[columns[first]])
@@ -496,11 +496,11 @@ class PairsList(QAbstractScrollArea):
         self.viewport().setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
         self.verticalScrollBar().setSingleStep(WHEEL_STEP)
         themes().changed.connect(self.repaint_all)
-        document.cursor_moved.connect(self._cursor_moved)
+        document.view.cursor_moved.connect(self._cursor_moved)
         document.demonstration_changed.connect(self._open_changed)
-        document.examined_changed.connect(self.viewport().update)
+        document.review.examined_changed.connect(self.viewport().update)
         document.demonstration_changed.connect(self.follow)
-        document.examined_changed.connect(self.follow)
+        document.review.examined_changed.connect(self.follow)
 
     def minimumSizeHint(self) -> QSize:
         """One row: in a small window the timeline needs the room."""
@@ -605,7 +605,7 @@ class PairsList(QAbstractScrollArea):
 
     def _paint_marked(self, painter: QPainter, layout: PairsLayout, row: int, opened: bool) -> None:
         """Draw what changes more often than the row: examined interval, focus and cursor."""
-        place = self.document.examined
+        place = self.document.review.examined
         if place is not None and place.demonstration == layout.entries[row].id:
             paint_examined(painter, layout, row, place.start, place.end)
         if row == self.row and self.hasFocus():
@@ -613,7 +613,7 @@ class PairsList(QAbstractScrollArea):
             paint_focus(painter, layout, row, None if self.mark is None else marks[self.mark])
         if opened:
             boxes = layout.boxes(row)
-            x = round(layout.axis(layout.entries[row]).at(self.document.cursor)) + 0.5
+            x = round(layout.axis(layout.entries[row]).at(self.document.view.cursor)) + 0.5
             bottom = boxes.lanes[-1].bottom() if boxes.lanes else boxes.predicted.bottom()
             painter.setRenderHint(QPainter.RenderHint.Antialiasing, False)
             painter.setPen(QPen(QColor(colours().cursor), 1.0))
@@ -694,7 +694,7 @@ class PairsList(QAbstractScrollArea):
         for row, entry in enumerate(self.entries):
             if entry.id == self.document.id:
                 box = self.arrangement.row_box(row)
-                x = round(self.arrangement.axis(entry).at(self.document.cursor))
+                x = round(self.arrangement.axis(entry).at(self.document.view.cursor))
                 top = int(box.top()) - self.verticalScrollBar().value()
                 return QRect(x - CURSOR_MARGIN, top, 2 * CURSOR_MARGIN + 1, int(box.height()) + 2)
         return None

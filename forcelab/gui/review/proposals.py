@@ -24,7 +24,7 @@ from forcelab.gui.document import Document
 from forcelab.gui.figures.text import NAMES
 from forcelab.gui.item_views import Index, TableColumn, TableRow, TextModel, TextTable
 from forcelab.gui.jobs import Jobs
-from forcelab.gui.label.track_rows import track_spans
+from forcelab.gui.label.track_spans import track_spans
 from forcelab.gui.layout import PageOrPlaceholder, muted_label, page_layout, set_enabled_with_reason
 from forcelab.gui.review.reviewed_run import blind_demonstrations
 from forcelab.gui.shortcuts import keys
@@ -48,12 +48,12 @@ class AcceptButtons(QWidget):
         self._lay_out()
         for signal in (
             document.tracks_changed,
-            document.outcome_changed,
+            document.review.run_changed,
             document.demonstration_changed,
         ):
             signal.connect(self._follow)
-        document.cursor_moved.connect(self._follow_cursor)
-        document.span_changed.connect(self._follow_span)
+        document.view.cursor_moved.connect(self._follow_cursor)
+        document.view.span_changed.connect(self._follow_span)
         keys().changed.connect(self._name_buttons)
         self._name_buttons()
 
@@ -109,22 +109,22 @@ class AcceptButtons(QWidget):
 
     def accept_here(self) -> bool:
         """Accept what is predicted at the cursor."""
-        return self._accept_and_report(self.document.accept_here)
+        return self._accept_and_report(self.document.review.accept_here)
 
     def accept_in_view(self) -> bool:
         """Accept all predictions in view, where the coder labelled nothing."""
-        return self._accept_and_report(self.document.accept_in_view)
+        return self._accept_and_report(self.document.review.accept_in_view)
 
     def accept_above(self) -> bool:
         """Accept all predictions that are probable enough, where the coder labelled nothing."""
         document, at_least = self.document, self.at_least.value()
         return self._accept_and_report(
-            lambda: document.accept(*document.bounds, at_least, replace=False)
+            lambda: document.review.accept(*document.view.bounds, at_least, replace=False)
         )
 
     def _accept_and_report(self, accept: Callable[[], bool]) -> bool:
         """Accept, and say how many and how to undo it."""
-        before = set(self.document.segments)
+        before = set(self.document.editor.segments)
         done = accept()
         if done:
             count = len(set(self.document.segments) - before)
@@ -136,11 +136,11 @@ class AcceptButtons(QWidget):
         return done
 
     def _count(self, start: float, end: float, at_least: float = 0.0) -> int:
-        reviewed = self.document.reviewed
+        reviewed = self.document.review.reviewed
         return 0 if reviewed is None else len(acceptable(reviewed, start, end, at_least))
 
     def _is_predicted(self, start: float, end: float) -> bool:
-        predicted = self.document.prediction  # asked at each step of playback: not all of it
+        predicted = self.document.review.prediction  # asked at each step of playback: not all of it
         first = bisect_right(predicted, start, key=attrgetter("end"))
         return first < len(predicted) and predicted[first].start < end
 
@@ -162,9 +162,9 @@ class AcceptButtons(QWidget):
         if not self.isVisible():
             return
         document = self.document
-        self._follow_cursor(document.cursor)
-        self._follow_span(document.start, document.end)
-        count = self._count(*document.bounds, self.at_least.value())
+        self._follow_cursor(document.view.cursor)
+        self._follow_span(document.view.start, document.view.end)
+        count = self._count(*document.view.bounds, self.at_least.value())
         none = "No predicted segment of the open demonstration is that probable."
         set_enabled_with_reason(self.above, "" if count else none)
         self.above.setToolTip(f"{count} segments of the open demonstration are that probable")
@@ -202,7 +202,7 @@ class ProposalsView(QWidget):
         document.author_changed.connect(self._refresh)
         document.listing_changed.connect(self._listing_changed)
         document.tracks_changed.connect(self._follow)
-        document.outcome_changed.connect(self._follow)
+        document.review.run_changed.connect(self._follow)
         document.demonstration_changed.connect(self._follow)
         self._say_empty()
 
@@ -236,7 +236,7 @@ class ProposalsView(QWidget):
         """Rank the proposals of the run, in the background."""
         if not self.isVisible():
             return
-        outcome = self.document.outcome
+        outcome = self.document.review.run
         if outcome is not self._outcome:
             self._outcome, self._found = outcome, ()
             self.jobs.cancel(RANKING_JOB)
@@ -334,14 +334,14 @@ class ProposalsView(QWidget):
         }
         open_one = self.document.id
         if open_one in seconds:  # what the list tells of it is as old as the last reading
-            now = track_spans(self.document.segments).seconds
+            now = track_spans(self.document.editor.segments).seconds
             seconds[open_one] = now, seconds[open_one][1]
         return {id_: min(done / all_, 1.0) for id_, (done, all_) in seconds.items() if done * all_}
 
     def _say_empty(self) -> None:
         """Say why the list is empty."""
         self.order.setVisible(bool(self.rows))
-        outcome = self.document.outcome
+        outcome = self.document.review.run
         tasks = () if outcome is None else outcome.tasks
         infos = [info for info in self.document.infos if info.task in tasks]
         blind = blind_demonstrations(self.document)
@@ -369,7 +369,7 @@ class ProposalsView(QWidget):
     def _go(self, index: QModelIndex) -> None:
         """Go to the most uncertain interval of a row."""
         if index.isValid():
-            self.document.examine(self.rows[index.row()].place)
+            self.document.review.examine(self.rows[index.row()].place)
 
 
 def _rank_proposals(outcome: Outcome) -> Generator[None, None, tuple[Proposal, ...]]:

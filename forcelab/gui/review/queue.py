@@ -96,7 +96,7 @@ class QueueLoader(QObject):
         self._infos = document.infos
         self._soon = QTimer(self, singleShot=True, interval=COMPARE_DELAY)
         self._soon.timeout.connect(self.compare)
-        document.outcome_changed.connect(self._all_changed)
+        document.review.run_changed.connect(self._all_changed)
         document.listing_changed.connect(self._listing_changed)
         document.author_changed.connect(self._author_changed)
         document.tracks_changed.connect(self.track_changed)
@@ -110,7 +110,7 @@ class QueueLoader(QObject):
     def track_changed(self) -> None:
         """The open demonstration's track or the verdicts have changed."""
         self._changes += 1
-        if self._document.outcome is None:
+        if self._document.review.run is None:
             self.compare()
         elif self.watched:
             self._soon.start()
@@ -128,7 +128,7 @@ class QueueLoader(QObject):
         try:
             outcome = visible_outcome(document)
         except ForcelabError as error:
-            document.say(str(error), True)
+            document.show_message(str(error), True)
             return
         if outcome is None or document.project is None:
             self._jobs.cancel(QUEUE_JOB)
@@ -141,7 +141,7 @@ class QueueLoader(QObject):
         changed = None
         if before is not None and self._reread == self._upheavals:
             own = bool(document.id) and document.author == outcome.author
-            changed = {document.id: document.segments} if own else {}
+            changed = {document.id: document.editor.segments} if own else {}
         self._jobs.run(
             read_queue(document.project.path, outcome, before, changed),
             partial(self._done, self._changes, self._upheavals if changed is None else None),
@@ -364,9 +364,8 @@ class VerdictUndo:
     ) -> bool:
         """Undo or redo the latest of a list of verdicts, or a later edit."""
         document, project = self._document, self._document.project
-        verb = document.undo if kind == "undo" else document.redo
         if not changes or project is None:
-            return verb()
+            return self._revert_edit(kind)
         change = changes[-1]
         places = {document.id, change.verdict.demonstration} - {""}
         tops = (project.tracks.revertible(id_, document.author, kind) for id_ in places)
@@ -374,18 +373,25 @@ class VerdictUndo:
         together = edit is not None and change.edit in (edit.id, edit.reverts)
         if edit is not None and edit.time > change.time and not together:
             elsewhere = edit.demonstration != document.id
-            return (not elsewhere or document.examine(change.place)) and verb()
+            return (not elsewhere or document.review.examine(change.place)) and self._revert_edit(
+                kind
+            )
         if change.edit and not together:
             changes.pop()  # its labels went another way
             return self._revert(changes, opposite, kind)
-        if not document.examine(change.place):
+        if not document.review.examine(change.place):
             return False
         if not together:
             self._revert_verdict(change, project, kind)
-        elif not verb():  # the verdict goes with its edit
+        elif not self._revert_edit(kind):  # the verdict goes with its edit
             return False
         opposite.append(replace(changes.pop(), time=utc_now()))
         return True
+
+    def _revert_edit(self, kind: Literal["undo", "redo"]) -> bool:
+        editor = self._document.editor
+        result = editor.undo_everywhere() if kind == "undo" else editor.redo_everywhere()
+        return result is not None
 
     def _revert_verdict(self, change: _VerdictChange, project: Project, kind: str) -> None:
         """Withdraw a verdict, or give it again."""
@@ -395,7 +401,7 @@ class VerdictUndo:
             document.say("The verdict is withdrawn.")
         else:
             project.coding.add_verdict(replace(change.verdict, id=0))
-            document.say("The verdict counts again.")
+            document.show_message("The verdict counts again.")
 
     def _counts(self, change: _VerdictChange) -> bool:
         """Whether this verdict counts now."""
@@ -424,7 +430,7 @@ class QueueView(QWidget):
         self.setAccessibleName("Disagreement queue")
         self.model = QueueModel(self)
         self.list = QueueList(self.model, lambda: self.reader.vocabulary)
-        self.list.chosen.connect(document.examine)
+        self.list.chosen.connect(document.review.examine)
         self.list.withdrawn.connect(self.withdraw)
         hint = "Filter by action or demonstration"
         self.filter = search_field(hint, hint)
@@ -436,8 +442,8 @@ class QueueView(QWidget):
         parts = self.filter, self._summary, self.pages, self.buttons
         page_layout(self, *parts, growing=self.pages, margin=4, spacing=4)
         self.reader.changed.connect(self._compared)
-        document.examined_changed.connect(self._follow)
-        document.training_changed.connect(self._training_changed)
+        document.review.examined_changed.connect(self._follow)
+        document.review.training_changed.connect(self._training_changed)
         self._show()
 
     def showEvent(self, event: QShowEvent) -> None:
@@ -471,10 +477,10 @@ class QueueView(QWidget):
             if self.list.unfold_first():
                 self.step(direction)
                 return
-            self.document.say(self._missing or "Everything listed is judged.")
+            self.document.show_message(self._missing or "Everything listed is judged.")
             return
         place, wrapped = self.list.beside(direction)
-        if not self.document.examine(place):
+        if not self.document.review.examine(place):
             return
         if wrapped:
             self.document.say("Back at the first." if direction > 0 else "Back at the last.")
@@ -490,14 +496,14 @@ class QueueView(QWidget):
         """
         item, read = self.current, self.reader.read
         if item is None or read is None or not isinstance(item.about, Difference):
-            if self.reader.stale and self.document.examined is not None:
+            if self.reader.stale and self.document.review.examined is not None:
                 self._verdict = verdict  # it may be open again, after an undo
                 self.reader.compare()
                 return False
-            self.document.say("Choose a difference to judge first, with N.", True)
+            self.document.show_message("Choose a difference to judge first, with N.", True)
             return False
         difference, outcome = item.about, read.outcome
-        self.document.say("")  # what became of the verdict before is over
+        self.document.show_message("")  # what became of the verdict before is over
         after = self.list.after()
         project, author = self.document.project, self.document.author
         assert project is not None
@@ -511,14 +517,14 @@ class QueueView(QWidget):
                     edit = project.tracks.revertible(difference.demonstration, author, "undo")
             stored = judge(project, outcome, difference, verdict, author, edit)
         except ForcelabError as error:
-            self.document.say(str(error), True)
+            self.document.show_message(str(error), True)
             return False
         self._history.add(stored, edit.id if edit is not None else 0)
         self.reader.put_away(self.queue.after(stored, difference))
         if after is not None:
-            self.document.examine(after)
+            self.document.review.examine(after)
         elif not self.list.waiting:
-            self.document.say("That was the last one; everything listed is judged.")
+            self.document.show_message("That was the last one; everything listed is judged.")
         self.reader.track_changed()
         return True
 
@@ -532,7 +538,7 @@ class QueueView(QWidget):
         try:
             done = verb()
         except ForcelabError as error:
-            self.document.say(str(error), True)
+            self.document.show_message(str(error), True)
             return False
         if done:
             self.reader.track_changed()
@@ -542,13 +548,15 @@ class QueueView(QWidget):
         """Withdraw the verdict on the chosen item; it is open again."""
         item, project = self.current, self.document.project
         if item is None or project is None or not isinstance(item.about, StoredVerdict):
-            self.document.say("Choose a judged place first, at the end of the queue.", True)
+            self.document.show_message(
+                "Choose a judged place first, at the end of the queue.", True
+            )
             return False
         try:
             withdraw(project, item.about, self.document.author)
             self._history.add_withdrawn(item.about)
         except ForcelabError as error:
-            self.document.say(str(error), True)
+            self.document.show_message(str(error), True)
             return False
         self.document.say("The verdict is withdrawn; labels stay as they are.")
         self.reader.track_changed()
@@ -568,18 +576,18 @@ class QueueView(QWidget):
                 f"{document.author}, copy them ({key})."
             )
             return True
-        if document.id != difference.demonstration and not document.examine(difference):
+        if document.id != difference.demonstration and not document.review.examine(difference):
             return False
         action, start, end = action_for(outcome, difference), difference.start, difference.end
         if action is None:
-            document.erase(start, end)
+            document.editor.erase(start, end)
         else:
-            document.adopt(Segment(start, end, action))
+            document.review.adopt(Segment(start, end, action))
         return not document.refused
 
     def _follow(self) -> None:
         """Mark the examined interval, wherever it was chosen; only that one is judged."""
-        self.list.mark(self.document.examined)
+        self.list.mark(self.document.review.examined)
         self._offer()
 
     def _offer(self) -> None:
@@ -589,7 +597,7 @@ class QueueView(QWidget):
         )
 
     def _training_changed(self) -> None:
-        if self.document.outcome is None:
+        if self.document.review.run is None:
             self._show()
 
     def _compared(self) -> None:
@@ -605,14 +613,14 @@ class QueueView(QWidget):
     @property
     def _missing(self) -> str:
         return missing_queue_text(
-            self.document.outcome, self.reader.read, training=self.document.training
+            self.document.review.run, self.reader.read, training=self.document.review.training
         )
 
     def _show(self) -> None:
         read = self.reader.read
         names = {} if read is None else {d.id: d.name for d in read.outcome.tested}
         if self.model.show(self.queue, names, self.filter.text()):
-            self.list.mark(self.document.examined, unfold=False)
+            self.list.mark(self.document.review.examined, unfold=False)
         self.list.viewport().update()
         empty = self._missing
         if not empty and not self.model.sections:

@@ -23,7 +23,7 @@ def visible_outcome(document: Document) -> Outcome | None:
     and demonstrations, so they are left out where it rests on hidden labels. Such labels have no
     author: how often they were edited since is not counted either.
     """
-    outcome, blind = document.outcome, blind_demonstrations(document)
+    outcome, blind = document.review.run, blind_demonstrations(document)
     if outcome is None or not blind:
         return outcome
     hidden = {
@@ -55,7 +55,7 @@ def with_keys(
 
 def reviewed_vocabulary(document: Document) -> Vocabulary:
     """The styles of the reviewed run's actions; without a run, those of the open demonstration."""
-    project, outcome = document.project, document.outcome
+    project, outcome = document.project, document.review.run
     if project is None or outcome is None:
         return document.vocabulary
     return vocabulary_of(project, outcome)

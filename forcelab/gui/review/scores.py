@@ -181,7 +181,7 @@ class ScoresView(QWidget):
         self.which.currentIndexChanged.connect(self._unsort)
         self.copy_button.clicked.connect(self.copy)
         self.table.clicked.connect(self._open)
-        document.outcome_changed.connect(self._refresh)
+        document.review.run_changed.connect(self._refresh)
         document.author_changed.connect(self._refresh)
         document.listing_changed.connect(self._refresh)
 
@@ -192,7 +192,7 @@ class ScoresView(QWidget):
     def copy(self) -> None:
         """Copy the table as tab-separated text."""
         copy_text(self.model.as_tsv())
-        self.document.say("The scores were copied.")
+        self.document.show_message("The scores were copied.")
 
     def sort_by(self, column: int) -> None:
         """Sort demonstrations by a column: the highest first, then the lowest, then as run."""
@@ -257,7 +257,7 @@ class ScoresView(QWidget):
             self._outcome = None  # to be shown as soon as it can be read
             self._show_empty(str(error))
             return
-        outcome = self.document.outcome
+        outcome = self.document.review.run
         if visible is None or outcome is None or not outcome.tested:
             self._jobs.cancel(INTERVALS_JOB)
             self._outcome = None

@@ -44,6 +44,7 @@ from forcelab.gui.layout import (
     page_layout,
     scroll_area,
     separator,
+    set_enabled_with_reason,
     set_tone,
 )
 from forcelab.gui.review.trainer import default_author
@@ -695,7 +696,8 @@ class SettingsDialog(QDialog):
 
     def _form_changed(self) -> None:
         self.chosen = self.form.settings()
-        self.ok.setEnabled(self.chosen is not None)
+        wrong = "Correct what is marked first."
+        set_enabled_with_reason(self.ok, "" if self.chosen is not None else wrong)
         if self.chosen is None:
             for label in (self.scales, self.cost):
                 label.setText("–")

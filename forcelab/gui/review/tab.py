@@ -108,8 +108,8 @@ class ReviewTab(QWidget):
             "cancel_training": self.trainer.cancel,
             "next_review": partial(self._step, 1),
             "previous_review": partial(self._step, -1),
-            "accept": document.accept_here,
-            "accept_all": document.accept_in_view,
+            "accept": document.review.accept_here,
+            "accept_all": document.review.accept_in_view,
             "undo": self._undo,
             "redo": self._redo,
             "verdict_human": lambda: self.workspace.queue.judge("human"),
@@ -120,12 +120,18 @@ class ReviewTab(QWidget):
     def _step(self, direction: int) -> None:
         self.workspace.queue.step(direction)
 
-    def _undo(self) -> bool:
+    def _undo(self) -> None:
         """Undo the latest verdict or edit; verdicts are given by keys in any workspace."""
-        return self.document.undo() if self._built is None else self._built.queue.undo()
+        if self._built is None:
+            self.document.editor.undo_everywhere()
+        else:
+            self._built.queue.undo()
 
-    def _redo(self) -> bool:
-        return self.document.redo() if self._built is None else self._built.queue.redo()
+    def _redo(self) -> None:
+        if self._built is None:
+            self.document.editor.redo_everywhere()
+        else:
+            self._built.queue.redo()
 
 
 def _warm_up() -> Generator[None, None, None]:

@@ -19,7 +19,7 @@ from PySide6.QtWidgets import (
 )
 
 from forcelab.gui.document import Document
-from forcelab.gui.layout import dialog_buttons, set_tone
+from forcelab.gui.layout import dialog_buttons, set_enabled_with_reason, set_tone
 from forcelab.gui.review.trainer import (
     OWN_MINIMUM,
     Trainer,
@@ -183,7 +183,8 @@ class TaskChoiceForm(QWidget):
     def _follow(self, *_: object) -> None:
         """Show what matters for this choice, and what is wrong with it."""
         tasks, across = self._trained(), self.across.isChecked()
-        self.across.setEnabled(len(self.tasks) > 1)
+        several = len(self.tasks) > 1
+        set_enabled_with_reason(self.across, "" if several else "There is only one task.")
         self.test_task.setVisible(across)
         self._same.setVisible(len(tasks) > 1 and not across)
         self._coder_box.setVisible(self.coder.count() > 2)
@@ -239,7 +240,7 @@ class TaskChoiceDialog(QDialog):
 
     def _follow(self) -> None:
         """What cannot be trained cannot be chosen."""
-        self.ok.setEnabled(not self.form.trouble)
+        set_enabled_with_reason(self.ok, self.form.trouble)
 
 
 def choice_text(tasks: Sequence[str], test_task: str | None, apart: bool) -> str:

@@ -100,10 +100,10 @@ def measure_task(
 ) -> Generator[object, None, Measured]:
     """Measure in a process of its own, then read the measurement that it has stored."""
     from forcelab.measure.recognition_runs import keeping, load
-    from forcelab.process import elsewhere
+    from forcelab.process import run_in_process
     from forcelab.project import Project
 
-    number = yield from elsewhere(keeping, path, task, author, settings)
+    number = yield from run_in_process(keeping, path, task, author, settings)
     with Project.open(path) as project:
         return load(project, number)
 
@@ -243,12 +243,14 @@ class TradeoffController(QObject):
         name = setting_name(measured)
         if measured.refusal:
             reason = f"“{name}” could not be measured, and is not trained with: {measured.refusal}"
-            self.document.say(reason, True)
+            self.document.show_message(reason, True)
             return
         self._replaced.append(self.trainer.settings)
         self._adopted = settings
         self.trainer.set_settings(settings)
-        self.document.say(f"'{task_text(self.task)}' is trained with “{name}” from now on.")
+        self.document.show_message(
+            f"'{task_text(self.task)}' is trained with “{name}” from now on."
+        )
         self.changed.emit()
 
     def undo(self) -> None:
@@ -256,7 +258,7 @@ class TradeoffController(QObject):
         if self._replaced:
             self._adopted = self._replaced.pop()
             self.trainer.set_settings(self._adopted)
-            self.document.say(f"'{task_text(self.task)}' is trained as before.")
+            self.document.show_message(f"'{task_text(self.task)}' is trained as before.")
             self.changed.emit()
 
     def show_measured(self, measured: Measured | None) -> None:
@@ -311,7 +313,7 @@ class TradeoffController(QObject):
         """Show what was measured, unless the coder has turned to another task meanwhile."""
         self._ended()
         if measured.task != self.task:
-            self.document.say(f"Recognition of '{task_text(measured.task)}' is measured.")
+            self.document.show_message(f"Recognition of '{task_text(measured.task)}' is measured.")
         elif self.document.author == self._measured_for:
             self.show_measured(measured)
         else:
@@ -320,7 +322,7 @@ class TradeoffController(QObject):
     def _failed(self, error: Exception) -> None:
         known = isinstance(error, ForcelabError)
         self.trouble = str(error) if known else "Measuring failed; the log says more."
-        self.document.say(self.trouble, True)
+        self.document.show_message(self.trouble, True)
         self._ended()
 
     def _ended(self) -> None:

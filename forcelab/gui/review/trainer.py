@@ -66,9 +66,9 @@ def default_author(document: Document, tasks: set[str | None]) -> str | None:
         if info.task not in tasks:
             continue
         seconds = {a: s for a, s in info.labelled.items() if s and not is_model(a)}
-        if open_one is not None and info.id == document.id and document.segments:
+        if open_one is not None and info.id == document.id and document.editor.segments:
             # Which the list may not tell yet.
-            seconds[own] = sum(segment.end - segment.start for segment in document.segments)
+            seconds[own] = sum(segment.end - segment.start for segment in document.editor.segments)
         begun.update(seconds.keys())
         complete.update(
             author
@@ -133,7 +133,7 @@ class AutomaticRuns:
         task = (*outcome.tasks, outcome.test_task)
         self._runs.append(_AutomaticRun(outcome.number, outcome.proposer, task))
         for old in [run for run in self._runs if run.task == task][:-AUTOMATIC_RUNS_KEPT]:
-            reviewed = self._document.outcome
+            reviewed = self._document.review.run
             if reviewed is None or reviewed.number != old.number:
                 self._runs.remove(old)
                 self._let_go(old)
@@ -144,7 +144,7 @@ class AutomaticRuns:
             try:
                 self._document.project.runs.forget(old.number, old.proposer)
             except ForcelabError as error:  # it stays, and is told like any other trouble
-                self._document.say(str(error), True)
+                self._document.show_message(str(error), True)
 
 
 #: Edits are counted once in so many ms at most.
@@ -171,7 +171,7 @@ class EditCounter(QObject):
         self._later = QTimer(self, singleShot=True, interval=COUNT_DELAY)
         self._later.timeout.connect(self.count)
         document.tracks_changed.connect(self._tracks_changed)
-        document.outcome_changed.connect(self.count)
+        document.review.run_changed.connect(self.count)
 
     def forget(self) -> None:
         self._later.stop()
@@ -180,7 +180,7 @@ class EditCounter(QObject):
     def count(self) -> None:
         self._at = time.monotonic()
         project, edits = self._document.project, None
-        if project is not None and self._document.outcome is not None:
+        if project is not None and self._document.review.run is not None:
             from forcelab.gui.review.reviewed_run import (
                 visible_outcome,  # loads much, which an outcome has, too
             )
@@ -196,7 +196,7 @@ class EditCounter(QObject):
 
     def _painted(self) -> tuple[str, str, Segments]:
         """The open demonstration, its coder, and the track."""
-        return self._document.id, self._document.author, self._document.segments
+        return self._document.id, self._document.author, self._document.editor.segments
 
     def _tracks_changed(self) -> None:
         """Count soon; the same track with other segments is an edit."""
@@ -311,7 +311,7 @@ class Trainer(QObject):
             return author
         # Asked for several times an edit, over hundreds of demonstrations.
         document = self.document
-        state = document.infos, document.id, document.segments, document.author, tasks, test
+        state = document.infos, document.id, document.editor.segments, document.author, tasks, test
         if self._author is None or self._author[0] != state:
             self._author = state, default_author(document, {*tasks, test})
         return self._author[1]
@@ -319,7 +319,7 @@ class Trainer(QObject):
     @property
     def reviewed_author(self) -> str:
         """Whose labels the reviewed run was trained on, if the next training takes others."""
-        outcome = self.document.outcome
+        outcome = self.document.review.run
         if outcome is None or not self.ready or outcome.author == self.author:
             return ""
         return outcome.author
@@ -327,7 +327,7 @@ class Trainer(QObject):
     @property
     def settings_changed(self) -> bool:
         """Whether the next training takes other settings than the reviewed run."""
-        outcome = self.document.outcome
+        outcome = self.document.review.run
         return outcome is not None and self.ready and outcome.settings != self.settings
 
     @property
@@ -367,7 +367,7 @@ class Trainer(QObject):
     def _refuse(self, sentence: str) -> None:
         """Report what is missing; also where the bar that shows it is not in front."""
         self.trouble = sentence
-        self.document.say(sentence, True)
+        self.document.show_message(sentence, True)
         self.changed.emit()
 
     def _builder(self) -> SettingsAndChoice:
@@ -394,7 +394,7 @@ class Trainer(QObject):
         """Say that another coder's labels are taken."""
         own = self.document.author
         if author is not None and author != own:
-            self.document.say(
+            self.document.show_message(
                 f"{own} has labelled fewer than {OWN_MINIMUM} demonstrations of this; training on "
                 f"the labels of {author}."
             )
@@ -415,11 +415,11 @@ class Trainer(QObject):
     def _removed(self, path: Path, number: int) -> None:
         if path != self._path:
             return
-        reviewed = self.document.outcome
+        reviewed = self.document.review.run
         if reviewed is not None and reviewed.number == number:
             self.jobs.cancel(LOADING_RUN)
-            self.document.set_outcome(None)
-        self.document.say(f"Run {number} was removed.")
+            self.document.review.set_run(None)
+        self.document.show_message(f"Run {number} was removed.")
         self.list_runs()
 
     def list_runs(self) -> None:
@@ -436,7 +436,7 @@ class Trainer(QObject):
         """Offer the runs; where none is reviewed yet, the latest one is."""
         self.runs = runs
         self.runs_changed.emit()
-        if self.document.outcome is None:
+        if self.document.review.run is None:
             self._show_latest()
 
     def _show_latest(self) -> None:
@@ -450,15 +450,15 @@ class Trainer(QObject):
             key=lambda run: (None, self.task, run.tested).index(run.tested),
             default=None,
         )
-        reviewed = self.document.outcome
+        reviewed = self.document.review.run
         if run is not None and (reviewed is None or reviewed.number != run.number):
             self.show_run(run.number)
         elif run is None and reviewed is not None:
-            self.document.set_outcome(None)
+            self.document.review.set_run(None)
 
     def _take(self, outcome: Outcome) -> None:
         """Review a run; what is trained next is of the same task."""
-        self.document.set_outcome(outcome)
+        self.document.review.set_run(outcome)
         if outcome.tasks and self.task not in (*outcome.tasks, outcome.test_task):
             self._switch_task(outcome.tasks[0])
         self.changed.emit()
@@ -469,7 +469,7 @@ class Trainer(QObject):
 
     def _listing_changed(self) -> None:
         """Read the run again where it tested a demonstration that was removed."""
-        outcome = self.document.outcome
+        outcome = self.document.review.run
         if outcome is None or self._path is None:
             return
         there = {info.id for info in self.document.infos}
@@ -480,12 +480,12 @@ class Trainer(QObject):
 
     def _failed_to_reload(self, error: Exception) -> None:
         """Review nothing where nothing that was tested is left."""
-        self.document.set_outcome(None)
+        self.document.review.set_run(None)
         self._failed_to_load(error)
 
     def _forget(self) -> None:
         self._reset_task()
-        self.document.set_training(False)
+        self.document.review.set_training(False)
         self.step: Step | None = None
         self.step_history: list[Step] = []
         self.automatic = False
@@ -497,7 +497,7 @@ class Trainer(QObject):
 
     @property
     def training(self) -> bool:
-        return self.document.training
+        return self.document.review.training
 
     @property
     def edits(self) -> int | None:
@@ -507,7 +507,7 @@ class Trainer(QObject):
     @property
     def has_recogniser(self) -> bool:
         """Whether the project has the recogniser of the reviewed run; an evaluation keeps none."""
-        project, outcome = self.document.project, self.document.outcome
+        project, outcome = self.document.project, self.document.review.run
         if project is None or outcome is None:
             return False
         try:
@@ -529,7 +529,7 @@ class Trainer(QObject):
     @property
     def _outdated(self) -> bool:
         """Whether a training would find anything new."""
-        return bool(self.document.outcome is None or self.edits or self.reviewed_author)
+        return bool(self.document.review.run is None or self.edits or self.reviewed_author)
 
     def set_automatic(self, automatic: bool) -> None:
         """Train automatically some seconds after edits, or only when asked to."""
@@ -564,7 +564,7 @@ class Trainer(QObject):
             return False
         self.step, self.step_history, self.trouble = None, [], ""
         self._automatic_runs.begin()
-        self.document.set_training(True)
+        self.document.review.set_training(True)
         name = " + ".join(task or "no task" for task in self.chosen[0])
         self.jobs.run(
             self._backend.train(self._path, self._builder(), name, self.step_history),
@@ -584,7 +584,7 @@ class Trainer(QObject):
             return
         self.jobs.cancel(TRAINING)
         self.step = None
-        self.document.set_training(False)
+        self.document.review.set_training(False)
         self.changed.emit()
 
     def _progressed(self, step: object) -> None:
@@ -597,14 +597,16 @@ class Trainer(QObject):
         """Review the new run."""
         self.step = None
         self._automatic_runs.end()
-        self.document.set_training(False)
+        self.document.review.set_training(False)
         if self._training_automatically:
             self._automatic_runs.trained(outcome)
         if self.task in (*outcome.tasks, outcome.test_task):
             self.jobs.cancel(LOADING_RUN)
-            self.document.set_outcome(outcome)
+            self.document.review.set_run(outcome)
         else:  # the coder has turned to another task meanwhile
-            self.document.say(f"The training of '{outcome.title}' is done; its run is in the list.")
+            self.document.show_message(
+                f"The training of '{outcome.title}' is done; its run is in the list."
+            )
         self.changed.emit()
         self.losses_changed.emit()
         self.list_runs()
@@ -613,7 +615,7 @@ class Trainer(QObject):
 
     def _failed(self, error: Exception) -> None:
         self.step = None
-        self.document.set_training(False)
+        self.document.review.set_training(False)
         known = isinstance(error, ForcelabError)
         self._refuse(str(error) if known else "The training failed; the log says more.")
 
@@ -644,7 +646,7 @@ class Trainer(QObject):
 
     def _demonstration_changed(self) -> None:
         """Follow to the task of the open demonstration, unless it is in the reviewed run."""
-        demonstration, outcome = self.document.demonstration, self.document.outcome
+        demonstration, outcome = self.document.demonstration, self.document.review.run
         if demonstration is None:
             return
         if outcome is not None and (

@@ -43,11 +43,11 @@ class Backend:
 
         Every step is appended to `steps`, also those that come too fast to be shown.
         """
-        from forcelab.process import elsewhere
+        from forcelab.process import run_in_process
         from forcelab.review.training import Step, reviewing
 
         yield None
-        job = elsewhere(reviewing, path, *given(), name)
+        job = run_in_process(reviewing, path, *given(), name)
         try:
             while True:
                 try:

@@ -75,14 +75,14 @@ class RunComboBox(ElidedComboBox):
         self.setMinimumContentsLength(RUN_CHARACTERS)
         self.activated.connect(self._chosen)
         trainer.runs_changed.connect(self.refresh)
-        document.outcome_changed.connect(self._show_reviewed)
+        document.review.run_changed.connect(self._show_reviewed)
         self.refresh()
 
     def refresh(self) -> None:
         self.clear()
         for kept in self.trainer.runs:
             self.addItem(run_text(kept), kept.number)
-        self.setEnabled(bool(self.trainer.runs))
+        set_enabled_with_reason(self, "" if self.trainer.runs else "Nothing was trained yet.")
         self.setPlaceholderText("no run yet")
         texts = map(run_text, self.trainer.runs)
         widest = max(map(self.fontMetrics().horizontalAdvance, texts), default=0)
@@ -90,7 +90,7 @@ class RunComboBox(ElidedComboBox):
         self._show_reviewed()
 
     def _show_reviewed(self) -> None:
-        outcome = self.document.outcome
+        outcome = self.document.review.run
         self.setCurrentIndex(-1 if outcome is None else self.findData(outcome.number))
         how = "A right click removes it." if outcome is not None else ""
         self.setToolTip("\n".join(filter(None, (self._name, self.currentText(), how))))
@@ -100,9 +100,10 @@ class RunComboBox(ElidedComboBox):
         menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         action = menu.addAction("Remove this run…", self.ask_removal)
         project = self.document.project
-        action.setEnabled(
-            self.currentIndex() >= 0 and project is not None and not project.read_only
-        )
+        reason = "" if self.currentIndex() >= 0 else "No run is reviewed."
+        if project is None or project.read_only:
+            reason = "The project can only be read."
+        set_enabled_with_reason(action, reason)
         menu.popup(event.globalPos())
 
     def ask_removal(self) -> None:
@@ -115,7 +116,7 @@ class RunComboBox(ElidedComboBox):
         try:
             uses = project.runs.uses(number)
         except ForcelabError as error:
-            self.document.say(str(error), True)
+            self.document.show_message(str(error), True)
             return
         if not uses:
             self.trainer.list_runs()  # another window was faster
@@ -354,6 +355,8 @@ class TrainingBar(QWidget):
 
     def _fill_menu(self) -> None:
         """Offer what has no room in the row."""
+        for submenu in self._menu.findChildren(QMenu):  # which clear() would leave
+            submenu.deleteLater()
         self._menu.clear()
         if self.automatic.isHidden():
             action = self._menu.addAction("Train automatically after edits")

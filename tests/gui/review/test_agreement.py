@@ -112,7 +112,7 @@ def test_the_matrix_leads_to_the_figures_and_to_the_places(app, until):
         first = table.rows[0].place
         assert first.duration == max(p.duration for p in (*pair.apart, *pair.alone))
         table.clicked.emit(table.model().index(0, 0))
-        assert b.document.examined == first
+        assert b.document.review.examined == first
         assert b.document.id == first.demonstration
 
 
@@ -186,7 +186,7 @@ def test_a_consensus_of_the_project_before_is_not_asked_of_the_next_one(app, unt
     said = []
     Project.create(tmp_path / "next.forcelab").close()
     with bench(app, until, both) as b:
-        b.document.said.connect(lambda *told: said.append(told))
+        b.document.message_shown.connect(lambda *told: said.append(told))
         b.view.pages.setCurrentIndex(1)
         b.bar.buttons.begin.setFocus()
         b.view.hide()
@@ -259,7 +259,7 @@ def test_nothing_is_compared_while_nobody_looks(app, until, monkeypatch):
         QTest.qWait(coders_module.COMPARE_DELAY + 50)
         assert len(asked) == count
         b.view.hide()
-        b.document.paint(8, 9, "grab")
+        b.document.editor.paint(8, 9, "grab")
         QTest.qWait(coders_module.COMPARE_DELAY + 50)
         assert len(asked) == count
         b.view.show()
@@ -278,11 +278,11 @@ def test_a_consensus_is_decided_with_keys_and_each_is_stored(app, until):
         bar.buttons.begin.click()
         assert b.track("consensus") == [(0, 1, "grab"), (1.06, 3, "hold"), (4, 5, "hold")]
         assert bar.state.text() == "0 of 3 differences decided"
-        assert b.document.examined.start == 1
+        assert b.document.review.examined.start == 1
         QTest.keyClick(bar, Qt.Key.Key_M)
         assert b.track("consensus")[:2] == [(0, 1.03, "grab"), (1.03, 3, "hold")]
-        assert b.document.examined.start == 3
-        assert b.document.others["consensus"]  # the tracks on screen follow
+        assert b.document.review.examined.start == 3
+        assert b.document.other_tracks["consensus"]  # the tracks on screen follow
         assert not bar.buttons.mean.isEnabled()
         QTest.keyClick(bar, Qt.Key.Key_2)
         assert (3, 4, "slip") in b.track("consensus")
@@ -298,7 +298,7 @@ def test_a_consensus_is_decided_with_keys_and_each_is_stored(app, until):
         assert (3, 4, "slip") not in b.track("consensus")
         QTest.keyClick(bar, Qt.Key.Key_Y, Qt.KeyboardModifier.ControlModifier)
         assert bar.state.text() == "2 of 3 differences decided"
-        assert b.document.segments == ANN  # nobody else's labels were touched
+        assert b.document.editor.segments == ANN  # nobody else's labels were touched
         assert "consensus" not in b.view.matrix.authors
 
 

@@ -97,9 +97,9 @@ def place_in(study, number=0, action="hold"):
 @pytest.fixture
 def explained(view, document, study, until):
     """The view with an explanation of a place in the first demonstration."""
-    document.set_outcome(study[1])
+    document.review.set_run(study[1])
     view.show()
-    document.examine(place_in(study))
+    document.review.examine(place_in(study))
     until(lambda: view.settled and view.why is not None)
     return view
 
@@ -125,7 +125,7 @@ def test_it_says_what_is_missing(view, document, study, until):
 
 def test_whoever_codes_blind_is_told_nothing(view, document, study, until, trainings):
     one = study[1].tested[0]
-    document.set_outcome(study[1])
+    document.review.set_run(study[1])
     document.project.coding.assign(one.id, "Bob", blind=True)
     try:
         view.show()
@@ -143,9 +143,9 @@ def test_neighbours_in_a_demonstration_that_is_coded_blind_are_left_out(
     other = study[1].tested[1].id
     document.project.coding.assign(other, "Bob", blind=True)
     try:
-        document.set_outcome(study[1])
+        document.review.set_run(study[1])
         view.show()
-        document.examine(place_in(study))
+        document.review.examine(place_in(study))
         until(lambda: view.settled and view.why is not None)
         shown = {card.neighbour.place.demonstration for card in view.page.neighbours.cards}
         assert shown == {study[1].tested[2].id}
@@ -173,8 +173,8 @@ def test_neighbours_go_when_whoever_looks_next_codes_them_blind(
 
 
 def test_nothing_is_computed_while_it_is_hidden(view, document, study, app, trainings, jobs):
-    document.set_outcome(study[1])
-    document.examine(place_in(study))
+    document.review.set_run(study[1])
+    document.review.examine(place_in(study))
     app.processEvents()
     QTest.qWait(60)
     assert not trainings.asked
@@ -203,10 +203,10 @@ def test_a_second_place_of_the_demonstration_needs_no_training(
 ):
     view, first = explained, explained.why
     assert len(trainings.asked) == 1
-    document.examine(place_in(study, action="release"))
+    document.review.examine(place_in(study, action="release"))
     until(lambda: view.why is not first)
     assert len(trainings.asked) == 1
-    document.examine(place_in(study, 1))
+    document.review.examine(place_in(study, 1))
     until(lambda: view.settled)
     assert trainings.asked == [one.id for one in study[1].tested[:2]]
 
@@ -216,7 +216,7 @@ def test_the_old_explanation_is_grey_until_the_new_one_is_there(
 ):
     view, first = explained, explained.why
     trainings.held = True
-    document.examine(place_in(study, 1))
+    document.review.examine(place_in(study, 1))
     until(lambda: view.page.stale)
     assert view.why is first
     assert view.page.found.isVisible()
@@ -231,14 +231,14 @@ def test_another_place_ends_the_training_that_nobody_waits_for(
     view, document, study, until, trainings
 ):
     trainings.held = True
-    document.set_outcome(study[1])
+    document.review.set_run(study[1])
     view.show()
-    document.examine(place_in(study, 0))
+    document.review.examine(place_in(study, 0))
     until(lambda: trainings.asked == [study[1].tested[0].id])
-    document.examine(place_in(study, 0, "release"))
+    document.review.examine(place_in(study, 0, "release"))
     QTest.qWait(60)
     assert not trainings.closed  # another place, but of the same demonstration
-    document.examine(place_in(study, 1))
+    document.review.examine(place_in(study, 1))
     until(lambda: trainings.closed == [study[1].tested[0].id])
     until(lambda: len(trainings.asked) == 2)
     view.hide()
@@ -247,9 +247,9 @@ def test_another_place_ends_the_training_that_nobody_waits_for(
 
 def test_the_training_can_be_stopped_and_begun_again(view, document, study, until, trainings):
     trainings.held = True
-    document.set_outcome(study[1])
+    document.review.set_run(study[1])
     view.show()
-    document.examine(place_in(study))
+    document.review.examine(place_in(study))
     until(lambda: view.page.stop.text() == "Stop")
     QTest.mouseClick(view.page.stop, Qt.MouseButton.LeftButton)
     until(lambda: trainings.closed)
@@ -266,14 +266,14 @@ def test_a_card_leads_to_its_segment_and_back_leads_to_the_place(
     card = view.page.neighbours.cards[-1]
     card.setFocus()
     QTest.keyClick(card, Qt.Key.Key_Space)
-    assert document.examined == card.neighbour.place
+    assert document.review.examined == card.neighbour.place
     assert document.id == card.neighbour.place.demonstration
     QTest.qWait(60)
     assert view.why is why
     assert not view.page.stale
     assert card.isChecked()
     QTest.mouseClick(view.page.back, Qt.MouseButton.LeftButton)
-    assert document.examined == why.place
+    assert document.review.examined == why.place
     assert document.id == why.place.demonstration
     QTest.qWait(60)
     assert view.why is why
@@ -289,22 +289,22 @@ def test_a_click_into_the_chart_moves_the_cursor_there(explained, document):
     where = QPoint(round(axis.at(wanted)), 40)
     QTest.mouseClick(chart, Qt.MouseButton.LeftButton, pos=where)
     pixel = (axis.end - axis.start) / (axis.finish - axis.begin)
-    assert document.cursor == pytest.approx(wanted, abs=1.1 * pixel)
+    assert document.view.cursor == pytest.approx(wanted, abs=1.1 * pixel)
 
 
 def test_a_selected_segment_is_explained_and_so_is_what_is_at_the_cursor(
     view, document, study, until
 ):
     one = study[1].tested[0]
-    document.set_outcome(study[1])
+    document.review.set_run(study[1])
     document.open_demonstration(one.id)
     view.show()
     place = place_at(one, 2.0)
-    document.seek(2.0)
+    document.view.seek(2.0)
     until(lambda: view.place == place)
     document.set_author("Ann")  # who has segments to select
     document.select(1)
-    segment = document.segments[1]
+    segment = document.editor.segments[1]
     until(lambda: (view.place.start, view.place.end) == (segment.start, segment.end))
     assert view.place.human == segment.action
 

@@ -94,7 +94,7 @@ def test_what_a_run_says_of_labels_that_are_hidden_is_hidden(view, until):
     view.trainer.train()
     until(lambda: not view.trainer.training)
     assert view.remarks.text() == "Something was left out."
-    labelled = document.outcome.tested[0].id
+    labelled = document.review.run.tested[0].id
     document.project.coding.assign(labelled, "Bob", blind=True)
     document.set_author("Bob")
     assert not view.remarks.text()

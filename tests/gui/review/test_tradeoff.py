@@ -121,7 +121,7 @@ class FakeMeasuring:
 def document(app):
     with study() as document:
         document.told = []
-        document.said.connect(lambda text, trouble: document.told.append((text, trouble)))
+        document.message_shown.connect(lambda text, trouble: document.told.append((text, trouble)))
         yield document
 
 

@@ -38,7 +38,7 @@ def test_training_ends_with_the_outcome_in_the_document(trainer, document, work,
     assert trainer.train()
     assert trainer.training
     until(lambda: not trainer.training)
-    assert document.outcome is work.result
+    assert document.review.run is work.result
     assert trainer.edits == 0
     assert [step.epoch for step in trainer.step_history] == [1, 2, 3]
     path, settings, choice, name = work.asked[0]
@@ -79,7 +79,7 @@ def test_never_are_two_trainings_under_way(trainer, work, until):
 def test_cancel_answers_at_once_and_the_old_result_stays(trainer, document, work, until):
     trainer.train()
     until(lambda: not trainer.training)
-    old = document.outcome
+    old = document.review.run
     work.gate = False
     work.result = outcome_of(document.project, 2)
     trainer.train()
@@ -88,22 +88,22 @@ def test_cancel_answers_at_once_and_the_old_result_stays(trainer, document, work
     assert not trainer.training
     until(lambda: work.closed == 2)
     until(lambda: not trainer.jobs.busy)
-    assert document.outcome is old
+    assert document.review.run is old
     assert not trainer.trouble
 
 
 def test_a_refusal_is_a_sentence_and_the_old_result_stays(trainer, document, work, until):
     trainer.train()
     until(lambda: not trainer.training)
-    old = document.outcome
+    old = document.review.run
     said = []
-    document.said.connect(lambda sentence, trouble: said.append((sentence, trouble)))
+    document.message_shown.connect(lambda sentence, trouble: said.append((sentence, trouble)))
     work.result = InputError("Only 'grab' is labelled; label a second action.")
     trainer.train()
     until(lambda: not trainer.training)
     assert trainer.trouble == "Only 'grab' is labelled; label a second action."
     assert said == [(trainer.trouble, True)]  # seen in whichever workspace is in front
-    assert document.outcome is old
+    assert document.review.run is old
     trainer.dismiss()
     assert not trainer.trouble
 
@@ -120,15 +120,15 @@ def test_the_steps_are_told_as_they_come(trainer, work, until):
 def test_edits_since_are_counted(trainer, document, work, until):
     trainer.train()
     until(lambda: not trainer.training)
-    document.paint(6.0, 7.0, "grab")
-    document.paint(7.0, 8.0, "hold")
+    document.editor.paint(6.0, 7.0, "grab")
+    document.editor.paint(7.0, 8.0, "hold")
     until(lambda: trainer.edits == 2)
 
 
 def test_edits_of_labels_that_are_hidden_are_not_counted(trainer, document, until):
     trainer.train()
     until(lambda: not trainer.training)
-    project, id_ = document.project, document.outcome.tested[0].id
+    project, id_ = document.project, document.review.run.tested[0].id
     project.tracks.edit(id_, "Ann", project.tracks.get(id_, "Ann").segments, (), "began anew")
     project.coding.assign(id_, "Bob", blind=True)
     document.set_author("Bob")
@@ -142,10 +142,10 @@ def test_edits_of_labels_that_are_hidden_are_not_counted(trainer, document, unti
 def test_after_edits_and_a_pause_it_trains_by_itself(trainer, document, work, until):
     trainer.pause.setInterval(20)
     trainer.set_automatic(True)
-    document.paint(6.0, 7.0, "grab")
+    document.editor.paint(6.0, 7.0, "grab")
     until(lambda: len(work.asked) == 1)
     until(lambda: not trainer.training)
-    assert document.outcome is work.result
+    assert document.review.run is work.result
 
 
 def test_after_a_long_training_none_comes_by_itself_for_as_long(
@@ -160,7 +160,7 @@ def test_after_a_long_training_none_comes_by_itself_for_as_long(
     now[0] += 240.0  # it takes four minutes
     work.gate = True
     until(lambda: not trainer.training)
-    document.paint(6.0, 7.0, "grab")
+    document.editor.paint(6.0, 7.0, "grab")
     until(lambda: trainer.edits == 1)
     fired = []
     trainer.pause.timeout.connect(lambda: fired.append(None))
@@ -183,8 +183,8 @@ def test_of_runs_that_came_by_themselves_the_last_ones_stay_and_those_that_were_
     asked = project.runs.add("evaluate", **made, result={})
     for number in range(6):
         work.result = outcome_of(project, project.runs.add("evaluate", **made, result={}))
-        document.paint(6.0, 7.0 + number / 10, "grab")
-        until(lambda: document.outcome is work.result and not trainer.training)
+        document.editor.paint(6.0, 7.0 + number / 10, "grab")
+        until(lambda: document.review.run is work.result and not trainer.training)
         if number == 1:
             judged = work.result.number
             project.coding.add_verdict(
@@ -206,13 +206,13 @@ def test_a_run_that_somebody_asked_for_while_it_was_made_by_itself_stays(
     for number in range(5):
         work.gate = number != 0
         work.result = outcome_of(project, project.runs.add("evaluate", **made, result={}))
-        document.paint(6.0, 7.0 + number / 10, "grab")
+        document.editor.paint(6.0, 7.0 + number / 10, "grab")
         if number == 0:
             wanted = work.result.number
             until(lambda: trainer.training)
             assert not trainer.train()  # Train is pressed
             work.gate = True
-        until(lambda: document.outcome is work.result and not trainer.training)
+        until(lambda: document.review.run is work.result and not trainer.training)
     there = [run.id for run in project.runs.summaries()]
     assert there[0] == wanted
     assert len(there) == 4  # the last three that came by themselves besides
@@ -250,10 +250,10 @@ def test_a_reopened_project_shows_its_last_result(document, work, until):
     work.outcomes = {n: outcome_of(document.project, n, "foam") for n in (3, 7)}
     jobs = Jobs()
     trainer = Trainer(document, jobs, backend=work)
-    until(lambda: document.outcome is not None)
-    assert document.outcome.number == 7
+    until(lambda: document.review.run is not None)
+    assert document.review.run.number == 7
     trainer.show_run(3)
-    until(lambda: document.outcome.number == 3)
+    until(lambda: document.review.run.number == 3)
     assert work.loaded == [7, 3]
     document.close()
     assert trainer.runs == ()
@@ -271,11 +271,11 @@ def test_a_task_s_own_run_comes_before_a_later_one_that_tested_another_task(docu
     ):
         work.kept = runs
         work.outcomes = {number: outcome_of(document.project, number, "foam")}
-        document.set_outcome(None)
+        document.review.set_run(None)
         jobs = Jobs()
         trainer = Trainer(document, jobs, backend=work)
-        until(lambda: document.outcome is not None)
-        assert document.outcome.number == number
+        until(lambda: document.review.run is not None)
+        assert document.review.run.number == number
         assert trainer.runs == runs
         jobs.close()
 
@@ -289,10 +289,10 @@ def test_a_run_of_another_task_that_is_chosen_turns_to_that_task(
     }
     assert trainer.task == "foam"
     trainer.show_run(5)
-    until(lambda: document.outcome is work.outcomes[5])
+    until(lambda: document.review.run is work.outcomes[5])
     assert trainer.task == "foam"  # which it tests
     trainer.show_run(4)
-    until(lambda: document.outcome is work.outcomes[4])
+    until(lambda: document.review.run is work.outcomes[4])
     assert trainer.task == "stylus"
     assert trainer.train()
     assert work.asked[-1][2].tasks == ("stylus",)
@@ -302,25 +302,25 @@ def test_a_run_of_another_task_that_is_chosen_turns_to_that_task(
     until(lambda: not trainer.jobs.busy)
     for _ in range(50):
         app.processEvents()
-    assert (trainer.task, document.outcome) == ("foam", None)
+    assert (trainer.task, document.review.run) == ("foam", None)
 
 
 def test_of_two_runs_that_are_removed_at_once_both_go(trainer, document, until):
     project = document.project
     plain = {"settings": {}, "seed": None, "labels": (), "versions": {}, "result": {}}
     numbers = [project.runs.add("evaluate", **plain) for _ in range(2)]
-    document.set_outcome(outcome_of(project, numbers[0]))
+    document.review.set_run(outcome_of(project, numbers[0]))
     for number in numbers:
         trainer.remove_run(number)
     until(lambda: not trainer.jobs.busy)
-    until(lambda: document.outcome is None)
+    until(lambda: document.review.run is None)
     assert not project.runs.all()
 
 
 def test_a_removed_demonstration_leaves_the_review_at_once(trainer, document, work, until):
     project = document.project
-    document.set_outcome(outcome_of(project, 4))
-    first, *others = [one.id for one in document.outcome.tested]
+    document.review.set_run(outcome_of(project, 4))
+    first, *others = [one.id for one in document.review.run.tested]
     project.demonstrations.remove_all(
         {
             first: {
@@ -330,8 +330,8 @@ def test_a_removed_demonstration_leaves_the_review_at_once(trainer, document, wo
     )
     work.outcomes = {4: outcome_of(project, 4)}
     document.reread()
-    until(lambda: document.outcome is work.outcomes[4])
-    assert [one.id for one in document.outcome.tested] == others
+    until(lambda: document.review.run is work.outcomes[4])
+    assert [one.id for one in document.review.run.tested] == others
     assert work.loaded == [4]
     document.refresh_listing()
     assert not trainer.jobs.busy  # nothing more is gone
@@ -346,14 +346,14 @@ def test_where_all_that_was_tested_is_removed_nothing_is_reviewed(
 
     monkeypatch.setattr(work, "load", gone)
     project = document.project
-    document.set_outcome(outcome_of(project, 4))
-    for one in (*document.outcome.tested, *document.outcome.proposals):
+    document.review.set_run(outcome_of(project, 4))
+    for one in (*document.review.run.tested, *document.review.run.proposals):
         heads = {
             a: project.tracks.head(one.id, a) for a in project.demonstrations.info(one.id).authors
         }
         project.demonstrations.remove_all({one.id: heads})
     document.reread()
-    until(lambda: document.outcome is None)
+    until(lambda: document.review.run is None)
     assert "removed" in trainer.trouble
 
 
@@ -395,7 +395,7 @@ def test_the_coders_own_labels_are_trained_on_where_there_are_some(trainer, docu
     until(lambda: not trainer.training)
     assert work.asked[-1][2].author == "Ann"
     said = []
-    document.said.connect(lambda sentence, _: said.append(sentence))
+    document.message_shown.connect(lambda sentence, _: said.append(sentence))
     document.set_author("Ben")  # has no labels: those of who labelled most, and it is said
     trainer.train()
     until(lambda: not trainer.training)
@@ -413,7 +413,7 @@ def test_a_result_of_another_project_is_thrown_away(trainer, document, work, unt
     document.close()
     work.gate = True
     until(lambda: not trainer.jobs.busy)
-    assert document.outcome is None
+    assert document.review.run is None
     assert not trainer.training
     assert not trainer.train()
     assert "import" in trainer.trouble
@@ -422,10 +422,10 @@ def test_a_result_of_another_project_is_thrown_away(trainer, document, work, unt
 def test_labels_painted_while_it_trains_are_not_overwritten(trainer, document, work, until):
     work.gate = False
     trainer.train()
-    document.paint(8.0, 9.0, "grab")
+    document.editor.paint(8.0, 9.0, "grab")
     work.gate = True
     until(lambda: not trainer.training)
-    assert document.segments[-1] == Segment(8.0, 9.0, "grab")
+    assert document.editor.segments[-1] == Segment(8.0, 9.0, "grab")
     until(lambda: trainer.edits == 1)
 
 
@@ -445,7 +445,7 @@ def test_the_status_bar_says_in_other_workspaces_how_training_stands(
     work.gate = True
     until(lambda: not trainer.training and trainer.edits == 0)
     assert line.text() == "Recogniser: up to date"
-    document.paint(6.0, 7.0, "grab")
+    document.editor.paint(6.0, 7.0, "grab")
     until(lambda: trainer.edits == 1)
     assert line.text().startswith("Recogniser: 1 change since")
 
@@ -460,11 +460,11 @@ def test_where_no_recogniser_is_kept_none_is_said_to_be_up_to_date(
         document.project.runs.remove_recogniser(work.result.recogniser)
     else:
         work.result = replace(work.result, recogniser="")
-    document.set_outcome(work.result)
+    document.review.set_run(work.result)
     until(lambda: trainer.edits == 0)
     assert line.text() == "Run 1: up to date, no recogniser kept"
     assert bar.freshness.text == "up to date, no recogniser kept"
-    document.paint(6.0, 7.0, "grab")
+    document.editor.paint(6.0, 7.0, "grab")
     until(lambda: trainer.edits == 1)
     assert line.text() == "Run 1: 1 change since this run"
     assert bar.freshness.text == "1 change since this run"
@@ -523,7 +523,7 @@ def test_who_alone_has_labelled_trains_on_a_single_demonstration(document):
     document.refresh_listing()
     document.set_author("Cleo")
     assert default_author(document, {"foam"}) is None
-    document.paint(0.0, 1.0, "grab")  # which the list does not tell yet
+    document.editor.paint(0.0, 1.0, "grab")  # which the list does not tell yet
     assert default_author(document, {"foam"}) == "Cleo"
 
 
@@ -540,7 +540,7 @@ def test_what_was_trained_on_another_coder_is_not_up_to_date(trainer, document, 
         labels = document.project.tracks.get(info.id, "Ann").segments
         document.project.tracks.edit(info.id, "Nora", (), labels, "made")
     document.refresh_listing()
-    document.paint(2.0, 3.0, "hold")
+    document.editor.paint(2.0, 3.0, "hold")
     assert trainer.reviewed_author == "Ann"
     assert line.text() == "Recogniser: trained on the labels of Ann"
     work.result = outcome_of(document.project, 2, author="Nora")
@@ -566,7 +566,7 @@ def test_demonstrations_of_no_task_are_trained_too(app, until):
         assert bar.task.currentText() == "no task"
         assert trainer.train()
         until(lambda: not trainer.training)
-        assert document.outcome is work.result
+        assert document.review.run is work.result
         _, _, choice, name = work.asked[0]
         assert (choice.tasks, name) == (("",), "no task")
         document.close()

@@ -6,10 +6,10 @@ from itertools import pairwise
 
 import pytest
 from learning_bench import outcome_of, step, study
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QEvent, Qt
 from PySide6.QtGui import QContextMenuEvent
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QMenu
+from PySide6.QtWidgets import QApplication, QMenu
 
 from forcelab.errors import InputError
 from forcelab.gui.removal_dialog import Removal
@@ -80,9 +80,9 @@ def test_how_up_to_date_the_recogniser_is_always_stands_there(bar, trainer, docu
     trainer.train()
     until(lambda: not trainer.training)
     assert bar.freshness.text == "up to date"
-    document.paint(6, 7, "grab")
+    document.editor.paint(6, 7, "grab")
     until(lambda: bar.freshness.text.startswith("1 change since"))
-    document.paint(7, 8, "hold")
+    document.editor.paint(7, 8, "hold")
     until(lambda: bar.freshness.text.startswith("2 changes since"))
     for width in (1300, 700, 420):
         bar.resize(width, 40)
@@ -96,7 +96,7 @@ def test_whose_labels_are_trained_on_stands_beside_the_button_among_several(
     assert not bar.author.isVisible()
     document.set_author("Root")
     assert bar.author.text == "Labels by Ann"  # Root has labelled nothing yet
-    document.paint(0, 3, "grab")
+    document.editor.paint(0, 3, "grab")
     assert bar.author.text == "Labels by Ann"  # of one demonstration, while Ann has more
     other = next(i for i in document.infos if i.task == "foam" and i.id != document.id)
     document.project.tracks.edit(other.id, "Root", (), (Segment(0.0, 3.0, "grab"),), "made")
@@ -139,7 +139,7 @@ def test_what_has_no_room_is_in_the_menu(bar, trainer, work, until, app):
     work.kept = (run_info(2), run_info(1))
     work.outcomes = {n: outcome_of(trainer.document.project, n) for n in (1, 2)}
     trainer.list_runs()
-    until(lambda: trainer.document.outcome is not None)
+    until(lambda: trainer.document.review.run is not None)
     bar.resize(420, 40)
     app.processEvents()
     assert not bar.settings.isVisible()
@@ -193,7 +193,7 @@ def test_the_runs_can_be_chosen(bar, trainer, work, document, until):
     told = run_text(replace(run_info(7), preset="fast"))  # two runs of a task are told apart
     assert told.startswith("7: foam · fast · F1 90 %")
     bar.runs.activated.emit(1)
-    until(lambda: document.outcome.number == 1)
+    until(lambda: document.review.run.number == 1)
     assert bar.runs.currentData() == 1
     bar.runs.resize(400, 30)
     assert bar.runs.shown_text == bar.runs.currentText() == run_text(run_info(1))
@@ -234,7 +234,7 @@ def test_the_run_that_is_reviewed_is_removed_once_that_is_agreed_to(
     until(lambda: not trainer.jobs.busy)
     assert [run.id for run in project.runs.summaries()] == numbers
     asked().remove.click()
-    until(lambda: document.outcome is not None and document.outcome.number == numbers[1])
+    until(lambda: document.review.run is not None and document.review.run.number == numbers[1])
     until(lambda: bar.runs.currentData() == numbers[1])
     assert bar.runs.count() == 2
     assert [run.id for run in project.runs.summaries()] == numbers[:2]
