@@ -351,7 +351,7 @@ class ExplanationView(QWidget):
 
     def _selected_interval(self) -> Interval | None:
         """What is to be explained now."""
-        if self._away is not None and self.document.examined == self._away:
+        if self._away is not None and self.document.review.examined == self._away:
             at_neighbour = self.document.id == self._away.demonstration and not self._selecting
             if at_neighbour and not self.document.coding_blind:
                 return self.place
@@ -380,7 +380,7 @@ class ExplanationView(QWidget):
         self._hidden = hidden
         if document.review.run is not self._outcome:
             self.model_cache.clear()
-        self.place, self._outcome, self._stopped = place, document.outcome, False
+        self.place, self._outcome, self._stopped = place, document.review.run, False
         self.pages.say("")
         reviewed = self._outcome.find(place.demonstration)
         certainty = None if reviewed is None else reviewed.certainty

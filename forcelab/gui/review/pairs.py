@@ -357,7 +357,7 @@ class PairsView(QWidget):
         """Save the pairs in the background."""
         figure = self.figure()
         if figure is None:
-            self.document.say("There is no timeline pair to save.", True)
+            self.document.show_message("There is no timeline pair to save.", True)
         else:
             save_picture(figure, path, self.document, self._jobs)
 

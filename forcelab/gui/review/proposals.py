@@ -127,12 +127,12 @@ class AcceptButtons(QWidget):
         before = set(self.document.editor.segments)
         done = accept()
         if done:
-            count = len(set(self.document.segments) - before)
+            count = len(set(self.document.editor.segments) - before)
             key = keys().shown("undo").split(",")[0]
             text = f"{count} predicted segments were accepted; {key} takes them back."
             if count == 1:
                 text = f"1 predicted segment was accepted; {key} takes it back."
-            self.document.say(text)
+            self.document.show_message(text)
         return done
 
     def _count(self, start: float, end: float, at_least: float = 0.0) -> int:
@@ -198,7 +198,7 @@ class ProposalsView(QWidget):
         self.pages = PageOrPlaceholder(self.table)
         parts = self.order, self.pages, self.accepting
         page_layout(self, *parts, growing=self.pages, margin=4, spacing=4)
-        document.outcome_changed.connect(self._refresh)
+        document.review.run_changed.connect(self._refresh)
         document.author_changed.connect(self._refresh)
         document.listing_changed.connect(self._listing_changed)
         document.tracks_changed.connect(self._follow)

@@ -398,7 +398,7 @@ class VerdictUndo:
         document = self._document
         if change.withdrawn == (kind == "redo"):
             withdraw(project, change.verdict, document.author)
-            document.say("The verdict is withdrawn.")
+            document.show_message("The verdict is withdrawn.")
         else:
             project.coding.add_verdict(replace(change.verdict, id=0))
             document.show_message("The verdict counts again.")
@@ -483,10 +483,12 @@ class QueueView(QWidget):
         if not self.document.review.examine(place):
             return
         if wrapped:
-            self.document.say("Back at the first." if direction > 0 else "Back at the last.")
+            self.document.show_message(
+                "Back at the first." if direction > 0 else "Back at the last."
+            )
         elif not self.isVisible():  # or one would wonder what is wrong there
             human, model = action_name(place.human), action_name(place.predicted)
-            self.document.say(f"Human: {human}; model: {model}.")
+            self.document.show_message(f"Human: {human}; model: {model}.")
 
     def judge(self, verdict: VerdictKind) -> bool:
         """Judge the examined difference, and go on to the next one.
@@ -558,7 +560,7 @@ class QueueView(QWidget):
         except ForcelabError as error:
             self.document.show_message(str(error), True)
             return False
-        self.document.say("The verdict is withdrawn; labels stay as they are.")
+        self.document.show_message("The verdict is withdrawn; labels stay as they are.")
         self.reader.track_changed()
         self.reader.compare()
         return True
@@ -571,7 +573,7 @@ class QueueView(QWidget):
         if document.author != outcome.author:
             coder = outcome.author
             key = keys().shown("copy_from") or "in the menu Segments"
-            document.say(
+            document.show_message(
                 f"The verdict is kept; only {coder} can change {coder}'s labels. To change them as "
                 f"{document.author}, copy them ({key})."
             )

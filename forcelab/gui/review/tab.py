@@ -38,7 +38,7 @@ class TrainingIndicator(BackgroundIndicator):
         if trainer.training:
             step = trainer.step
             return f"Training: {'starting' if step is None else training_progress_text(step)}"
-        outcome = trainer.document.outcome
+        outcome = trainer.document.review.run
         if trainer.edits is None or outcome is None:
             return ""
         run = f"Run {outcome.number}"

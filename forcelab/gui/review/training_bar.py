@@ -47,7 +47,7 @@ class AuthorLabel(ElidedLabel):
         document = self._document
         listed = (name for info in document.infos for name in info.labelled)
         # The list does not have coders yet who have just begun to label.
-        people = {name for name in (*listed, *document.others) if not is_model(name)}
+        people = {name for name in (*listed, *document.other_tracks) if not is_model(name)}
         several = whose is not None and bool({*people, document.author} - {whose})
         self.set_text(f"Labels by {whose}" if several else "")
 

@@ -18,7 +18,7 @@ def document(shared_document):
     shared_document.open_demonstration(shared_document.infos[0].id)
     shared_document.told.clear()
     yield shared_document
-    shared_document.set_outcome(None)
+    shared_document.review.set_run(None)
     for assignment in shared_document.project.coding.assignments():
         shared_document.project.coding.unassign(assignment.demonstration, assignment.author)
 

@@ -114,12 +114,12 @@ def test_it_says_what_is_missing(view, document, study, until):
     until(lambda: "Open a demonstration" in message_of(view))
     document.open_demonstration(study[1].tested[0].id)
     until(lambda: "Train a recogniser" in message_of(view))
-    document.set_outcome(replace(study[1], tested=study[1].tested[1:]))
+    document.review.set_run(replace(study[1], tested=study[1].tested[1:]))
     until(lambda: "not part of the training" in message_of(view))
-    document.set_outcome(study[1])
+    document.review.set_run(study[1])
     one = study[1].tested[0]
     silent = next(t / 100 for t in range(1000) if place_at(one, t / 100) is None)
-    document.seek(silent)
+    document.view.seek(silent)
     until(lambda: "Nothing is labelled or predicted" in message_of(view))
 
 
@@ -129,7 +129,7 @@ def test_whoever_codes_blind_is_told_nothing(view, document, study, until, train
     document.project.coding.assign(one.id, "Bob", blind=True)
     try:
         view.show()
-        document.examine(place_in(study))
+        document.review.examine(place_in(study))
         until(lambda: "blind" in message_of(view))
         assert view.why is None
         assert not trainings.asked

@@ -454,14 +454,14 @@ def test_tracks_are_spelt_as_they_were_trained(shown, study):
 
 def test_without_an_outcome_it_says_what_to_do(shown, study):
     view = shown()
-    study.set_outcome(None)
+    study.review.set_run(None)
     assert view.pages.note.text() == (
         "Press F5 to train; human and predicted timelines then appear here in pairs."
     )
     assert not view.area.isVisible()
-    study.set_outcome(outcome())
+    study.review.set_run(outcome())
     assert "tested no demonstration" in view.pages.note.text()
-    study.set_outcome(outcome(remarks=("Nothing could be tested: there is only still.",)))
+    study.review.set_run(outcome(remarks=("Nothing could be tested: there is only still.",)))
     assert view.pages.note.text() == "Nothing could be tested: there is only still."
 
 

@@ -302,10 +302,10 @@ def test_what_is_painted_leaves_the_chosen_row_chosen_and_letters_to_the_window(
 
 def test_an_empty_list_says_why(view, document, until):
     assert "Train a recogniser" in view.pages.note.text()
-    document.set_outcome(proposed(document))
+    document.review.set_run(proposed(document))
     assert view.pages.note.text().startswith("Ranking")
     until(lambda: view.rows)
-    document.set_outcome(outcome_of(document.project, proposals=()))
+    document.review.set_run(outcome_of(document.project, proposals=()))
     assert "Train again" in view.pages.note.text()  # as of the command line, which tests only
     bare = [info.id for info in document.infos if "Ann" not in info.labelled]
     for id_ in bare:

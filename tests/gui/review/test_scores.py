@@ -174,14 +174,14 @@ def test_nothing_is_computed_while_it_is_hidden(view, document, app, jobs, until
 
 
 def test_without_an_outcome_it_says_what_to_do(view, document):
-    document.set_outcome(None)
+    document.review.set_run(None)
     assert view.pages.note.isVisible()
     assert "Train" in view.pages.note.text()
 
 
 def test_where_nothing_could_be_tested_it_says_why_and_not_that_nothing_was_trained(view, document):
     reason = "Only one demonstration is labelled, so nothing could be tested."
-    document.set_outcome(replace(document.outcome, tested=(), remarks=(reason,)))
+    document.review.set_run(replace(document.review.run, tested=(), remarks=(reason,)))
     assert view.pages.note.text() == reason
-    document.set_outcome(replace(document.outcome, remarks=()))
+    document.review.set_run(replace(document.review.run, remarks=()))
     assert view.pages.note.text() == "This run tested no demonstration."

@@ -235,8 +235,8 @@ def test_what_was_painted_meanwhile_is_trained_next(trainer, document, work, unt
     trainer.pause.setInterval(20)
     trainer.train()
     trainer.set_automatic(True)
-    document.paint(6.0, 7.0, "grab")
-    document.paint(7.0, 8.0, "hold")
+    document.editor.paint(6.0, 7.0, "grab")
+    document.editor.paint(7.0, 8.0, "hold")
     until(lambda: trainer.pause.isActive() is False)
     assert len(work.asked) == 1  # not while the first one is under way
     work.gate = True
@@ -477,7 +477,7 @@ def test_what_was_trained_with_other_settings_is_not_said_to_be_up_to_date(
 ):
     line, bar = TrainingIndicator(trainer), TrainingBar(document, trainer)
     line.set_elsewhere(True)
-    document.set_outcome(work.result if has_recogniser else replace(work.result, recogniser=""))
+    document.review.set_run(work.result if has_recogniser else replace(work.result, recogniser=""))
     until(lambda: trainer.edits == 0)
     told = (
         "trained with other settings" if has_recogniser else "of other settings, no recogniser kept"

@@ -6,10 +6,10 @@ from itertools import pairwise
 
 import pytest
 from learning_bench import outcome_of, step, study
-from PySide6.QtCore import QEvent, Qt
+from PySide6.QtCore import Qt
 from PySide6.QtGui import QContextMenuEvent
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QMenu
+from PySide6.QtWidgets import QMenu
 
 from forcelab.errors import InputError
 from forcelab.gui.removal_dialog import Removal
@@ -153,7 +153,7 @@ def test_what_has_no_room_is_in_the_menu(bar, trainer, work, until, app):
         "Compare two runs…",
     ]
     bar.overflow_button.menu().actions()[2].menu().actions()[1].trigger()
-    until(lambda: trainer.document.outcome.number == 1)
+    until(lambda: trainer.document.review.run.number == 1)
     bar.overflow_button.menu().actions()[0].trigger()
     assert trainer.automatic
     assert bar.automatic.isChecked()
