@@ -245,7 +245,7 @@ class AgreementView(QWidget):
     def _show_pair(self, pair: PairAgreement | None) -> None:
         self.pair.setVisible(pair is not None)
         if pair is not None and self.found is not None:
-            if not self.consensus.isVisible():  # not while somebody decides
+            if not self.consensus.isVisible():  # not while the coder decides
                 self.consensus.choice.choose(pair.a, pair.b)
             self.pair.show_pair(pair, {d.id: d.name for d in self.found.coded})
 

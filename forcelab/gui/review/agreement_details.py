@@ -200,8 +200,7 @@ class OffsetHistogram(QWidget):
         x, line = axis.at(median), self.fontMetrics().height()
         painter.setPen(QPen(QColor(colours().cursor), 2))
         painter.drawLine(QLineF(x, box.top() - 2, x, box.bottom()))
-        number = f"{median:+.0f}".replace("-", "\N{MINUS SIGN}")
-        text = "median {} ms".format("0" if round(median) == 0 else number)
+        text = f"median {_signed_ms(median)} ms"
         wide = self.fontMetrics().horizontalAdvance(text) + 2
         left = min(max(x - wide / 2, 0.0), self.width() - wide)
         painter.drawText(
@@ -344,7 +343,7 @@ class CoderMatrix(QWidget):
             super().keyPressEvent(event)
             return
         row, column = self.at[0] + step[0], self.at[1] + step[1]
-        if row == column:  # nobody is compared with himself: on to the next
+        if row == column:  # the diagonal: on to the next
             row, column = row + step[0], column + step[1]
         self.choose(row, column)
 
@@ -446,15 +445,16 @@ class CoderMatrix(QWidget):
     def _cell_text(self, row: int, column: int) -> str:
         a, b = self.authors[row], self.authors[column]
         if row == column:
-            text = "{0}: {1} demonstrations labelled"
-            return text.format(a, self._labelled(a))
+            return f"{a}: {self._labelled(a)} demonstrations labelled"
         pair = self._pair_at(row, column)
         if pair is None:
             return f"{a} and {b} have no demonstration in common"
         if pair.kappa is None:
             return f"{a} and {b}: no kappa, as only one action was labelled"
-        text = "{0} and {1}: kappa {2:.3f}, {3} (Landis and Koch); {4} demonstrations"
-        return text.format(a, b, pair.kappa, landis_koch(pair.kappa), len(pair.demonstrations))
+        word, count = landis_koch(pair.kappa), len(pair.demonstrations)
+        return (
+            f"{a} and {b}: kappa {pair.kappa:.3f}, {word} (Landis and Koch); {count} demonstrations"
+        )
 
     def _tell(self) -> None:
         if self.authors:
@@ -527,23 +527,23 @@ class PairDetails(QWidget):
         self._list()
 
     def _show_frames(self, pair: PairAgreement) -> None:
-        many = "{0} and {1}, {2} demonstrations"
-        single = "{0} and {1}, 1 demonstration"
         count = len(pair.demonstrations)
-        self.title.setText((single if count == 1 else many).format(pair.a, pair.b, count))
+        plural = "" if count == 1 else "s"
+        self.title.setText(f"{pair.a} and {pair.b}, {count} demonstration{plural}")
         kappa, agreed = pair.kappa, pair.agreed
         if agreed is None:
-            text = "There is no time that both labelled, so nothing can be compared."
+            text = "No time is labelled by both, so nothing can be compared."
         elif kappa is None:
-            text = "Both know one action only; kappa cannot tell that from chance."
+            text = "Both used only one action; kappa cannot tell that from chance."
         else:
             text = (
                 f"Kappa {kappa:.2f}, “{landis_koch(kappa)}” by Landis and Koch. They agree "
                 f"{_percent_text(agreed)} of the time; "
                 "kappa is agreement beyond chance (0 chance, 1 perfect)."
             )
-            if (interval := pair.interval) is not None:
-                text += " 95 % interval {:.2f} to {:.2f}.".format(*interval)
+            if pair.interval is not None:
+                low, high = pair.interval
+                text += f" 95 % interval {low:.2f} to {high:.2f}."
         self.frames.setText(text)
         first, second = pair.only
         self.alone.setText(
@@ -553,41 +553,29 @@ class PairDetails(QWidget):
         )
 
     def _show_actions(self, pair: PairAgreement) -> None:
-        self.each.setText("Actions: where one of the two says it, how often the other says it too.")
+        self.each.setText("Actions: where one coder labels it, how often the other does too.")
         self.bars.show_shares(pair.by_action, self.document.vocabulary)
 
     def _show_boundaries(self, pair: PairAgreement) -> None:
         quartiles = pair.quartiles
         self.histogram.setVisible(quartiles is not None)
+        window = f"{1000 * WINDOW:.0f} ms"
         if quartiles is None:
-            text = "Boundaries: no two are within {0:.0f} ms of each other."
-            self.offsets.setText(text.format(1000 * WINDOW))
+            self.offsets.setText(f"Boundaries: no two are within {window} of each other.")
             return
         low, middle, high = quartiles
         when = "later" if round(middle) >= 0 else "earlier"
-        text = (
-            "Boundaries: {0} puts the same boundary {1:.0f} ms {2} than {3} (median; half of them "
-            "lie from {4} to {5} ms). {6}. Matched, at most {8:.0f} ms apart: {7} of the {9} and "
-            "{10} there are."
-        )
         near = ", ".join(
             f"{_percent_text(share)} within {ms} ms" for ms, share in pair.within.items()
         )
-        mine, theirs = pair.boundaries
+        count, (first, second) = len(pair.offsets), pair.boundaries
+        matched = f"{count} boundaries match within {window}, of {first} and {second}."
+        if count == first == second:
+            matched = f"All {count} boundaries match within {window}."
         self.offsets.setText(
-            text.format(
-                pair.b,
-                abs(middle),
-                when,
-                pair.a,
-                _signed_ms(low),
-                _signed_ms(high),
-                near,
-                len(pair.offsets),
-                1000 * WINDOW,
-                mine,
-                theirs,
-            )
+            f"Boundaries: {pair.b} puts the same boundary {abs(middle):.0f} ms {when} than "
+            f"{pair.a} (median; half of them lie from {_signed_ms(low)} to {_signed_ms(high)} ms). "
+            f"{near}. {matched}"
         )
         self.histogram.show_offsets(pair.offsets, pair.b)
 
@@ -598,10 +586,8 @@ class PairDetails(QWidget):
             if value is not None
         )
         self.segments.setText(
-            (
-                "Segments (F1): {}. 100 % means that every segment has one of the same action in "
-                "the other track that it overlaps by at least so much."
-            ).format(f1 or "–")
+            f"Segments (F1): {f1 or '–'}. 100 % means that every segment overlaps one of "
+            "the same action in the other track by at least that much."
         )
 
     def _list(self) -> None:
@@ -693,13 +679,14 @@ class ConsistencyView(QWidget):
         self.durations.fit_columns(stretched=0)
         odd = [IntervalRow(place, "unusual duration") for place in own.odd]
         rare = [IntervalRow(place, "unusual order") for place in own.rare]
-        text = (
-            "{0} segments are unusually long or short for their action, and {1} times two actions "
-            "follow each other as in no other demonstration of the task. Worth a look; it need not "
-            "be a mistake."
-        )
-        nothing = "No segment stands out by its duration or by what it follows."
-        self._odd.setText(text.format(len(odd), len(rare)) if odd or rare else nothing)
+        text = "No segment stands out by its duration or its order."
+        if odd or rare:
+            text = (
+                f"{len(odd)} segments are unusually long or short for their action, and "
+                f"{len(rare)} times two actions follow each other as in no other demonstration of "
+                "the task. Worth a look; it need not be a mistake."
+            )
+        self._odd.setText(text)
         self.places.setVisible(bool(odd or rare))
         heads = ("Action", "Then", "What")
         self.places.put([*odd, *rare], self._names, heads)

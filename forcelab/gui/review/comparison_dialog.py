@@ -46,11 +46,10 @@ def comparison_columns(
     comparison: Comparison, first: str, *, sure: bool
 ) -> tuple[TableColumn, ...]:
     """The columns' names; `first` heads the rows, `sure` adds the intervals."""
-    run = "run {0}"
     columns = (
         TableColumn(first, number=False),
-        TableColumn(run.format(comparison.first.number)),
-        TableColumn(run.format(comparison.second.number)),
+        TableColumn(f"run {comparison.first.number}"),
+        TableColumn(f"run {comparison.second.number}"),
         TableColumn("difference"),
     )
     tip = "Of the difference, paired over the demonstrations both tested."
@@ -96,8 +95,8 @@ def settings_differences(comparison: Comparison) -> str:
         listed = "; ".join(_setting_difference(*setting) for setting in comparison.settings)
         text = f"Different settings: {listed}."
     if number := len(comparison.relabelled):
-        changed = "Labels of {0} of {1} demonstrations were changed between the runs."
-        text = f"{text} {changed.format(number, len(comparison.shared))}"
+        demonstrations = f"{number} of {len(comparison.shared)} demonstrations"
+        text += f" Labels of {demonstrations} were changed between the runs."
     return text
 
 
@@ -284,10 +283,7 @@ class ComparisonDialog(QDialog):
 
     def _note(self, comparison: Comparison, stage: str) -> str:
         if not comparison.shared:
-            return (
-                "The two tested no demonstration in common, so there is nothing to set side by "
-                "side; choose two runs of the same task."
-            )
+            return "These runs tested no demonstration in common; choose two runs of the same task."
         reason = comparison.intervals[stage].reason
         shared = f"Both tested {len(comparison.shared)} demonstrations."
         return f"{shared} {reason}".strip()

@@ -59,31 +59,25 @@ def cell_sentence(cells: ConfusionCounts, cell: tuple[int, int], unit: Unit, sha
     missed = column == len(cells.actions)
     predicted = "unlabelled" if missed else cells.actions[column]
     if missed:
-        what = "{0} left unlabelled"
+        what = f"{human} left unlabelled"
     elif row == column:
-        what = "{0} recognised"
+        what = f"{human} recognised"
     else:
-        what = "{0} seen as {1}"
-    what = what.format(human, predicted)
+        what = f"{human} seen as {predicted}"
     matrix = cells.matrix(unit)
     if matrix[row, column] == 0:
         return f"{what}: never"
-    by_column = share == "column"
-    part = 100 * float(normalise(matrix, "column" if by_column else "row")[row, column])
-    if by_column:
-        of = "{0} % of all that was seen as {1}"
-        if missed:
-            of = "{0} % of all that was left unlabelled"
-    else:
-        of = "{0} % of {2}"
-    of = of.format(_percent_text(part), predicted, human)
+    part = 100 * float(normalise(matrix, "column" if share == "column" else "row")[row, column])
+    total = human
+    if share == "column":
+        total = f"all that was {'left unlabelled' if missed else f'seen as {predicted}'}"
+    of = f"{_percent_text(part)} % of {total}"
+    number = int((matrix if unit == "segments" else cells.numbers(unit))[row, column])
+    plural = "" if number == 1 else "s"
     if unit == "segments":
-        number = int(matrix[row, column])
-        counted = "1 segment" if number == 1 else "{} segments".format(f"{number:,}")
-        return f"{what}: {counted}, {of}"
-    places = int(cells.numbers(unit)[row, column])
-    where = "in 1 place" if places == 1 else "in {} places".format(f"{places:,}")
-    return f"{what}: {matrix[row, column]:,.{_decimals(matrix[row, column])}f} s, {of}, {where}"
+        return f"{what}: {number:,} segment{plural}, {of}"
+    seconds = f"{matrix[row, column]:,.{_decimals(matrix[row, column])}f} s"
+    return f"{what}: {seconds}, {of}, in {number:,} place{plural}"
 
 
 def missing_matrix_text(outcome: RunResult | None, *, opened: bool) -> str:
@@ -92,8 +86,8 @@ def missing_matrix_text(outcome: RunResult | None, *, opened: bool) -> str:
         return "Open a project to see which actions are confused."
     if outcome is None:
         return (
-            "Nothing was trained yet. Train, and this shows which actions the recogniser "
-            "confuses, and every place where it does."
+            "Train a recogniser; this then shows which actions it confuses, and every place where "
+            "it does."
         )
     return (
         "No demonstration that you may see was tested in this run: label at least two, or finish "
@@ -186,9 +180,7 @@ class CellIntervals(QWidget):
         self.table.setVisible(bool(places))
         self.hint.setVisible(len(places) < number or not number)
         if number:
-            self.hint.setText(
-                "The {} longest of {} places are listed.".format(f"{len(places):,}", f"{number:,}")
-            )
+            self.hint.setText(f"The {len(places):,} longest of {number:,} places are listed.")
         else:
             self.hint.setText("This cell is empty.")
 
@@ -559,8 +551,8 @@ class ConfusionView(QWidget):
         self._split.setSizes([3000, 1000])
         self._split.splitterMoved.connect(self._draw)
         self._page = scroll_area(self._split)
-        self._pages = PageOrPlaceholder(self._page)
-        page_layout(self, self.switches, self._pages, growing=self._pages)
+        self.pages = PageOrPlaceholder(self._page)
+        page_layout(self, self.switches, self.pages, growing=self.pages)
 
     def _refresh(self) -> None:
         """Show the run as it is now, counting it if that was not done."""
@@ -600,7 +592,7 @@ class ConfusionView(QWidget):
             self._show_empty("This run kept no raw predictions; choose 'Filtered'.")
             self.switches.show()
             return
-        self._pages.say("")
+        self.pages.say("")
         self.switches.show()
         self._draw()
         self._relist()
@@ -609,7 +601,7 @@ class ConfusionView(QWidget):
         self.cells = None
         self.canvas.show_figure(None)
         self.list.clear()
-        self._pages.say(text)
+        self.pages.say(text)
         self.switches.hide()
 
     def _figure(self, *, headed: bool) -> ConfusionMatrix:

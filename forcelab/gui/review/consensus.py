@@ -461,14 +461,13 @@ class ConsensusBar(QWidget):
         return f"{every - waiting} of {every} differences decided"
 
     def _current_item(self) -> str:
-        one = self.current
-        if one is None:
+        item = self.current
+        if item is None:
             return ""
-        nothing = "unlabelled"
-        text = "{0:.3f} to {1:.3f} s: {2} says {3}, {4} says {5}."
-        names = self.choice.coders
-        return text.format(
-            one.start, one.end, names[0], one.a or nothing, names[1], one.b or nothing
+        first, second = self.choice.coders
+        return (
+            f"{item.start:.3f} to {item.end:.3f} s: {first} says {item.a or 'unlabelled'}, "
+            f"{second} says {item.b or 'unlabelled'}."
         )
 
     # What is done

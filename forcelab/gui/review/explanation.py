@@ -288,7 +288,7 @@ class ExplanationView(QWidget):
         self.why: Explanation | None = None
         self.model_cache = ModelCache()
         self._outcome: RunResult | None = None
-        self._hidden: frozenset[str] = frozenset()  # what is coded blind by whoever looks
+        self._hidden: frozenset[str] = frozenset()  # what the coder codes blind
         self._away: Interval | None = None  # the neighbour that is looked at meanwhile
         self._selecting = False  # whether the selection is newer than what was examined
         self._training: tuple[int, str] | None = None  # run and demonstration being withheld
@@ -299,8 +299,8 @@ class ExplanationView(QWidget):
         self.page.back.clicked.connect(self.go_back)
         self.page.stop.clicked.connect(self._toggle_training)
         self.page.neighbours.chosen.connect(self._go_to)
-        self._room = PageOrPlaceholder(self.page)
-        page_layout(self, self._room)
+        self.pages = PageOrPlaceholder(self.page)
+        page_layout(self, self.pages)
         self._timer = QTimer(self, singleShot=True, interval=SETTLE_TIME)
         self._timer.timeout.connect(self.refresh)
         document.review.run_changed.connect(self._ask)
@@ -358,8 +358,8 @@ class ExplanationView(QWidget):
     def _selected_interval(self) -> Interval | None:
         """What is to be explained now."""
         if self._away is not None and self.document.review.examined == self._away:
-            here = self.document.id == self._away.demonstration and not self._selecting
-            if here and not self.document.coding_blind:
+            at_neighbour = self.document.id == self._away.demonstration and not self._selecting
+            if at_neighbour and not self.document.coding_blind:
                 return self.place
         self._away = None
         return chosen_interval(self.document, self._selecting) or interval_at_cursor(self.document)
@@ -376,7 +376,7 @@ class ExplanationView(QWidget):
             self._cancel()
             self.place = self.why = None
             self.page.forget()
-            self._room.say(missing_explanation_text(self.document))
+            self.pages.say(missing_explanation_text(self.document))
             return
         hidden = blind_demonstrations(document)
         if (place, hidden) == (self.place, self._hidden) and document.review.run is self._outcome:
@@ -387,7 +387,7 @@ class ExplanationView(QWidget):
         if document.review.run is not self._outcome:
             self.model_cache.clear()
         self.place, self._outcome, self._stopped = place, document.review.run, False
-        self._room.say("")
+        self.pages.say("")
         reviewed = self._outcome.find(place.demonstration)
         certainty = None if reviewed is None else reviewed.probability_trace
         self.page.begin(place, certainty, self._outcome.settings.threshold)

@@ -59,28 +59,20 @@ def signed_log_odds(value: float) -> str:
 
 def interval_sentence(place: Interval) -> str:
     """What human and model made of an interval: ``0.90 s coded hold, predicted grab with 0.83``."""
-    human = place.human or "unlabelled"
-    seconds = f"{place.duration:.2f}"
+    coded = f"{place.duration:.2f} s coded {place.human or 'unlabelled'}"
     if place.predicted is None:
-        text = "{0} s coded {1}; nothing is predicted"
-        return text.format(seconds, human)
-    if place.confidence is None:
-        text = "{0} s coded {1}, predicted {2}"
-        return text.format(seconds, human, place.predicted)
-    text = "{0} s coded {1}, predicted {2} with {3}"
-    return text.format(seconds, human, place.predicted, f"{place.confidence:.2f}")
+        return f"{coded}; nothing is predicted"
+    sure = "" if place.confidence is None else f" with {place.confidence:.2f}"
+    return f"{coded}, predicted {place.predicted}{sure}"
 
 
 def band_sentence(band: Band, why: Explanation) -> str:
     """One band: ``normal 2 at 8.1 Hz speaks for grab (+3.1)``."""
-    if band.weight >= 0:
-        text = "{0} at {1} Hz speaks for {2} ({3})"
-    else:
-        text = "{0} at {1} Hz speaks against {2} ({3})"
+    side = "for" if band.weight >= 0 else "against"
     weight = signed_log_odds(band.weight)
     if band.error:
         weight += f" ± {band.error:.1f}"
-    return text.format(band.channel, f"{band.hertz:.3g}", why.favoured, weight)
+    return f"{band.channel} at {band.hertz:.3g} Hz speaks {side} {why.favoured} ({weight})"
 
 
 def strongest_bands(why: Explanation) -> str:
@@ -92,47 +84,39 @@ def strongest_bands(why: Explanation) -> str:
 def method_sentence(why: Explanation) -> str:
     """How the weights were computed, and how reliable they are."""
     found = why.attribution
+    odds = (
+        f"Log-odds of {why.favoured} against {why.against}: {signed_log_odds(found.log_odds)} here"
+    )
+    reference = signed_log_odds(found.reference)
     if found.method == "gradient":
-        text = (
-            "Log-odds of {0} against {1}: {2} here, {3} at the mean of the training samples. "
-            "Gradient along the way from there, over {4} samples; the bands add up to the "
-            "difference to within {5}."
+        gap = f"{found.gap:.0e}" if found.gap >= 1e-12 else "1e-12"
+        return (
+            f"{odds}, {reference} at the mean of the training samples. Gradient along the way from "
+            f"there, over {found.steps} samples; the bands add up to the difference to within "
+            f"{gap}."
         )
-        rest = f"{found.gap:.0e}" if found.gap >= 1e-12 else "1e-12"
-    else:
-        text = (
-            "Log-odds of {0} against {1}: {2} here, {3} with every band replaced. Permutation: "
-            "what is lost when a band comes from random training samples; {4} samples, {5} "
-            "repetitions, ± standard error. Bands that know the same hide each other."
-        )
-        rest = str(found.repeats)
-    return text.format(
-        why.favoured,
-        why.against,
-        signed_log_odds(found.log_odds),
-        signed_log_odds(found.reference),
-        found.steps,
-        rest,
+    return (
+        f"{odds}, {reference} with every band replaced. Permutation: what is lost when a band "
+        f"comes from random training samples; {found.steps} samples, {found.repeats} repetitions, "
+        "± standard error. Bands that know the same hide each other."
     )
 
 
 def recogniser_sentence(why: Explanation, name: str) -> str:
     """Which recogniser is explained; `name` is the demonstration's."""
     if why.how == "left out":
-        text = "The recogniser of the run that has not seen {0}"
+        sentence = f"The recogniser of the run that has not seen {name}"
     elif why.how == "other task":
-        text = "The recogniser of the run, trained on another task than {0}"
+        sentence = f"The recogniser of the run, trained on another task than {name}"
     else:
-        text = "The final recogniser, which was not trained on {0}"
-    sentence = text.format(name)
+        sentence = f"The final recogniser, which was not trained on {name}"
     if why.how == "final" or not why.seconds.get("fit"):
         return sentence + "."
-    fit = f"{why.seconds['features'] + why.seconds['fit']:.1f}"
+    seconds = why.seconds["features"] + why.seconds["fit"]
+    same = f"{100 * why.same_share:.1f} % of its samples are the same"
     if why.same_share == 1:
-        again = "trained once more in {0} s: it predicts the same."
-        return f"{sentence}, {again.format(fit)}"
-    again = "trained once more in {0} s: {1} % of its samples are the same."
-    return f"{sentence}, {again.format(fit, f'{100 * why.same_share:.1f}')}"
+        same = "it predicts the same"
+    return f"{sentence}, trained once more in {seconds:.1f} s: {same}."
 
 
 def held_out_progress(progress: Progress, name: str, elapsed: float, outcome: RunResult) -> str:
@@ -145,8 +129,8 @@ def held_out_progress(progress: Progress, name: str, elapsed: float, outcome: Ru
     if not usual or progress.text == "explaining":
         return started
     if rest < 1:
-        return f"Training without {name} … nearly done"
-    return "Training without {} … about {} s left".format(name, f"{rest:.0f}")
+        return f"{started} nearly done"
+    return f"{started} about {rest:.0f} s left"
 
 
 #: Pixels around the plot: for its numbers, for the actions' names, and for the time below.
@@ -231,9 +215,9 @@ class ProbabilityChart(QWidget):
                 if self.probability_trace is None:
                     face, ink = text.font(CHART_FONT), QColor(colours().on_unlabelled)
                     box = self.plot
-                    told = text.elided(self.missing, face, box.width() - 8)
+                    message = text.elided(self.missing, face, box.width() - 8)
                     x, y = box.center().x(), self._y(0.25)
-                    text.draw_text(painter, x, y, told, face=face, ink=ink, align=0.5)
+                    text.draw_text(painter, x, y, message, face=face, ink=ink, align=0.5)
                 else:
                     self._paint_lines(painter, axis, self.probability_trace)
                 self._paint_cursor(painter, axis, self.place)
@@ -418,12 +402,12 @@ class BandMap(QWidget):
 
     def event(self, event: QEvent) -> bool:
         if isinstance(event, QHelpEvent) and event.type() == QEvent.Type.ToolTip:
-            sentence = self.told(QPointF(event.pos()))
+            sentence = self.band_text(QPointF(event.pos()))
             QToolTip.showText(event.globalPos(), sentence, self)
             return True
         return super().event(event)
 
-    def told(self, where: QPointF) -> str:
+    def band_text(self, where: QPointF) -> str:
         """The sentence of the band at a point; empty where there is none."""
         if self.why is None or not self.map.contains(where):
             return ""
@@ -562,9 +546,9 @@ class SegmentCard(QAbstractButton):
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         self.setCursor(Qt.CursorShape.PointingHandCursor)
-        self.setAccessibleName(
-            "{} at {} s, {}, distance {}".format(name, *self._numbers(), neighbour.place.human)
-        )
+        start, distance = self._numbers()
+        action = neighbour.place.human
+        self.setAccessibleName(f"{name} at {start} s, {action}, distance {distance}")
         self.setToolTip("Show this segment with its surroundings")
         themes().changed.connect(self.update)
 

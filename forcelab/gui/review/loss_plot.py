@@ -189,7 +189,7 @@ class LossView(QWidget):
         trainer.changed.connect(self._refresh_soon)
         for changed in (document.review.run_changed, document.author_changed):
             changed.connect(self.refresh)
-        document.listing_changed.connect(self.refresh)  # somebody may code blind from now on
+        document.listing_changed.connect(self.refresh)  # what is coded blind may have changed
         themes().changed.connect(self.refresh)
         self.refresh()
 

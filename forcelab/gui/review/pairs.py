@@ -76,10 +76,9 @@ def missing_pairs_text(
             "A recogniser is being trained; human and predicted timelines appear here when it is."
         )
     if outcome is None:
-        bound = keys().shown("train")
-        return "{train}; human and predicted timelines then appear here in pairs.".format(
-            train=f"Press {bound} to train" if bound else "Train a recogniser"
-        )
+        key = keys().shown("train")
+        train = f"Press {key} to train" if key else "Train a recogniser"
+        return f"{train}; human and predicted timelines then appear here in pairs."
     if not entries and hidden:
         return "All demonstrations of this run are hidden while you code them blind."
     if not entries:
@@ -303,7 +302,7 @@ def _tool_button(title: str, name: str) -> QToolButton:
     return button
 
 
-#: What an exported file is called unless somebody says otherwise.
+#: The suggested name of an exported file.
 SUGGESTED_FILE = "pairs.svg"
 
 
@@ -358,7 +357,7 @@ class PairsView(QWidget):
         """Save the pairs in the background."""
         figure = self.figure()
         if figure is None:
-            self.document.show_message("No timeline pair is shown that could be saved.", True)
+            self.document.show_message("There is no timeline pair to save.", True)
         else:
             save_picture(figure, path, self.document, self._jobs)
 
@@ -367,8 +366,8 @@ class PairsView(QWidget):
     def _lay_out(self) -> None:
         rows = QWidget()
         page_layout(rows, LegendRoom(self.legend), self.area, self.strip, growing=self.area)
-        self._pages = PageOrPlaceholder(rows)
-        page_layout(self, self.tools, self.note, self._pages, growing=self._pages)
+        self.pages = PageOrPlaceholder(rows)
+        page_layout(self, self.tools, self.note, self.pages, growing=self.pages)
 
     def _connect(self) -> None:
         document = self.document
@@ -487,7 +486,7 @@ class PairsView(QWidget):
             hidden=bool(self._hidden),
             shown=bool(shown),
         )
-        self._pages.say(words)
+        self.pages.say(words)
         self.tools.setHidden(not self._entries)
         count = 0
         if outcome is not None and self._entries:

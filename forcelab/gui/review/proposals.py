@@ -133,13 +133,11 @@ class AcceptButtons(QWidget):
         done = accept()
         if done:
             count = len(set(self.document.editor.segments) - before)
-            text = (
-                "1 predicted segment was accepted; {key} takes it back."
-                if count == 1
-                else "{count} predicted segments were accepted; {key} takes them back."
-            )
             key = keys().shown("undo").split(",")[0]
-            self.document.show_message(text.format(count=count, key=key))
+            text = f"{count} predicted segments were accepted; {key} takes them back."
+            if count == 1:
+                text = f"1 predicted segment was accepted; {key} takes it back."
+            self.document.show_message(text)
         return done
 
     def _count(self, start: float, end: float, at_least: float = 0.0) -> int:
@@ -202,9 +200,9 @@ class ProposalsView(QWidget):
         self.table = self._table()
         self.order = muted_label()
         self.accepting = AcceptButtons(document)
-        self._pages = PageOrPlaceholder(self.table)
-        parts = self.order, self._pages, self.accepting
-        page_layout(self, *parts, growing=self._pages, margin=4, spacing=4)
+        self.pages = PageOrPlaceholder(self.table)
+        parts = self.order, self.pages, self.accepting
+        page_layout(self, *parts, growing=self.pages, margin=4, spacing=4)
         document.review.run_changed.connect(self._refresh)
         document.author_changed.connect(self._refresh)
         document.listing_changed.connect(self._listing_changed)
@@ -331,8 +329,7 @@ class ProposalsView(QWidget):
         )
         if proposal.typicality is None:
             return text
-        typical = "It is {0:.0f} % like all that are listed."
-        return f"{text} {typical.format(100 * proposal.typicality)}"
+        return f"{text} It is {100 * proposal.typicality:.0f} % like all that are listed."
 
     def _labelled(self) -> dict[str, float]:
         """Which share of each demonstration the coder has labelled."""
@@ -372,7 +369,7 @@ class ProposalsView(QWidget):
                 "Every demonstration was labelled when this recogniser was trained; there is "
                 "nothing to propose."
             )
-        self._pages.say(text)
+        self.pages.say(text)
 
     def _go(self, index: QModelIndex) -> None:
         """Go to the most uncertain interval of a row."""

@@ -184,7 +184,7 @@ class QueueLoader(QObject):
         self.read, self._compared = read, changes
         if upheavals is not None:
             self._reread = upheavals
-        self._forget_blind()  # somebody else may look by now than when it began
+        self._forget_blind()  # the coder may have changed since it began
         self._load_vocabulary()
         self.changed.emit()
 
@@ -251,8 +251,8 @@ class VerdictButtons(QWidget):
         }
         tips = {
             "human": "The label is right; it stays.",
-            "model": "The prediction is right; your label is changed to it, undoably.",
-            "ambiguous": "It cannot be told; the label stays.",
+            "model": "The prediction is right; your label is changed to it (undo takes it back).",
+            "ambiguous": "It cannot be decided; the label stays.",
         }
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
@@ -400,7 +400,7 @@ class VerdictUndo:
         document = self._document
         if change.withdrawn == (kind == "redo"):
             withdraw_verdict(project, change.verdict, document.author)
-            document.show_message("The verdict is taken back.")
+            document.show_message("The verdict is withdrawn.")
         else:
             project.coding.add_verdict(replace(change.verdict, id=0))
             document.show_message("The verdict counts again.")
@@ -440,9 +440,9 @@ class QueueView(QWidget):
         self.buttons = VerdictButtons()
         self.buttons.judged.connect(self.judge)
         self.buttons.withdrawn.connect(self.withdraw)
-        self._summary, self._pages = muted_label(), PageOrPlaceholder(self.list)
-        parts = self.filter, self._summary, self._pages, self.buttons
-        page_layout(self, *parts, growing=self._pages, margin=4, spacing=4)
+        self._summary, self.pages = muted_label(), PageOrPlaceholder(self.list)
+        parts = self.filter, self._summary, self.pages, self.buttons
+        page_layout(self, *parts, growing=self.pages, margin=4, spacing=4)
         self.reader.changed.connect(self._compared)
         document.review.examined_changed.connect(self._follow)
         document.review.training_changed.connect(self._training_changed)
@@ -485,11 +485,12 @@ class QueueView(QWidget):
         if not self.document.review.examine(place):
             return
         if wrapped:
-            first, last = "Back at the first.", "Back at the last."
-            self.document.show_message(first if direction > 0 else last)
+            self.document.show_message(
+                "Back at the first." if direction > 0 else "Back at the last."
+            )
         elif not self.isVisible():  # or one would wonder what is wrong there
-            sides = map(action_name, (place.human, place.predicted))
-            self.document.show_message("Human: {}; model: {}.".format(*sides))
+            human, model = action_name(place.human), action_name(place.predicted)
+            self.document.show_message(f"Human: {human}; model: {model}.")
 
     def judge(self, verdict: VerdictKind) -> bool:
         """Judge the examined difference, and go on to the next one.
@@ -561,8 +562,7 @@ class QueueView(QWidget):
         except ForcelabError as error:
             self.document.show_message(str(error), True)
             return False
-        message = "The verdict is withdrawn; labels stay as they are."
-        self.document.show_message(message)
+        self.document.show_message("The verdict is withdrawn; labels stay as they are.")
         self.reader.track_changed()
         self.reader.compare()
         return True
@@ -573,12 +573,12 @@ class QueueView(QWidget):
         """Give the coder's track what the model predicts; gives whether to store the verdict."""
         document = self.document
         if document.author != outcome.author:
-            message = (
-                "The verdict is kept; only {0} can change {0}'s labels. To change them as {1}, "
-                "copy them ({2})."
-            )
+            coder = outcome.author
             key = keys().shown("copy_from") or "in the menu Segments"
-            document.show_message(message.format(outcome.author, document.author, key))
+            document.show_message(
+                f"The verdict is kept; only {coder} can change {coder}'s labels. To change them as "
+                f"{document.author}, copy them ({key})."
+            )
             return True
         if document.id != difference.demonstration and not document.review.examine(difference):
             return False
@@ -629,7 +629,7 @@ class QueueView(QWidget):
         empty = self._missing
         if not empty and not self.model.sections:
             empty = "Nothing here fits the filter."
-        self._pages.say(empty)
+        self.pages.say(empty)
         filled = bool(self.queue.open or self.queue.judged)
         self.filter.setVisible(filled)
         self.buttons.setVisible(filled)

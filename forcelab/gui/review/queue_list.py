@@ -272,12 +272,12 @@ class QueueModel(QAbstractListModel):
         if found is None:
             return None
         if isinstance(found, QueueSection):
-            told = f"{found.title}: {found.total}"
+            text = f"{found.title}: {found.total}"
             if found.kind in self.folded:
-                told = f"{told}, folded"
+                text = f"{text}, folded"
             return {
                 Qt.ItemDataRole.DisplayRole: found.title,
-                Qt.ItemDataRole.AccessibleTextRole: told,
+                Qt.ItemDataRole.AccessibleTextRole: text,
                 Qt.ItemDataRole.ToolTipRole: found.tip,
             }.get(Qt.ItemDataRole(role))
         if role in (Qt.ItemDataRole.DisplayRole, Qt.ItemDataRole.AccessibleTextRole):
@@ -289,19 +289,19 @@ class QueueModel(QAbstractListModel):
 
 def item_text(item: QueueItem) -> list[str]:
     place, about = item.place, item.about
-    told = [
+    parts = [
         f"Human: {action_name(place.human)}",
         f"Model: {action_name(place.predicted)}",
         f"{item.name}, {place.start:.3f} to {place.end:.3f} s",
     ]
     if isinstance(about, StoredVerdict):
-        told.append(f"Judged by {about.author}: {VERDICT_NAMES[about.verdict]}")
-        return told
+        parts.append(f"Judged by {about.author}: {VERDICT_NAMES[about.verdict]}")
+        return parts
     if about.confidence is not None:
-        told.append(f"Confidence of the model: {100 * about.confidence:.0f} %")
+        parts.append(f"Confidence of the model: {100 * about.confidence:.0f} %")
     if about.suspicion:
-        told.append(f"Suspicion of a coding error: {100 * about.suspicion:.0f} %")
-    return told
+        parts.append(f"Suspicion of a coding error: {100 * about.suspicion:.0f} %")
+    return parts
 
 
 RIGHT = Qt.AlignmentFlag.AlignRight

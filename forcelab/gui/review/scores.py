@@ -247,8 +247,8 @@ class ScoresView(QWidget):
         page = QWidget()
         self.note.setContentsMargins(8, 4, 8, 4)
         page_layout(page, self.table, self.note, growing=self.table)
-        self._pages = PageOrPlaceholder(page)
-        page_layout(self, self._bar, self._pages, growing=self._pages)
+        self.pages = PageOrPlaceholder(page)
+        page_layout(self, self._bar, self.pages, growing=self.pages)
 
     def _refresh(self) -> None:
         if not self.isVisible():
@@ -263,7 +263,7 @@ class ScoresView(QWidget):
         if visible is None or outcome is None or not outcome.tested:
             self._jobs.cancel(INTERVALS_JOB)
             self._outcome = None
-            nothing = "Nothing was trained yet. Train, and this shows how well that works."
+            nothing = "Train a recogniser; its scores appear here."
             if outcome is not None:
                 nothing = untested_text(outcome, "This run tested no demonstration.")
             self._show_empty(nothing)
@@ -303,7 +303,7 @@ class ScoresView(QWidget):
         self.note.setText(self._note(rows[1].tip))
         self.note.setToolTip(RELIABILITY_TIP if self._outcome.reliability else "")
         self._bar.show()
-        self._pages.say("")
+        self.pages.say("")
 
     def _note(self, how: str) -> str:
         outcome = self._outcome
@@ -313,7 +313,7 @@ class ScoresView(QWidget):
 
     def _show_empty(self, text: str) -> None:
         self._bar.hide()
-        self._pages.say(text)
+        self.pages.say(text)
 
     def _open(self, index: QModelIndex) -> None:
         number = index.row() - POOLED_ROWS

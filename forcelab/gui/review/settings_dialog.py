@@ -277,7 +277,7 @@ class ChannelsEditor(Editor):
         """The names, in the order in which they were set; refused (InputError) without any."""
         chosen = [name for name, box in self.boxes.items() if box.isChecked()]
         if self.boxes and not chosen:
-            raise InputError("A recogniser needs something to look at; choose a channel.")
+            raise InputError("Choose at least one channel.")
         if self._names is not None and set(chosen) == set(self._names):
             return self._names
         return None if chosen == list(self._all) else tuple(chosen)
@@ -389,9 +389,9 @@ class MergeEditor(Editor):
                     warning = self._text(row, 0) in unknown
                     sign = icon("warning") if warning else None
                     item.setData(Qt.ItemDataRole.DecorationRole, sign)
-                    item.setToolTip("Nobody labelled this here." if warning else "")
+                    item.setToolTip("Never labelled in these demonstrations." if warning else "")
         self.remark.setVisible(bool(unknown))
-        self.remark.setText("Nobody labelled here: {}".format(", ".join(unknown)))
+        self.remark.setText("Never labelled here: {}".format(", ".join(unknown)))
 
 
 class _SpellingDelegate(QStyledItemDelegate):
@@ -420,7 +420,7 @@ class _MergeTable(QTableWidget):
             if self.currentRow() < self.rowCount() - 1:
                 row = self.currentRow()
                 self.removeRow(row)
-                # Whoever listens to cells that change is told of the one that is there now.
+                # Listeners to changed cells hear of the one that has moved up.
                 if (item := self.item(row, 0)) is not None:
                     self.itemChanged.emit(item)
             event.accept()

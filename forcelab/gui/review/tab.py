@@ -37,9 +37,7 @@ class TrainingIndicator(BackgroundIndicator):
         trainer = self._trainer
         if trainer.training:
             step = trainer.step
-            return "Training: {}".format(
-                "starting" if step is None else training_progress_text(step)
-            )
+            return f"Training: {'starting' if step is None else training_progress_text(step)}"
         outcome = trainer.document.review.run
         if trainer.edits is None or outcome is None:
             return ""
@@ -49,7 +47,7 @@ class TrainingIndicator(BackgroundIndicator):
 
 
 WARM_UP = "warming up"
-#: Jobs that nobody waits for in front of the screen: it is complete without what they will bring.
+#: Jobs that the screen is complete without.
 BACKGROUND_JOBS = frozenset({TRAINING, MEASURING, WARM_UP})
 
 

@@ -207,7 +207,7 @@ class TaskChoiceForm(QWidget):
             )
         known = sum(self._counts(task)[0] for task in tasks)
         if not known:
-            return "Nothing of it is labelled yet; label at least two actions first."
+            return "Nothing is labelled yet; label at least two actions first."
         if self.across.isChecked() and not self._counts(str(test))[0]:
             return f"Nothing of '{test}' is labelled, so it cannot be tested."
         return ""

@@ -178,7 +178,7 @@ class TradeoffController(QObject):
 
     @property
     def author(self) -> str | None:
-        """Whose labels are measured on; None for nobody's. Blind, a coder has only his own."""
+        """Whose labels are measured on, if anyone's; a blind coder has only his own."""
         author = self.trainer.choice.author or default_author(self.document, {self.task})
         own, project = self.document.author, self.document.project
         if author in (None, own) or project is None:
@@ -489,7 +489,7 @@ class TradeoffView(QWidget):
     def refresh(self) -> None:
         """Show what was measured, or what is missing."""
         controller, measured = self.controller, self.controller.measured
-        few = "Label two demonstrations of the task first: one is recognised by the other."
+        few = "Label two demonstrations of the task first; each is tested by training on the other."
         set_enabled_with_reason(self.measure, "" if controller.labelled > 1 else few)
         self.undo.setVisible(controller.can_undo)
         self.trouble.setText(controller.trouble)

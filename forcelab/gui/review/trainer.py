@@ -249,8 +249,8 @@ class Trainer(QObject):
         self._counter = EditCounter(document, self._backend.count_edits, self)
         self._counter.counted.connect(self.changed)
         self._counter.edited.connect(self._edited)
-        self._quiet = QTimer(self, singleShot=True, interval=QUIET_TIME)
-        self._quiet.timeout.connect(self._train_automatically)
+        self.pause = QTimer(self, singleShot=True, interval=QUIET_TIME)
+        self.pause.timeout.connect(self._train_automatically)
         self._automatic_runs = AutomaticRuns(document)
         self._forget()
         document.project_changed.connect(self._project_changed)
@@ -538,9 +538,9 @@ class Trainer(QObject):
         self.automatic = automatic
         self._keep(automatic)
         if automatic and self.edits:
-            self._quiet.start()
+            self.pause.start()
         elif not automatic:
-            self._quiet.stop()
+            self.pause.stop()
 
     def set_task(self, task: str) -> None:
         """Turn to another task: its settings, its choice, and its latest run."""
@@ -555,11 +555,9 @@ class Trainer(QObject):
     def train(self) -> bool:
         """Begin a training; gives whether it began. Never are there two at once."""
         if self.training:
-            self._training_automatically = (
-                False  # from now on somebody has asked for the one under way
-            )
+            self._training_automatically = False  # from now on it counts as asked for
             return False
-        self._quiet.stop()
+        self.pause.stop()
         self._training_automatically = False
         if self._path is None or not self.ready:
             self._refuse("There is nothing to train on; import demonstrations first.")
@@ -581,7 +579,7 @@ class Trainer(QObject):
 
     def cancel(self) -> None:
         """Cancel the training; the reviewed run stays."""
-        self._quiet.stop()
+        self.pause.stop()
         if not self.training:
             return
         self.jobs.cancel(TRAINING)
@@ -613,7 +611,7 @@ class Trainer(QObject):
         self.losses_changed.emit()
         self.list_runs()
         if self.automatic and self.edits:
-            self._quiet.start()  # what was painted meanwhile
+            self.pause.start()  # what was painted meanwhile
 
     def _failed(self, error: Exception) -> None:
         self.step = None
@@ -624,7 +622,7 @@ class Trainer(QObject):
     def _train_automatically(self) -> None:
         """Train after a pause, if there is something new; the longer it takes, the more seldom."""
         if self._automatic_runs.must_wait:
-            self._quiet.start()
+            self.pause.start()
         elif self.automatic and not self.training and self._outdated:
             self._training_automatically = self.train()
 
@@ -633,7 +631,7 @@ class Trainer(QObject):
     def _project_changed(self) -> None:
         for key in (TRAINING, LOADING_RUN, LISTING_RUNS):
             self.jobs.cancel(key)
-        self._quiet.stop()
+        self.pause.stop()
         self._counter.forget()
         self._forget()
         project = self.document.project
@@ -661,4 +659,4 @@ class Trainer(QObject):
     def _edited(self) -> None:
         """Train automatically after a pause without edits."""
         if self.automatic:
-            self._quiet.start()
+            self.pause.start()

@@ -46,7 +46,7 @@ class AuthorLabel(ElidedLabel):
         """Name a coder; nothing where no other coder has labelled."""
         document = self._document
         listed = (name for info in document.infos for name in info.labelled)
-        # The list does not tell yet of whoever has just begun to label.
+        # The list does not have coders yet who have just begun to label.
         people = {name for name in (*listed, *document.other_tracks) if not is_model(name)}
         several = whose is not None and bool({*people, document.author} - {whose})
         self.set_text(f"Labels by {whose}" if several else "")
@@ -119,7 +119,7 @@ class RunComboBox(ElidedComboBox):
             self.document.show_message(str(error), True)
             return
         if not uses:
-            self.trainer.list_runs()  # somebody else was faster
+            self.trainer.list_runs()  # another window was faster
             return
         dialog = removal_of_run(self.currentText(), uses[0], self.window())
         dialog.accepted.connect(lambda: self.trainer.remove_run(number))
@@ -200,7 +200,7 @@ class TrainingBar(QWidget):
         self.settings.setToolTip("How a recogniser is trained")
         self.settings.clicked.connect(self.open_settings)
         self.freshness = ElidedLabel()
-        self.freshness.setAccessibleName("How the recogniser stands")
+        self.freshness.setAccessibleName("State of the recogniser")
         self.progress = QProgressBar()
         self.progress.setTextVisible(False)
         self.progress.setFixedWidth(110)
@@ -284,7 +284,7 @@ class TrainingBar(QWidget):
     def _why_not_trainable(self, *, training: bool = False) -> str:
         """Why nothing can be trained now; empty where it can."""
         if training:
-            return "A training goes on; wait for it or cancel it."
+            return "A training is running; wait for it or cancel it."
         none = "There is nothing to train on yet; import demonstrations and label them."
         return "" if self.trainer.ready else self.trainer.trouble or none
 
@@ -304,8 +304,7 @@ class TrainingBar(QWidget):
         name = "Settings…"
         if self.trainer.ready:
             preset, changed = self.trainer.preset_used
-            told = "Settings: {0}, changed…" if changed else "Settings: {0}…"
-            name = told.format(preset)
+            name = f"Settings: {preset}, changed…" if changed else f"Settings: {preset}…"
         self.settings.setText(name)
         self.settings.setAccessibleName(name)
         set_enabled_with_reason(self.settings, self._why_not_trainable())
@@ -377,7 +376,7 @@ class TrainingBar(QWidget):
             self._menu.addAction("Compare two runs…", self.compare_requested.emit)
 
     def _count_runs(self) -> None:
-        few = "Train a second time, with other settings or labels, and compare then."
+        few = "Train again with other settings or labels to compare two runs."
         set_enabled_with_reason(self.compare, "" if len(self.trainer.runs) > 1 else few)
 
     def _name_keys(self) -> None:

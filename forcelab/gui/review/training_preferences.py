@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 log = logging.getLogger(__name__)
 
-#: What a task is trained with until somebody chooses otherwise: who presses Train for the first
+#: What a task is trained with until the coder chooses otherwise: who presses Train for the first
 #: time waits for seconds, and sees the best that there is. Scripts begin with preset ``paper``.
 DEFAULT_PRESET = "best"
 #: Its classifier, written out: to look presets up loads much.

@@ -84,13 +84,12 @@ class ReviewWorkspace(QWidget):
         self._video = _placeholder()
         self._left = _splitter(Qt.Orientation.Vertical, (self.pairs, self._place), BELOW_SHARES)
         self._right = _splitter(Qt.Orientation.Vertical, (self.lists, self._video), LIST_SHARES)
-        self._whole = _splitter(Qt.Orientation.Horizontal, (self._left, self._right), BESIDE_SHARES)
-        self._nothing = placeholder(
-            "Import demonstrations first. When some are labelled, train; what comes of it is here."
+        self._sides = _splitter(Qt.Orientation.Horizontal, (self._left, self._right), BESIDE_SHARES)
+        self.hint = placeholder(
+            "Import demonstrations and label some, then train; the results appear here."
         )
-        page_layout(self, self.bar, self._whole, self._nothing, growing=self._whole).setStretch(
-            2, 1
-        )
+        column = page_layout(self, self.bar, self._sides, self.hint, growing=self._sides)
+        column.setStretch(2, 1)
         self.bar.compare_requested.connect(self._compare)
         document.demonstration_changed.connect(self._demonstration_changed)
         document.listing_changed.connect(self._listing_changed)
@@ -123,7 +122,7 @@ class ReviewWorkspace(QWidget):
         for splitter, shares in (
             (self._left, BELOW_SHARES),
             (self._right, LIST_SHARES),
-            (self._whole, BESIDE_SHARES),
+            (self._sides, BESIDE_SHARES),
         ):
             _set_shares(splitter, shares)
         if "tradeoff" in vars(self):
@@ -193,7 +192,7 @@ class ReviewWorkspace(QWidget):
     @property
     def _splitters(self) -> dict[str, QSplitter]:
         """The splitters by the name they are remembered under."""
-        return {"left": self._left, "right": self._right, "whole": self._whole}
+        return {"left": self._left, "right": self._right, "whole": self._sides}
 
     def _compare(self) -> None:
         from forcelab.gui.review.comparison_dialog import ComparisonDialog
@@ -212,8 +211,8 @@ class ReviewWorkspace(QWidget):
     def _listing_changed(self) -> None:
         """Say what comes first where there is nothing to train on."""
         empty = not self.document.infos
-        self._whole.setHidden(empty)
-        self._nothing.setVisible(empty)
+        self._sides.setHidden(empty)
+        self.hint.setVisible(empty)
 
 
 def _placeholder() -> QWidget:

@@ -8,19 +8,19 @@ from forcelab.gui.jobs import Jobs
 
 
 @pytest.fixture(scope="module")
-def kept(app, tmp_path_factory):
+def shared_document(app, tmp_path_factory):
     with opened(tmp_path_factory.mktemp("study")) as document:
         yield document
 
 
 @pytest.fixture
-def document(kept):
-    kept.open_demonstration(kept.infos[0].id)
-    kept.told.clear()
-    yield kept
-    kept.review.set_run(None)
-    for assignment in kept.project.coding.assignments():
-        kept.project.coding.unassign(assignment.demonstration, assignment.author)
+def document(shared_document):
+    shared_document.open_demonstration(shared_document.infos[0].id)
+    shared_document.told.clear()
+    yield shared_document
+    shared_document.review.set_run(None)
+    for assignment in shared_document.project.coding.assignments():
+        shared_document.project.coding.unassign(assignment.demonstration, assignment.author)
 
 
 @pytest.fixture
@@ -31,7 +31,7 @@ def jobs(app):
 
 
 @pytest.fixture
-def up(app):
+def show(app):
     """Show a widget, in a size if one is given, until the test is over; gives it."""
     shown = []
 

@@ -206,7 +206,7 @@ def test_differences_are_called_the_same_in_both_tables(app, until):
         rows, model = range(3), b.bar.places.model()
         found = [model.index(row, model.columnCount() - 1).data() for row in rows]
         assert found == ["boundary moved", "different actions", "only one labelled"]
-        assert "Matched, at most" in b.view.pair.offsets.text()
+        assert "boundaries match within 500 ms" in b.view.pair.offsets.text()
 
 
 def test_what_cannot_be_pressed_any_more_leaves_the_keys_to_the_decisions(app, until):

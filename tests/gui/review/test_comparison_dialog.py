@@ -60,8 +60,8 @@ def runs(document):
 
 
 @pytest.fixture
-def dialog(document, jobs, runs, until, up):
-    dialog = up(ComparisonDialog(document, jobs, backend=Runs(runs)))
+def dialog(document, jobs, runs, until, show):
+    dialog = show(ComparisonDialog(document, jobs, backend=Runs(runs)))
     until(lambda: dialog.comparison is not None)
     return dialog
 
@@ -77,10 +77,10 @@ def test_the_last_two_runs_are_compared_at_first(dialog):
 
 
 def test_at_first_a_run_is_compared_with_an_older_one_of_the_same_tasks(
-    document, jobs, runs, until, up
+    document, jobs, runs, until, show
 ):
     runs[1] = replace(runs[1], title="stylus", tasks=("stylus",))
-    dialog = up(ComparisonDialog(document, jobs, backend=Runs(runs)))
+    dialog = show(ComparisonDialog(document, jobs, backend=Runs(runs)))
     until(lambda: dialog.comparison is not None)
     assert (dialog.first.currentData(), dialog.second.currentData()) == (1, 3)
     dialog.first.resize(120, dialog.first.height())

@@ -195,18 +195,18 @@ def test_edits_elsewhere_leave_the_list_as_it_is(view, document, app):
 
 def test_without_an_outcome_it_says_what_to_do(view, document):
     document.review.set_run(None)
-    assert "Train" in view._pages.note.text()
-    assert view._pages.note.isVisible()
+    assert "Train" in view.pages.note.text()
+    assert view.pages.note.isVisible()
     assert not view.switches.isVisible()
     document.review.set_run(run_result([], ACTIONS))
-    assert "at least two" in view._pages.note.text()
+    assert "at least two" in view.pages.note.text()
 
 
 def test_a_run_without_raw_predictions_says_so_and_lets_one_go_back(view, document, until):
     one = demonstration_result(document.infos[0].id, [(1, 2, "grab")], [(1, 2, "grab")])
     view.switches.stage_box.setCurrentIndex(1)
     document.review.set_run(run_result([one], ACTIONS))
-    until(lambda: "no raw" in view._pages.note.text())
+    until(lambda: "no raw" in view.pages.note.text())
     view.switches.stage_box.setCurrentIndex(0)
     until(lambda: view.cells is not None and view.canvas.isVisible())
 

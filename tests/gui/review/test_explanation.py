@@ -104,23 +104,23 @@ def explained(view, document, study, until):
     return view
 
 
-def said(view):
-    note = view._room.note
+def message_of(view):
+    note = view.pages.note
     return note.text() if note.isVisible() else ""
 
 
 def test_it_says_what_is_missing(view, document, study, until):
     view.show()
-    until(lambda: "Open a demonstration" in said(view))
+    until(lambda: "Open a demonstration" in message_of(view))
     document.open_demonstration(study[1].tested[0].id)
-    until(lambda: "Train a recogniser" in said(view))
+    until(lambda: "Train a recogniser" in message_of(view))
     document.review.set_run(replace(study[1], tested=study[1].tested[1:]))
-    until(lambda: "not part of the training" in said(view))
+    until(lambda: "not part of the training" in message_of(view))
     document.review.set_run(study[1])
     one = study[1].tested[0]
     silent = next(t / 100 for t in range(1000) if interval_at(one, t / 100) is None)
     document.view.seek(silent)
-    until(lambda: "Nothing is labelled or predicted" in said(view))
+    until(lambda: "Nothing is labelled or predicted" in message_of(view))
 
 
 def test_whoever_codes_blind_is_told_nothing(view, document, study, until, trainings):
@@ -130,7 +130,7 @@ def test_whoever_codes_blind_is_told_nothing(view, document, study, until, train
     try:
         view.show()
         document.review.examine(place_in(study))
-        until(lambda: "blind" in said(view))
+        until(lambda: "blind" in message_of(view))
         assert view.why is None
         assert not trainings.asked
     finally:
@@ -313,8 +313,8 @@ def test_a_band_is_told_where_the_pointer_is(explained):
     bands, why = explained.page.bands, explained.why
     first = why.strongest()[0]
     cell = bands.cell(why.channels.index(first.channel), why.hertz.tolist().index(first.hertz))
-    assert bands.told(cell.center()) == explanation_plots.band_sentence(first, why)
-    assert bands.told(QPointF(1, 1)) == ""
+    assert bands.band_text(cell.center()) == explanation_plots.band_sentence(first, why)
+    assert bands.band_text(QPointF(1, 1)) == ""
 
 
 @pytest.mark.parametrize("dark", [False, True])

@@ -14,9 +14,9 @@ def document(app):
 
 
 @pytest.fixture
-def view(document, work, trainer, up):
+def view(document, work, trainer, show):
     work.result = outcome_of(document.project, remarks=("Something was left out.",))
-    view = up(LossView(document, trainer), 500, 320)
+    view = show(LossView(document, trainer), 500, 320)
     view.work = work
     return view
 

@@ -14,26 +14,26 @@ TITLES = ("Queue", "Confusion", "Scores", "Why", "Proposals", "Coders", "Trainin
 
 
 @pytest.fixture
-def tabs(app, up):
+def tabs(app, show):
     tabs = OverflowTabs()
     for title in TITLES:
         tabs.addTab(QWidget(), title)
-    up(tabs, 1000, 100)
+    show(tabs, 1000, 100)
     app.processEvents()
     return tabs
 
 
-def seen(tabs):
+def visible_titles(tabs):
     return [tabs.tabText(at) for at in range(tabs.count()) if tabs.isTabVisible(at)]
 
 
 def offered(tabs):
-    tabs._menu.aboutToShow.emit()
-    return {action.text(): action for action in tabs._menu.actions()}
+    tabs.overflow_button.menu().aboutToShow.emit()
+    return {action.text(): action for action in tabs.overflow_button.menu().actions()}
 
 
 def test_where_all_have_room_there_is_no_menu(tabs):
-    assert seen(tabs) == list(TITLES)
+    assert visible_titles(tabs) == list(TITLES)
     assert tabs.overflow_button.isHidden()
 
 
@@ -41,7 +41,7 @@ def test_where_all_have_room_there_is_no_menu(tabs):
 def test_where_not_all_have_room_whole_ones_are_seen_and_the_others_offered(tabs, app, width):
     tabs.resize(width, 100)
     app.processEvents()
-    shown = seen(tabs)
+    shown = visible_titles(tabs)
     assert shown == list(TITLES[: len(shown)])
     assert 1 < len(shown) < len(TITLES)
     assert sorted((*shown, *offered(tabs))) == sorted(TITLES)
@@ -55,19 +55,19 @@ def test_what_is_chosen_in_the_menu_is_in_front_and_seen_whole(tabs, app):
     tabs.resize(260, 100)
     app.processEvents()
     for title in ("Training", "Coders", "Queue", "Training"):
-        if title not in seen(tabs):
+        if title not in visible_titles(tabs):
             offered(tabs)[title].trigger()
         else:
             tabs.setCurrentIndex(TITLES.index(title))
         app.processEvents()
         assert tabs.tabText(tabs.currentIndex()) == title
-        boxes = [tabs.tabBar().tabRect(TITLES.index(name)) for name in seen(tabs)]
+        boxes = [tabs.tabBar().tabRect(TITLES.index(name)) for name in visible_titles(tabs)]
         assert boxes[0].left() == 0
         assert boxes[-1].right() < tabs.overflow_button.x()
-        assert seen(tabs)[0] == "Queue"  # nothing is scrolled away
+        assert visible_titles(tabs)[0] == "Queue"  # nothing is scrolled away
     tabs.resize(1000, 100)
     app.processEvents()
-    assert seen(tabs) == list(TITLES)
+    assert visible_titles(tabs) == list(TITLES)
 
 
 def test_arrows_go_to_either_end_of_the_tabs_with_and_without_room(tabs, app):

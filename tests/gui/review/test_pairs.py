@@ -349,7 +349,7 @@ def test_rows_are_ordered_and_filtered(shown, study):
     view.tools.search.setText("FOAM D 1")
     assert set(names()) == {"d 1", "d 10"}
     view.tools.search.setText("nothing like it")
-    assert "filter" in view._pages.note.text()
+    assert "filter" in view.pages.note.text()
 
 
 def test_an_order_that_is_chosen_is_read_from_its_top(shown, study):
@@ -461,14 +461,14 @@ def test_tracks_are_spelt_as_they_were_trained(shown, study):
 def test_without_an_outcome_it_says_what_to_do(shown, study):
     view = shown()
     study.review.set_run(None)
-    assert view._pages.note.text() == (
+    assert view.pages.note.text() == (
         "Press F5 to train; human and predicted timelines then appear here in pairs."
     )
     assert not view.area.isVisible()
     study.review.set_run(outcome())
-    assert "tested no demonstration" in view._pages.note.text()
+    assert "tested no demonstration" in view.pages.note.text()
     study.review.set_run(outcome(remarks=("Nothing could be tested: there is only still.",)))
-    assert view._pages.note.text() == "Nothing could be tested: there is only still."
+    assert view.pages.note.text() == "Nothing could be tested: there is only still."
 
 
 def test_what_is_coded_blind_is_left_out_and_counted(shown, study):
@@ -559,7 +559,7 @@ def test_the_export_goes_on_in_the_background_and_says_when_it_is_done(
     assert said[1][1]
     view.tools.search.setText("nothing like it")
     view.export_to(tmp_path / "pairs.svg")
-    assert "No timeline pair" in said[2][0]
+    assert "no timeline pair" in said[2][0]
 
 
 # What was found while using it

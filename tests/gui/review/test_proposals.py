@@ -22,8 +22,8 @@ def document(app):
 
 
 @pytest.fixture
-def view(document, jobs, up):
-    return up(ProposalsView(document, jobs), 480, 300)
+def view(document, jobs, show):
+    return show(ProposalsView(document, jobs), 480, 300)
 
 
 def proposed(document):
@@ -303,17 +303,17 @@ def test_what_is_painted_leaves_the_chosen_row_chosen_and_letters_to_the_window(
 
 
 def test_an_empty_list_says_why(view, document, until):
-    assert "Train a recogniser" in view._pages.note.text()
+    assert "Train a recogniser" in view.pages.note.text()
     document.review.set_run(proposed(document))
-    assert view._pages.note.text().startswith("Ranking")
+    assert view.pages.note.text().startswith("Ranking")
     until(lambda: view.rows)
     document.review.set_run(outcome_of(document.project, proposals=()))
-    assert "Train again" in view._pages.note.text()  # as of the command line, which tests only
+    assert "Train again" in view.pages.note.text()  # as of the command line, which tests only
     bare = [info.id for info in document.infos if "Ann" not in info.labelled]
     for id_ in bare:
         document.project.tracks.edit(id_, "Ann", (), (Segment(0.0, 1.0, "grab"),), "made")
     document.refresh_listing()
-    until(lambda: "nothing to propose" in view._pages.note.text())
+    until(lambda: "nothing to propose" in view.pages.note.text())
 
 
 def test_who_codes_blind_does_not_learn_whether_others_have_labelled_it(view, document, until):
@@ -324,8 +324,8 @@ def test_who_codes_blind_does_not_learn_whether_others_have_labelled_it(view, do
         if info.task in document.review.run.tasks:
             document.project.coding.assign(info.id, "Bob", blind=True)
             document.refresh_listing()
-            until(lambda: "may be seen" in view._pages.note.text())
-            told.append((view._pages.note.text(), bool(info.labelled)))
+            until(lambda: "may be seen" in view.pages.note.text())
+            told.append((view.pages.note.text(), bool(info.labelled)))
             document.project.coding.unassign(info.id, "Bob")
             document.refresh_listing()
     assert {labelled for _, labelled in told} == {False, True}

@@ -399,7 +399,7 @@ def test_the_filter_looks_at_actions_and_demonstrations(bench):
         view.filter.setText("01")
         assert len(kinds(view)) == 4
         view.filter.setText("nothing like it")
-        assert view._pages.note.isVisible()
+        assert view.pages.note.isVisible()
 
 
 def test_the_keyboard_opens_a_row_and_leaves_letters_to_the_window(bench):
@@ -457,20 +457,20 @@ def test_a_heading_folds_and_unfolds_its_section_and_folded_rows_are_passed_over
 
 def test_without_an_outcome_it_says_what_to_do(bench):
     with bench(train=False) as view:
-        assert "Train a recogniser" in view._pages.note.text()
+        assert "Train a recogniser" in view.pages.note.text()
         assert not view.buttons.isVisible()
 
 
 def test_where_both_agree_it_says_so(bench):
     with bench(predicted=HUMAN) as view:
-        assert "agree everywhere" in view._pages.note.text()
+        assert "agree everywhere" in view.pages.note.text()
 
 
 def test_where_nothing_was_tested_it_does_not_claim_that_both_agree(bench, until):
     with bench() as view:
         view.document.review.set_run(replace(view.document.review.run, tested=()))
         until(lambda: not view.reader.stale)
-        assert "Nothing was tested" in view._pages.note.text()
+        assert "Nothing was tested" in view.pages.note.text()
 
 
 def test_where_nothing_could_be_tested_it_says_why(bench, until):
@@ -479,8 +479,8 @@ def test_where_nothing_could_be_tested_it_says_why(bench, until):
         made = replace(view.document.review.run, tested=(), remarks=(reason, "Another matter."))
         view.document.review.set_run(made)
         until(lambda: not view.reader.stale)
-        assert view._pages.note.text().startswith(reason)
-        assert "second demonstration" not in view._pages.note.text()
+        assert view.pages.note.text().startswith(reason)
+        assert "second demonstration" not in view.pages.note.text()
 
 
 def test_what_is_coded_blind_is_not_listed(bench, until):
@@ -490,7 +490,7 @@ def test_what_is_coded_blind_is_not_listed(bench, until):
         document.reread()
         until(lambda: not view.reader.stale)
         assert kinds(view) == []
-        assert "blind" in view._pages.note.text()
+        assert "blind" in view.pages.note.text()
 
 
 def test_another_outcome_replaces_the_queue(bench, until):

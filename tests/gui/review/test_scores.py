@@ -175,13 +175,13 @@ def test_nothing_is_computed_while_it_is_hidden(view, document, app, jobs, until
 
 def test_without_an_outcome_it_says_what_to_do(view, document):
     document.review.set_run(None)
-    assert view._pages.note.isVisible()
-    assert "Train" in view._pages.note.text()
+    assert view.pages.note.isVisible()
+    assert "Train" in view.pages.note.text()
 
 
 def test_where_nothing_could_be_tested_it_says_why_and_not_that_nothing_was_trained(view, document):
     reason = "Only one demonstration is labelled, so nothing could be tested."
     document.review.set_run(replace(document.review.run, tested=(), remarks=(reason,)))
-    assert view._pages.note.text() == reason
+    assert view.pages.note.text() == reason
     document.review.set_run(replace(document.review.run, remarks=()))
-    assert view._pages.note.text() == "This run tested no demonstration."
+    assert view.pages.note.text() == "This run tested no demonstration."

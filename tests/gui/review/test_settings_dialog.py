@@ -22,21 +22,21 @@ def facts(app):
 
 
 @pytest.fixture
-def dialog(facts, up):
-    return up(SettingsDialog(preset("paper"), facts))
+def dialog(facts, show):
+    return show(SettingsDialog(preset("paper"), facts))
 
 
-def shown(dialog, name):
+def is_row_visible(dialog, name):
     return dialog.form.editors[name].isVisible()
 
 
 def test_a_preset_is_a_summary_until_it_is_changed(dialog):
     assert dialog.summary.isVisible()
-    assert not shown(dialog, "stride")
+    assert not is_row_visible(dialog, "stride")
     assert "1024 samples" in dialog.summary.text()
     assert not dialog.changed_label.isVisible()
     dialog.change.click()
-    assert shown(dialog, "stride")
+    assert is_row_visible(dialog, "stride")
     dialog.form.editors["stride"].box.setValue(10)
     assert dialog.changed_label.isVisible()
     assert dialog.chosen == PRESETS["paper"].replace(stride=10)
@@ -84,16 +84,16 @@ def test_what_is_shown_is_what_was_given(facts, settings):
 def test_what_does_not_apply_is_hidden(dialog):
     dialog.change.click()
     editors = dialog.form.editors
-    assert shown(dialog, "parameter")
+    assert is_row_visible(dialog, "parameter")
     editors["wavelet"].box.setCurrentIndex(5)
     assert editors["wavelet"].value() == "haar"
-    assert not shown(dialog, "parameter")
+    assert not is_row_visible(dialog, "parameter")
     assert dialog.chosen.parameter is None
     editors["wavelet"].box.setCurrentIndex(4)
     assert dialog.chosen.parameter == 2.0  # the second derivative, not p = 5
-    assert shown(dialog, "seed")
+    assert is_row_visible(dialog, "seed")
     editors["classifier"].box.setCurrentIndex(1)
-    assert not shown(dialog, "seed")
+    assert not is_row_visible(dialog, "seed")
 
 
 def test_a_filter_can_be_switched_off_and_on_again(dialog):

@@ -17,8 +17,8 @@ def document(app):
 
 
 @pytest.fixture
-def ask(document, up):
-    return lambda choice: up(TaskChoiceForm(document, choice))
+def ask(document, show):
+    return lambda choice: show(TaskChoiceForm(document, choice))
 
 
 @pytest.fixture
@@ -87,18 +87,18 @@ def test_no_task_is_no_choice(form):
     assert "choose a task" in form.trouble
 
 
-def test_with_one_labelled_demonstration_it_says_what_can_be_done_anyway(up):
+def test_with_one_labelled_demonstration_it_says_what_can_be_done_anyway(show):
     with study(labelled=("01",)) as document:
-        dialog = up(TaskChoiceDialog(document, DataSelection(("foam",))))
+        dialog = show(TaskChoiceDialog(document, DataSelection(("foam",))))
         assert "nothing can be tested" in dialog.form._explanation.text()
         assert dialog.ok.isEnabled()
         dialog.form.across.setChecked(True)
         assert "nothing can be tested" not in dialog.form._explanation.text()
 
 
-def test_what_nobody_labelled_cannot_be_trained(up):
+def test_what_nobody_labelled_cannot_be_trained(show):
     with study(labelled=()) as document:
-        dialog = up(TaskChoiceDialog(document, DataSelection(("foam",))))
+        dialog = show(TaskChoiceDialog(document, DataSelection(("foam",))))
         assert "two actions" in dialog.form.trouble
         assert not dialog.ok.isEnabled()
 

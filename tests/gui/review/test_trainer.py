@@ -29,7 +29,7 @@ def document(app):
         yield document
 
 
-def kept(number, task, title=""):
+def run_info(number, task, title=""):
     return RunInfo(number, datetime(2026, 3, 1, tzinfo=timezone.utc), title or task, (task,), 0.9)
 
 
@@ -140,7 +140,7 @@ def test_edits_of_labels_that_are_hidden_are_not_counted(trainer, document, unti
 
 
 def test_after_edits_and_a_pause_it_trains_by_itself(trainer, document, work, until):
-    trainer._quiet.setInterval(20)
+    trainer.pause.setInterval(20)
     trainer.set_automatic(True)
     document.editor.paint(6.0, 7.0, "grab")
     until(lambda: len(work.asked) == 1)
@@ -153,7 +153,7 @@ def test_after_a_long_training_none_comes_by_itself_for_as_long(
 ):
     now = [1000.0]
     monkeypatch.setattr("forcelab.gui.review.trainer.monotonic", lambda: now[0])
-    trainer._quiet.setInterval(1)
+    trainer.pause.setInterval(1)
     trainer.set_automatic(True)
     work.gate = False
     trainer.train()
@@ -163,7 +163,7 @@ def test_after_a_long_training_none_comes_by_itself_for_as_long(
     document.editor.paint(6.0, 7.0, "grab")
     until(lambda: trainer.edits == 1)
     fired = []
-    trainer._quiet.timeout.connect(lambda: fired.append(None))
+    trainer.pause.timeout.connect(lambda: fired.append(None))
     until(lambda: len(fired) > 3)
     assert len(work.asked) == 1
     now[0] += 239.0
@@ -178,7 +178,7 @@ def test_of_runs_that_came_by_themselves_the_last_ones_stay_and_those_that_were_
 ):
     project = document.project
     made = {"settings": {}, "seed": None, "labels": [], "versions": {}}
-    trainer._quiet.setInterval(1)
+    trainer.pause.setInterval(1)
     trainer.set_automatic(True)
     asked = project.runs.add("evaluate", **made, result={})
     for number in range(6):
@@ -201,7 +201,7 @@ def test_a_run_that_somebody_asked_for_while_it_was_made_by_itself_stays(
 ):
     project = document.project
     made = {"settings": {}, "seed": None, "labels": [], "versions": {}}
-    trainer._quiet.setInterval(1)
+    trainer.pause.setInterval(1)
     trainer.set_automatic(True)
     for number in range(5):
         work.gate = number != 0
@@ -221,23 +221,23 @@ def test_a_run_that_somebody_asked_for_while_it_was_made_by_itself_stays(
 def test_without_an_edit_nothing_is_trained_by_itself(trainer, document, work, until, app):
     trainer.train()
     until(lambda: not trainer.training)
-    trainer._quiet.setInterval(1)
+    trainer.pause.setInterval(1)
     trainer.set_automatic(True)
     document.open_demonstration(document.infos[1].id)  # tells of tracks, and is no edit
     for _ in range(50):
         app.processEvents()
-    trainer._quiet.timeout.emit()
+    trainer.pause.timeout.emit()
     assert len(work.asked) == 1
 
 
 def test_what_was_painted_meanwhile_is_trained_next(trainer, document, work, until):
     work.gate = False
-    trainer._quiet.setInterval(20)
+    trainer.pause.setInterval(20)
     trainer.train()
     trainer.set_automatic(True)
     document.editor.paint(6.0, 7.0, "grab")
     document.editor.paint(7.0, 8.0, "hold")
-    until(lambda: trainer._quiet.isActive() is False)
+    until(lambda: trainer.pause.isActive() is False)
     assert len(work.asked) == 1  # not while the first one is under way
     work.gate = True
     until(lambda: len(work.asked) == 2)
@@ -246,7 +246,7 @@ def test_what_was_painted_meanwhile_is_trained_next(trainer, document, work, unt
 
 
 def test_a_reopened_project_shows_its_last_result(document, work, until):
-    work.kept = (kept(9, "stylus"), kept(7, "foam"), kept(3, "foam"))
+    work.kept = (run_info(9, "stylus"), run_info(7, "foam"), run_info(3, "foam"))
     work.outcomes = {n: outcome_of(document.project, n, "foam") for n in (3, 7)}
     jobs = Jobs()
     trainer = Trainer(document, jobs, backend=work)
@@ -262,9 +262,13 @@ def test_a_reopened_project_shows_its_last_result(document, work, until):
 
 
 def test_a_task_s_own_run_comes_before_a_later_one_that_tested_another_task(document, work, until):
-    across = replace(kept(9, "foam"), tasks=("foam", "stylus"), tested="stylus")
-    onto = replace(kept(5, "stylus"), tasks=("stylus", "foam"), tested="foam")
-    for runs, number in (((across, onto, kept(3, "foam")), 3), ((across, onto), 5), ((across,), 9)):
+    across = replace(run_info(9, "foam"), tasks=("foam", "stylus"), tested="stylus")
+    onto = replace(run_info(5, "stylus"), tasks=("stylus", "foam"), tested="foam")
+    for runs, number in (
+        ((across, onto, run_info(3, "foam")), 3),
+        ((across, onto), 5),
+        ((across,), 9),
+    ):
         work.kept = runs
         work.outcomes = {number: outcome_of(document.project, number, "foam")}
         document.review.set_run(None)
@@ -467,17 +471,19 @@ def test_where_no_recogniser_is_kept_none_is_said_to_be_up_to_date(
     bar.deleteLater()
 
 
-@pytest.mark.parametrize("kept", [True, False])
+@pytest.mark.parametrize("has_recogniser", [True, False])
 def test_what_was_trained_with_other_settings_is_not_said_to_be_up_to_date(
-    trainer, document, work, until, kept
+    trainer, document, work, until, has_recogniser
 ):
     line, bar = TrainingIndicator(trainer), TrainingBar(document, trainer)
     line.set_elsewhere(True)
-    document.review.set_run(work.result if kept else replace(work.result, recogniser=""))
+    document.review.set_run(work.result if has_recogniser else replace(work.result, recogniser=""))
     until(lambda: trainer.edits == 0)
-    told = "trained with other settings" if kept else "of other settings, no recogniser kept"
+    told = (
+        "trained with other settings" if has_recogniser else "of other settings, no recogniser kept"
+    )
     trainer.set_settings(preset("fast"))
-    assert line.text() == f"{'Recogniser' if kept else 'Run 1'}: {told}"
+    assert line.text() == f"{'Recogniser' if has_recogniser else 'Run 1'}: {told}"
     assert bar.freshness.text == told
     trainer.set_settings(preset("best"))
     assert "up to date" in line.text()
@@ -527,7 +533,7 @@ def test_what_was_trained_on_another_coder_is_not_up_to_date(trainer, document, 
     trainer.train()
     until(lambda: not trainer.training)
     assert line.text() == "Recogniser: up to date"
-    trainer._quiet.setInterval(20)
+    trainer.pause.setInterval(20)
     trainer.set_automatic(True)
     document.set_author("Nora")
     for info in document.infos:

@@ -6,10 +6,10 @@ from itertools import pairwise
 
 import pytest
 from learning_bench import outcome_of, step, study
-from PySide6.QtCore import QEvent, Qt
+from PySide6.QtCore import Qt
 from PySide6.QtGui import QContextMenuEvent
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QMenu
+from PySide6.QtWidgets import QMenu
 
 from forcelab.errors import InputError
 from forcelab.gui.removal_dialog import Removal
@@ -28,13 +28,13 @@ def document(app):
 
 
 @pytest.fixture
-def bar(document, trainer, up, app):
-    bar = up(TrainingBar(document, trainer), 1300, 40)
+def bar(document, trainer, show, app):
+    bar = show(TrainingBar(document, trainer), 1300, 40)
     app.processEvents()
     return bar
 
 
-def kept(number, task="foam", f1=0.9):
+def run_info(number, task="foam", f1=0.9):
     return RunInfo(number, datetime(2026, 3, 1, 12, tzinfo=timezone.utc), task, (task,), f1)
 
 
@@ -117,7 +117,7 @@ def test_whose_labels_are_trained_on_stands_beside_the_button_among_several(
 
 @pytest.mark.parametrize("training", [False, True])
 def test_at_no_width_is_anything_cut_off(bar, trainer, work, until, app, training):
-    work.kept = tuple(kept(n) for n in range(1, 4))
+    work.kept = tuple(run_info(n) for n in range(1, 4))
     trainer.list_runs()
     until(lambda: trainer.runs)
     if training:
@@ -136,7 +136,7 @@ def test_at_no_width_is_anything_cut_off(bar, trainer, work, until, app, trainin
 
 
 def test_what_has_no_room_is_in_the_menu(bar, trainer, work, until, app):
-    work.kept = (kept(2), kept(1))
+    work.kept = (run_info(2), run_info(1))
     work.outcomes = {n: outcome_of(trainer.document.project, n) for n in (1, 2)}
     trainer.list_runs()
     until(lambda: trainer.document.review.run is not None)
@@ -144,20 +144,17 @@ def test_what_has_no_room_is_in_the_menu(bar, trainer, work, until, app):
     app.processEvents()
     assert not bar.settings.isVisible()
     assert bar.overflow_button.isVisible()
-    bar._fill_menu()
-    texts = [action.text() for action in bar._menu.actions()]
+    bar.overflow_button.menu().aboutToShow.emit()
+    texts = [action.text() for action in bar.overflow_button.menu().actions()]
     assert texts == [
         "Train automatically after edits",
         "Settings…",
         "Review another run",
         "Compare two runs…",
     ]
-    bar._fill_menu()  # as whenever it is opened
-    QApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete.value)
-    assert len(bar._menu.findChildren(QMenu)) == 1  # those of before have gone
-    bar._menu.actions()[2].menu().actions()[1].trigger()
+    bar.overflow_button.menu().actions()[2].menu().actions()[1].trigger()
     until(lambda: trainer.document.review.run.number == 1)
-    bar._menu.actions()[0].trigger()
+    bar.overflow_button.menu().actions()[0].trigger()
     assert trainer.automatic
     assert bar.automatic.isChecked()
     bar.resize(1600, 40)
@@ -186,20 +183,20 @@ def test_what_training_hides_hands_the_keyboard_to_what_cancels_it(bar, trainer,
 
 
 def test_the_runs_can_be_chosen(bar, trainer, work, document, until):
-    work.kept = (kept(2, f1=None), kept(1))
+    work.kept = (run_info(2, f1=None), run_info(1))
     work.outcomes = {n: outcome_of(document.project, n) for n in (1, 2)}
     trainer.list_runs()
     until(lambda: bar.runs.currentData() == 2)
     assert "F1 90 %" in bar.runs.itemText(1)
     assert "F1" not in bar.runs.itemText(0)
     assert bar.runs.itemText(0).startswith("2: foam · 01 Mar")
-    told = run_text(replace(kept(7), preset="fast"))  # two runs of a task are told apart
+    told = run_text(replace(run_info(7), preset="fast"))  # two runs of a task are told apart
     assert told.startswith("7: foam · fast · F1 90 %")
     bar.runs.activated.emit(1)
     until(lambda: document.review.run.number == 1)
     assert bar.runs.currentData() == 1
     bar.runs.resize(400, 30)
-    assert bar.runs.shown_text == bar.runs.currentText() == run_text(kept(1))
+    assert bar.runs.shown_text == bar.runs.currentText() == run_text(run_info(1))
     bar.runs.resize(120, 30)
     assert bar.runs.shown_text.endswith("…")  # never just cut off
     assert bar.runs.currentText() in bar.runs.toolTip()
@@ -213,7 +210,7 @@ def test_the_run_that_is_reviewed_is_removed_once_that_is_agreed_to(
     id_ = project.demonstrations.infos("foam")[0].id
     said = Verdict(id_, "Bob", "Ann", 0.0, 1.0, "grab", "hold", "model", run=numbers[2])
     project.coding.add_verdict(said)
-    work.kept = tuple(kept(n) for n in reversed(numbers))
+    work.kept = tuple(run_info(n) for n in reversed(numbers))
     work.outcomes = {n: outcome_of(project, n) for n in numbers}
     trainer.list_runs()
     until(lambda: bar.runs.currentData() == numbers[2])
@@ -231,7 +228,7 @@ def test_the_run_that_is_reviewed_is_removed_once_that_is_agreed_to(
     assert action.isEnabled()
     menu.close()
     dialog = asked()
-    assert run_text(kept(numbers[2])) in dialog.text.text()
+    assert run_text(run_info(numbers[2])) in dialog.text.text()
     assert "Verdicts were given on it (1)" in dialog.text.text()
     dialog.reject()
     until(lambda: not trainer.jobs.busy)
@@ -247,7 +244,7 @@ def test_the_run_that_is_reviewed_is_removed_once_that_is_agreed_to(
 
 
 def test_a_run_that_cannot_be_read_is_not_said_to_be_reviewed(bar, trainer, work, document, until):
-    work.kept = (kept(2), kept(1))
+    work.kept = (run_info(2), run_info(1))
     work.outcomes = {2: outcome_of(document.project, 2)}
     trainer.list_runs()
     until(lambda: bar.runs.currentData() == 2)

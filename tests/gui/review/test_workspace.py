@@ -24,7 +24,7 @@ from forcelab.demonstration import VideoReference
 from forcelab.gui import settings
 from forcelab.gui.label.workspace import LAYOUT
 from forcelab.gui.launch_options import LaunchOptions
-from forcelab.gui.window import Window
+from forcelab.gui.window import WORKSPACES, Window
 from forcelab.jobs import finish
 from forcelab.labels import Track
 from forcelab.project import Project
@@ -33,7 +33,7 @@ from forcelab.review.training import review_job
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory):
+def reviewed_project(tmp_path_factory):
     """Three foams by Ada, the first one filmed, two soft ones, and one nobody labelled; one run."""
     folder = tmp_path_factory.mktemp("review")
     film = films.write_with_opencv(folder / "film.avi", "MJPG", 20)
@@ -49,9 +49,9 @@ def made(tmp_path_factory):
 
 
 @pytest.fixture
-def study(made, tmp_path):
+def study(reviewed_project, tmp_path):
     """A copy of it."""
-    return Path(shutil.copytree(made, tmp_path / "study.forcelab"))
+    return Path(shutil.copytree(reviewed_project, tmp_path / "study.forcelab"))
 
 
 @pytest.fixture
@@ -256,7 +256,7 @@ from pathlib import Path
 from PySide6.QtWidgets import QApplication
 app = QApplication([])
 from forcelab.gui.launch_options import LaunchOptions as Start
-from forcelab.gui.window import Window
+from forcelab.gui.window import WORKSPACES, Window
 window = Window("Ada", remembering=False)
 window.show()
 window.begin(Start(project=Path({str(study)!r}), demonstration="foam 02"))
@@ -358,14 +358,14 @@ def test_without_recordings_it_says_what_comes_first(tmp_path, windows, until):
     Project.create(path).close()
     window = windows(path, "review")
     workspace = window.review.workspace
-    assert workspace._nothing.isVisible()
-    assert "Import" in workspace._nothing.text()
+    assert workspace.hint.isVisible()
+    assert "Import" in workspace.hint.text()
     assert not workspace.queue.isVisible()  # which would say "Train"
     (demonstration, segments), *_ = synthetic_set(1, 100.0)
     window.document.project.demonstrations.add(demonstration, [Track("Ada", segments)])
     window.document.refresh_listing()
     assert workspace.queue.isVisible()
-    assert not workspace._nothing.isVisible()
+    assert not workspace.hint.isVisible()
 
 
 def test_every_workspace_fits_a_full_hd_screen_at_twice_the_size(study, windows, until):
@@ -377,8 +377,8 @@ def test_every_workspace_fits_a_full_hd_screen_at_twice_the_size(study, windows,
     lists = window.review.workspace.lists
     for place in range(lists.count()):
         lists.setCurrentIndex(place)
-    for place in range(window._tabs.count()):
-        window._tabs.setCurrentIndex(place)
+    for name in WORKSPACES:
+        window.show_workspace(name)
         until(lambda: window.settled)
         window.resize(960, 540)
         assert (window.width(), window.height()) == (960, 540), "it grows to what it needs"
