@@ -16,7 +16,7 @@ import numpy as np
 from forcelab.clock import ClockMap
 from forcelab.demonstration import Channel, Demonstration, VideoReference
 from forcelab.jobs import Progress, finish
-from forcelab.parallel import shared
+from forcelab.parallel import map_in_processes
 from forcelab.project import Added, Incoming, Project
 from forcelab.project.records import segments_to_json
 from forcelab.simulation.coder_model import CODERS, Coding, code
@@ -75,13 +75,13 @@ def produce_demonstrations(
         yield Progress(done, total, _progress_text(batches))
         performances: dict[Origin, Performance] = {}
         # Closed at once when the job is cancelled: the processes end then.
-        with closing(shared(_perform, batches, jobs)) as coming:
+        with closing(map_in_processes(_perform, batches, jobs)) as coming:
             for number, moved in enumerate(coming, start=1):
                 performances.update(zip(batches[number - 1], moved, strict=True))
                 done += 1
                 yield Progress(done, total, _progress_text(batches[number:]))
         parts = ((order, performances[order.origin], scratch) for order in portion)
-        with closing(shared(_record, parts, jobs)) as finished:
+        with closing(map_in_processes(_record, parts, jobs)) as finished:
             for incoming in finished:
                 incoming_demonstrations.append(incoming)
                 done += 1

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import height, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from scenes import (
     FREE,
@@ -66,7 +66,7 @@ def stacked_lanes(name: str, lanes: int) -> Mechanics:
 
 @settings(max_examples=5, deadline=None)
 @pytest.mark.parametrize("name", SCENES)
-@height(seed=seeds)
+@given(seed=seeds)
 def test_nothing_undriven_gives_energy_away(name, seed):
     system = mechanics(SCENES[name], COMMANDS)
     states = scattered(system, np.random.default_rng(seed), 1000)
@@ -77,7 +77,7 @@ def test_nothing_undriven_gives_energy_away(name, seed):
 
 @settings(max_examples=5, deadline=None)
 @pytest.mark.parametrize("name", LOSSLESS)
-@height(seed=seeds)
+@given(seed=seeds)
 def test_without_damping_and_friction_energy_is_neither_lost_nor_gained(name, seed):
     system = mechanics(without_losses(SCENES[name]), COMMANDS)
     states = scattered(system, np.random.default_rng(seed), 1000)
@@ -134,7 +134,7 @@ def test_a_body_that_is_let_fall_and_bounces_only_loses_energy():
     assert held[-1] < 0.2 * held[0]
 
 
-@height(seed=seeds)
+@given(seed=seeds)
 @settings(max_examples=10, deadline=None)
 def test_forces_between_jaws_body_tongs_and_cap_keep_momentum(seed):
     rng = np.random.default_rng(seed)

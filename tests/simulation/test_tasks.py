@@ -228,7 +228,7 @@ def test_forces_are_finite_and_of_a_size_that_hands_have(performance):
     assert pressed.min() > -INERTIA - 0.4
 
 
-@pytest.mark.parametrize("one", KNOCKING, indirect=True)
+@pytest.mark.parametrize("performance", KNOCKING, indirect=True)
 def test_no_knock_shears_a_dome_by_more_than_friction_bears(performance):
     # In one of a hundred demonstrations a body that snaps in knocks on the socket's bottom so hard
     # that 30 N shear a dome for some ms: more than a hand pulls with, and as much as it grips.
