@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scenes import (
+from scipy.integrate import quad
+from scipy.optimize import brentq
+from simulation.scenes import (
     FREE,
     SCENES,
     SLIPPERY,
@@ -21,8 +23,6 @@ from scenes import (
     state,
     without_losses,
 )
-from scipy.integrate import quad
-from scipy.optimize import brentq
 
 from forcelab.errors import InputError
 from forcelab.simulation.hand import Trajectory
