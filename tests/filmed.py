@@ -21,12 +21,8 @@ CONTACTS = (1.31, 1.87, 2.66, 3.05, 3.74, 4.49)
 def filmed_demonstration(folder: Path, clock: ClockMap | None = None) -> Demonstration:
     """Two channels with contacts and two taps, and a disc that jumps at each of them.
 
-    Parameters
-    ----------
-    folder : Path
-        Where the video is written.
-    clock : ClockMap, optional
-        What the demonstration believes; by default that video and force begin together.
+    `folder`: where the video is written; `clock`: what the demonstration believes; by default that
+    video and force begin together.
     """
     rng = np.random.default_rng(5)
     t = np.arange(0.0, LENGTH, 1.0 / RATE)

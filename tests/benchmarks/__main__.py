@@ -48,9 +48,9 @@ def waits_text(measured: Latencies) -> str:
     if measured.loads:
         loads = ", ".join(f"{load:.1f}" for load in measured.loads)
         sentences.append(f"Load of the machine's {os.cpu_count()} cores before and after: {loads}.")
-    kept = [row.kept for row in measured.rows if row.kept is not None]
-    kept += [level.kept for level in measured.levels]
-    sentences.append(f"{sum(kept)} of {len(kept)} bounds are kept.")
+    held = [row.holds for row in measured.rows if row.holds is not None]
+    held += [level.holds for level in measured.levels]
+    sentences.append(f"{sum(held)} of {len(held)} bounds are kept.")
     lines = [table(cells, right=range(2, 8))]
     if measured.levels:
         lines += ["", table(measured.level_cells(), right=[2]), ""]

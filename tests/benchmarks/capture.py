@@ -62,17 +62,7 @@ def recording(seconds: float, faults: Faults | None = None) -> Generator[Progres
     missing, frames that are, by how much the resident memory grew once what is kept for views is
     full, and by how much the stamps' error changed from the beginning to the end.
 
-    Parameters
-    ----------
-    seconds : float
-    faults : Faults, optional
-        What goes wrong at the first DAQ.
-
-    Raises
-    ------
-    InputError
-        Where the system does not tell the memory of a process or the time of a thread: that is
-        Linux alone.
+    `faults`: what goes wrong at the first DAQ.
     """
     if not (hasattr(time, "pthread_getcpuclockid") and Path("/proc/self/statm").exists()):
         raise InputError("What recording costs is told by Linux alone; measure it there.")

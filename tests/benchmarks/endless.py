@@ -44,15 +44,8 @@ def endless(
     the stream does not know the end of the demonstration; beside it by how much the memory that
     is held has grown between the two. The time includes the counting of memory.
 
-    Parameters
-    ----------
-    recogniser : Recogniser
-    demonstration : Demonstration
-        Of a uniform rate; cut to whole looks at the noise, so that each round sees the same.
-    latency : int
-        Milliseconds.
-    samples : int
-        To stream at least; three rounds at the fewest.
+    `demonstration`: of a uniform rate; cut to whole looks at the noise, so that each round sees the
+    same; `samples`: to stream at least; three rounds at the fewest.
     """
     length = len(demonstration.times) // EVERY * EVERY
     count = max(3, -(-samples // length))

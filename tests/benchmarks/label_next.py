@@ -90,32 +90,11 @@ def measuring_next(
 ) -> Generator[Progress, None, tuple[Row, ...]]:
     """Measure the orders in which demonstrations may be labelled.
 
-    Parameters
-    ----------
-    labelled : sequence of LabelledDemonstration
-        Those without a segment take no part.
-    size : str
-        What the rows call them.
-    settings : Settings
-        Of a recogniser that has probabilities.
-    turns : int
-        Partings; each draws its own.
-
-    Yields
-    ------
-    Progress
-
-    Returns
-    -------
-    tuple of Row
-        One for each order. `further` holds how many points of accuracy are gained beside an order
-        at random (negative: lost), the mean over turns, with its standard error, and the accuracy
-        after the last labelling.
-
-    Raises
-    ------
-    InputError
-        If there are too few demonstrations.
+    `labelled`: those without a segment take no part; `size`: what the rows call them; `settings`:
+    of a recogniser that has probabilities; `turns`: partings; each draws its own. Gives one for
+    each order. `further` holds how many points of accuracy are gained beside an order at random
+    (negative: lost), the mean over turns, with its standard error, and the accuracy after the last
+    labelling.
     """
     used = [item for item in labelled if item.segments]
     if len(used) < LEAST:

@@ -25,18 +25,10 @@ QUANTILES: dict[Statistic, float] = {"median": 0.5, "p95": 0.95, "p99": 0.99, "w
 
 @dataclass(frozen=True, slots=True)
 class Bound:
-    """What a row has to keep.
+    """What a row has to keep."""
 
-    Parameters
-    ----------
-    statistic : "median", "p95", "p99" or "worst"
-        Of the samples.
-    seconds : float
-        It must be less.
-    """
-
-    statistic: Statistic
-    seconds: float
+    statistic: Statistic  # of the samples
+    seconds: float  # it must be less
 
     def __str__(self) -> str:
         return f"{self.statistic} < {1000 * self.seconds:g}"
@@ -44,40 +36,20 @@ class Bound:
 
 @dataclass(frozen=True)
 class Latency:
-    """How long one thing took, each time that it was done.
+    """How long one thing took, each time that it was done."""
 
-    Parameters
-    ----------
-    name : str
-        What was done, such as ``"zoom and pan"``.
-    setting : str
-        On what, such as ``"6 x 1e7 samples, 1 s visible"``.
-    samples : sequence of float
-        Seconds, one for each time; not negative. Empty only with a `refusal`.
-    bound : Bound, optional
-        What it has to keep.
-    wrong : int, optional
-        How often the result was wrong, of ``len(samples)``; None where nothing can be wrong. With a
-        bound, none may be.
-    alternative : str
-        What it is compared with: the `name` of a row of the same setting, measured in the same run;
-        empty for none.
-    refusal : str
-        Why there are no samples; empty where there are.
-
-    Raises
-    ------
-    InputError
-        If a sample is not finite or negative, or a row has neither samples nor a refusal, or both.
-    """
-
-    name: str
-    setting: str
+    name: str  # what was done, such as ``"zoom and pan"``
+    setting: str  # on what, such as ``"6 x 1e7 samples, 1 s visible"``
+    #: Seconds, one for each time; not negative. Empty only with a `refusal`.
     samples: tuple[float, ...] = ()
-    bound: Bound | None = None
+    bound: Bound | None = None  # what it has to keep
+    #: How often the result was wrong, of ``len(samples)``; None where nothing can be wrong. With a
+    #: bound, none may be.
     wrong: int | None = None
+    #: What it is compared with: the `name` of a row of the same setting, measured in the same run;
+    #: empty for none.
     alternative: str = ""
-    refusal: str = ""
+    refusal: str = ""  # why there are no samples; empty where there are
 
     def __post_init__(self) -> None:
         samples = tuple(float(sample) for sample in self.samples)
@@ -94,7 +66,7 @@ class Latency:
         return float(np.quantile(self.samples, QUANTILES[statistic]))
 
     @property
-    def kept(self) -> bool | None:
+    def holds(self) -> bool | None:
         """Whether the bound is kept; None where there is none, or nothing was measured."""
         if self.bound is None or self.refusal:
             return None
@@ -103,54 +75,29 @@ class Latency:
 
 @dataclass(frozen=True, slots=True)
 class Level:
-    """Something measured beside the times: how much of it there is.
-
-    Parameters
-    ----------
-    name, setting : str
-        As of :class:`Latency`.
-    value : float
-    unit : str
-        Such as ``"MB"``.
-    most : float
-        What its amount, whatever the sign, may be at most.
-    """
+    """Something measured beside the times: how much of it there is."""
 
     name: str
     setting: str
     value: float
-    unit: str
-    most: float
+    unit: str  # such as ``"MB"``
+    most: float  # what its amount, whatever the sign, may be at most
 
     @property
-    def kept(self) -> bool:
+    def holds(self) -> bool:
         """Whether the bound is kept."""
         return abs(self.value) <= self.most
 
 
 @dataclass(frozen=True)
 class Latencies:
-    """All rows of one measurement.
+    """All rows of one measurement."""
 
-    Parameters
-    ----------
-    title : str
-        What was measured, and how.
-    rows : tuple of Latency
-        In the order in which they are shown.
-    loads : tuple of float
-        The machine's load (see :func:`load`) before and after.
-    remarks : tuple of str
-        Sentences that belong below the table.
-    levels : tuple of Level
-        What was measured besides.
-    """
-
-    title: str
-    rows: tuple[Latency, ...]
-    loads: tuple[float, ...] = ()
-    remarks: tuple[str, ...] = ()
-    levels: tuple[Level, ...] = ()
+    title: str  # what was measured, and how
+    rows: tuple[Latency, ...]  # in the order in which they are shown
+    loads: tuple[float, ...] = ()  # the machine's load (see :func:`load`) before and after
+    remarks: tuple[str, ...] = ()  # sentences that belong below the table
+    levels: tuple[Level, ...] = ()  # what was measured besides
 
     def __post_init__(self) -> None:
         if not self.rows:
@@ -165,7 +112,7 @@ class Latencies:
                 level.setting,
                 f"{level.value:.4g} {level.unit}",
                 f"<= {level.most:g}",
-                "yes" if level.kept else "NO",
+                "yes" if level.holds else "NO",
             ]
             for level in self.levels
         ]
@@ -198,14 +145,14 @@ class Latencies:
             "versions": versions(),
             "remarks": list(self.remarks),
             "rows": [self._plain(row) for row in self.rows],
-            "levels": [asdict(level) | {"kept": level.kept} for level in self.levels],
+            "levels": [asdict(level) | {"kept": level.holds} for level in self.levels],
         }
 
     def _cells(self, row: Latency) -> list[str]:
         """A row as text."""
         if row.refusal:
             return [row.name, row.setting, "refused", *("" for _ in range(8))]
-        kept = {True: "yes", False: "NO", None: ""}[row.kept]
+        holds_text = {True: "yes", False: "NO", None: ""}[row.holds]
         return [
             row.name,
             row.setting,
@@ -213,7 +160,7 @@ class Latencies:
             *(_milliseconds(row.at(statistic)) for statistic in QUANTILES),
             "" if row.wrong is None else str(row.wrong),
             "" if row.bound is None else str(row.bound),
-            kept,
+            holds_text,
             _times(self.ratio(row), row.alternative),
         ]
 
@@ -227,7 +174,7 @@ class Latencies:
             plain["wrong"] = row.wrong
         if row.bound is not None:
             plain["bound"] = {"statistic": row.bound.statistic, "seconds": row.bound.seconds}
-            plain["kept"] = row.kept
+            plain["kept"] = row.holds
         if row.alternative:
             plain["alternative"] = {"name": row.alternative, "ratio": self.ratio(row)}
         return {**plain, "samples": list(row.samples)}

@@ -79,14 +79,7 @@ def measuring(
     Last the time from a force to its label: the latency, the block that it waits in, and the work
     at p99 of a single run, by the clock on the wall.
 
-    Parameters
-    ----------
-    recogniser : Recogniser
-    demonstration : Demonstration
-    blocks, latencies : sequence of int
-        Milliseconds.
-    repetitions : int
-        Of each, interleaved.
+    `repetitions`: of each, interleaved.
     """
     yield Progress(0, 1, "offline")
     offline = recogniser.predict(demonstration).filtered

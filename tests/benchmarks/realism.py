@@ -50,26 +50,13 @@ SHORTEST = 0.25
 
 
 @dataclass(frozen=True)
-class Felt:
-    """One demonstration's forces on a uniform grid, with the readings at rest taken off.
+class BaselineRemoved:
+    """One demonstration's forces on a uniform grid, with the readings at rest taken off."""
 
-    Parameters
-    ----------
-    times : ndarray, shape (n,)
-        Seconds.
-    rate : float
-        Hz.
-    axes : ndarray, shape (n, s, 3)
-        fx, fy and fz of each sensor, N.
-    recorded : ndarray, shape (m, s, 3)
-        The same as they are stored.
-    segments : tuple of Segment
-    """
-
-    times: Array
-    rate: float
-    axes: Array
-    recorded: Array
+    times: Array  # (n,), seconds
+    rate: float  # Hz
+    axes: Array  # (n, s, 3), fx, fy and fz of each sensor, N
+    recorded: Array  # (m, s, 3), the same as they are stored
     segments: Segments
 
     @cached_property
@@ -120,18 +107,10 @@ class Felt:
         return [part for part in parts if len(part) >= SHORTEST * self.rate]
 
 
-def felt(item: LabelledDemonstration) -> Felt:
+def remove_baseline(item: LabelledDemonstration) -> BaselineRemoved:
     """Find the sensors, bring them onto a grid and take off what they read at rest.
 
-    Parameters
-    ----------
-    item : LabelledDemonstration
-        With at least one segment.
-
-    Raises
-    ------
-    InputError
-        If there is no 3-axis force sensor or no segment.
+    `item`: with at least one segment.
     """
     title = item.demonstration.name
     channels = channel_map(item.demonstration.channels)
@@ -154,7 +133,7 @@ def felt(item: LabelledDemonstration) -> Felt:
     signals = grid.signals - np.median(grid.signals[resting], axis=0)
     shape = (-1, len(sensors), 3)
     recorded = item.demonstration.signals[:, wanted].reshape(shape)
-    return Felt(grid.times, grid.rate, signals.reshape(shape), recorded, item.segments)
+    return BaselineRemoved(grid.times, grid.rate, signals.reshape(shape), recorded, item.segments)
 
 
 def within(times: Array, spans: Iterable[tuple[float, float]]) -> NDArray[np.bool_]:
@@ -184,30 +163,20 @@ def figures(labelled: Sequence[LabelledDemonstration], actions: Sequence[str]) -
     The sensors are numbered by the tangential force that they feel, the largest first, because
     which of them is left and right differs from set to set.
 
-    Parameters
-    ----------
-    labelled : sequence of LabelledDemonstration
-        Of one task and one kind of device, each with at least one segment.
-    actions : sequence of str
-        Those to give figures of, in this order.
-
-    Raises
-    ------
-    InputError
-        If there is no demonstration, one has no segment or no 3-axis force sensor, or they have
-        different numbers of sensors.
+    `labelled`: of one task and one kind of device, each with at least one segment; `actions`: those
+    to give figures of, in this order.
     """
     if not labelled:
         raise InputError("There is no demonstration to compute figures of; name at least one.")
-    all_felt = [felt(item) for item in labelled]
-    if len({one.axes.shape[1] for one in all_felt}) > 1:
+    recordings = [remove_baseline(item) for item in labelled]
+    if len({recording.axes.shape[1] for recording in recordings}) > 1:
         raise InputError("The demonstrations have different numbers of sensors; keep them apart.")
-    shears = np.median([one.tangential.mean(axis=0) for one in all_felt], axis=0)
+    shears = np.median([recording.tangential.mean(axis=0) for recording in recordings], axis=0)
     ranks = np.argsort(-shears, kind="stable")
     return (
         _labels(labelled, actions)
-        | _forces(all_felt, ranks, [action for action in actions if action != REST])
-        | _signals(all_felt)
+        | _forces(recordings, ranks, [action for action in actions if action != REST])
+        | _signals(recordings)
     )
 
 
@@ -235,69 +204,77 @@ def _labels(labelled: Sequence[LabelledDemonstration], actions: Sequence[str]) -
     return result
 
 
-def _forces(all_felt: Sequence[Felt], ranks: NDArray[np.intp], actions: Sequence[str]) -> Figures:
+def _forces(
+    recordings: Sequence[BaselineRemoved], ranks: NDArray[np.intp], actions: Sequence[str]
+) -> Figures:
     """How large forces are, overall and within actions, and how a grip begins."""
     result: Figures = {}
     for action in (None, *actions):
-        masks = [one.during(action) for one in all_felt]
+        masks = [recording.during(action) for recording in recordings]
         for number, sensor in enumerate(ranks, start=1):
             for kind in ("normal", "tangential"):
                 parts = [
-                    getattr(one, kind)[mask, sensor]
-                    for one, mask in zip(all_felt, masks, strict=True)
+                    getattr(recording, kind)[mask, sensor]
+                    for recording, mask in zip(recordings, masks, strict=True)
                     if mask.any()
                 ]
                 what = f"{kind} force of sensor {number}"
                 where = f"{action or 'all actions'}: {what}"
                 result[f"{where}, peak", "N"] = _typical(part.max() for part in parts)
                 result[f"{where}, median", "N"] = _typical(float(np.median(part)) for part in parts)
-    result["grab: rise from 10 to 90 %", "s"] = _typical(_rise(one) for one in all_felt)
-    result["gripped: tangential over normal force", ""] = _typical(_ratio(o) for o in all_felt)
+    result["grab: rise from 10 to 90 %", "s"] = _typical(
+        _rise(recording) for recording in recordings
+    )
+    result["gripped: tangential over normal force", ""] = _typical(_ratio(o) for o in recordings)
     return result
 
 
-def _rise(one: Felt) -> float:
+def _rise(recording: BaselineRemoved) -> float:
     """Seconds that the mean normal force takes from 10 to 90 % of its peak in the first grab.
 
     The peak is looked for until the action after the grab ends: coders end a grab early.
     """
-    grabs = [number for number, s in enumerate(one.segments) if s.action == "grab"]
-    if not grabs or one.times[-1] - one.times[0] < SHORTEST:
+    grabs = [number for number, s in enumerate(recording.segments) if s.action == "grab"]
+    if not grabs or recording.times[-1] - recording.times[0] < SHORTEST:
         return np.nan
-    first, after = one.segments[grabs[0]], one.segments[grabs[0] : grabs[0] + 2][-1]
-    pressed = -one.axes[:, :, 2].mean(axis=1)
-    if one.rate > 2 * IMPACTS:
-        pressed = sosfiltfilt(butter(2, IMPACTS, fs=one.rate, output="sos"), pressed)
-    pressed = pressed[within(one.times, [(first.start - 0.1, after.end)])]
+    first, after = recording.segments[grabs[0]], recording.segments[grabs[0] : grabs[0] + 2][-1]
+    pressed = -recording.axes[:, :, 2].mean(axis=1)
+    if recording.rate > 2 * IMPACTS:
+        pressed = sosfiltfilt(butter(2, IMPACTS, fs=recording.rate, output="sos"), pressed)
+    pressed = pressed[within(recording.times, [(first.start - 0.1, after.end)])]
     peak = pressed.max(initial=0.0)
     high = int(np.argmax(pressed >= 0.9 * peak))
     low = np.flatnonzero(pressed[:high] < 0.1 * peak)
-    return (high - int(low[-1])) / one.rate if low.size and peak > GRIPPED else np.nan
+    return (high - int(low[-1])) / recording.rate if low.size and peak > GRIPPED else np.nan
 
 
-def _ratio(one: Felt) -> float:
+def _ratio(recording: BaselineRemoved) -> float:
     """Median of the tangential over the normal force of all sensors where they are pressed."""
-    gripped = one.normal > GRIPPED
-    return _typical(one.tangential[gripped] / one.normal[gripped])
+    gripped = recording.normal > GRIPPED
+    return _typical(recording.tangential[gripped] / recording.normal[gripped])
 
 
-def _signals(all_felt: Sequence[Felt]) -> Figures:
+def _signals(recordings: Sequence[BaselineRemoved]) -> Figures:
     """Steps, noise and spectra of the tangential axes (fx, fy) and of the normal one (fz)."""
     result: Figures = {}
     for kind, axes in (("tangential", [0, 1]), ("normal", [2])):
         steps = [
             _step(channel)
-            for one in all_felt
-            for channel in one.recorded[:, :, axes].reshape(len(one.recorded), -1).T
+            for recording in recordings
+            for channel in recording.recorded[:, :, axes].reshape(len(recording.recorded), -1).T
         ]
-        noises = [_noise(_of(part, axes), one.rate) for one in all_felt for part in one.at_rest]
+        noises = [
+            _noise(_of(part, axes), recording.rate)
+            for recording in recordings
+            for part in recording.at_rest
+        ]
         result[f"{kind} axes: quantisation step", "mN"] = 1e3 * _typical(steps)
         result[f"{kind} axes: noise at rest above {NOISE:g} Hz", "mN rms"] = 1e3 * _typical(noises)
         for when in ("at rest", "in action"):
             spectra = [
-                _densities([_of(part, axes) for part in parts], one.rate)
-                for one in all_felt
-                if (parts := one.at_rest if when == "at rest" else one.in_action)
+                _densities([_of(part, axes) for part in parts], recording.rate)
+                for recording in recordings
+                if (parts := recording.at_rest if when == "at rest" else recording.in_action)
             ]
             for number, (low, high) in enumerate(BANDS):
                 value = _typical(spectrum[number] for spectrum in spectra)
@@ -362,20 +339,11 @@ MARK = "!"
 
 @dataclass(frozen=True, slots=True)
 class Comparison:
-    """One figure of simulated and of real recordings.
+    """One figure of simulated and of real recordings."""
 
-    Parameters
-    ----------
-    name : str
-        What it is, such as ``"grab: duration, median"``.
-    unit : str
-        Empty where it has none.
-    simulated, real : float
-        Finite and not negative.
-    """
-
-    name: str
-    unit: str
+    name: str  # what it is, such as ``"grab: duration, median"``
+    unit: str  # empty where it has none
+    #: simulated and real: Finite and not negative.
     simulated: float
     real: float
 
@@ -397,21 +365,9 @@ def realism(
 ) -> tuple[Comparison, ...]:
     """Compare simulated with real recordings of one task.
 
-    Parameters
-    ----------
-    simulated, real : sequence of LabelledDemonstration
-        Which spell the actions alike.
-
-    Returns
-    -------
-    tuple of Comparison
-        Figures that a side does not tell are left out. An action that only one side has shows in
-        its number of segments, which is then zero on the other.
-
-    Raises
-    ------
-    InputError
-        If a side is empty, or a demonstration has no labels or no 3-axis force sensor.
+    `simulated`, `real`: which spell the actions alike. Gives figures that a side does not tell are
+    left out. An action that only one side has shows in its number of segments, which is then zero
+    on the other.
     """
     sides = simulated, real
     spelled = [segment.action for side in sides for item in side for segment in item.segments]
@@ -433,18 +389,8 @@ def recognition(
 
     A simulation that is recognised much better than the real recordings is a toy.
 
-    Parameters
-    ----------
-    simulated, real : sequence of LabelledDemonstration
-    settings : Settings, optional
-        By default the preset ``paper``, trained on every tenth sample, which scores the same.
-    jobs : int
-        Processes that share the folds.
-
-    Raises
-    ------
-    InputError
-        If a side has fewer than two labelled demonstrations.
+    `settings`: by default the preset ``paper``, trained on every tenth sample, which scores the
+    same; `jobs`: processes that share the folds.
     """
     chosen = settings or preset("paper").replace(stride=10)
     scores = []
@@ -506,17 +452,10 @@ PUBLISHED = MergeMap(
 
 @dataclass(frozen=True)
 class Beside:
-    """One task's comparison.
-
-    Parameters
-    ----------
-    task : str
-    simulated, real : int
-        Number of demonstrations.
-    rows : tuple of Comparison
-    """
+    """One task's comparison."""
 
     task: Task
+    #: simulated and real: Number of demonstrations.
     simulated: int
     real: int
     rows: tuple[Comparison, ...]
@@ -527,29 +466,11 @@ def comparing(
 ) -> Generator[Progress, None, tuple[Beside, ...]]:
     """Simulate the tasks of a project of real recordings, and compare.
 
-    Parameters
-    ----------
-    path : Path
-        A project with two labelled demonstrations or more of each task that is labelled and can
-        be simulated; there is at least one such task.
-    author : str, optional
-        Whose labels; may be left out where there is one coder.
-    count, seed : int
-        How many demonstrations of each task are simulated, at least 2, and from what. The first
-        of the simulated coders labels them.
-    jobs : int
-        Processes that share the work.
-
-    Returns
-    -------
-    tuple of Beside
-        One for each task, the recognition by preset ``paper`` included.
-
-    Raises
-    ------
-    InputError
-        If the count or the seed is out of its range, too little of the project is labelled, or
-        its recordings cannot be compared; before anything is simulated.
+    `path`: A project with two labelled demonstrations or more of each task that is labelled and can
+    be simulated; there is at least one such task; `author`: whose labels; may be left out where
+    there is one coder; `count`, `seed`: how many demonstrations of each task are simulated, at
+    least 2, and from what. The first of the simulated coders labels them; `jobs`: processes that
+    share the work. Gives one for each task, the recognition by preset ``paper`` included.
     """
     if count < FEWEST:
         raise InputError(
@@ -582,7 +503,7 @@ def _recorded(path: Path, author: str | None) -> dict[Task, list[LabelledDemonst
             )
         for task in tasks:
             found = load_dataset(project, (task,), author, merge=PUBLISHED)
-            real = [one for one in found.labelled if one.segments]
+            real = [recording for recording in found.labelled if recording.segments]
             if len(real) < FEWEST:
                 raise InputError(
                     f"'{path}' has too few labelled demonstrations of the task '{task}', "
@@ -598,16 +519,7 @@ def simulated_beside(
 ) -> Generator[Progress, None, list[LabelledDemonstration]]:
     """Simulate demonstrations as the paper's were recorded: without video and taps.
 
-    Parameters
-    ----------
-    wanted : sequence of Origin
-    jobs : int
-        Processes that share the work.
-
-    Returns
-    -------
-    list of LabelledDemonstration
-        By the first of the simulated coders.
+    `jobs`: processes that share the work. Gives by the first of the simulated coders.
     """
     coder = CODERS[0].name
     orders = [Job(origin, coders=(coder,), video=False) for origin in wanted]
@@ -615,9 +527,10 @@ def simulated_beside(
         made = yield from produce_demonstrations(orders, Path(scratch), jobs)
     return [
         LabelledDemonstration(
-            _task_only(one.demonstration, one.tracks[0].segments), one.tracks[0].segments
+            _task_only(recording.demonstration, recording.tracks[0].segments),
+            recording.tracks[0].segments,
         )
-        for one in made
+        for recording in made
     ]
 
 

@@ -72,22 +72,11 @@ Fitted = Callable[[Real], Real]
 
 @dataclass(frozen=True)
 class Task:
-    """What a peer learns from.
+    """What a peer learns from."""
 
-    Parameters
-    ----------
-    rows : sequence of ndarray, shape (m, f)
-        What it knows of the time steps of each training demonstration.
-    codes : sequence of ndarray of int64, shape (m,)
-        The human's actions, 0 to K - 1; -1 where unlabelled.
-    actions : int
-        K.
-    channels : int
-    """
-
-    rows: Sequence[Real]
-    codes: Sequence[Whole]
-    actions: int
+    rows: Sequence[Real]  # (m, f), what it knows of the time steps of each training demonstration
+    codes: Sequence[Whole]  # (m,), the human's actions, 0 to K - 1; -1 where unlabelled
+    actions: int  # K
     channels: int
 
     def labelled(self) -> tuple[Real, Whole]:
@@ -101,39 +90,21 @@ class Task:
 
 @dataclass(frozen=True)
 class Peer(Library):
-    """A method of others.
+    """A method of others."""
 
-    Parameters
-    ----------
-    name, module : str
-        As of :class:`Library`.
-    look : callable
-        Takes recognition channels, shape (q, n), samples a second, and the samples in the middle
-        of each time step, shape (m,); gives what it knows of them, shape (m, f).
-    fit : callable
-        Takes a task and a seed; gives what recognises.
-    """
-
+    #: Takes recognition channels, shape (q, n), samples a second, and the samples in the middle of
+    #: each time step, shape (m,); gives what it knows of them, shape (m, f).
     look: Callable[[Real, float, Whole], Real]
-    fit: Callable[[Task, int], Fitted]
+    fit: Callable[[Task, int], Fitted]  # takes a task and a seed; gives what recognises
 
 
 def around(channels: Real, rate: float, places: Whole, count: int, period: float) -> Real:
     """Means of each channel in cells around some samples, shape (m, q * count).
 
-    Parameters
-    ----------
-    channels : ndarray, shape (q, n)
-    rate : float
-        Samples a second.
-    places : ndarray of int64, shape (m,)
-    count : int
-        Cells around each, half of them before it; a channel's stand together.
-    period : float
-        Seconds that a cell lasts; below a sample it is read off between two of them.
+    `channels` (q, n); `places` (m,); `count`: cells around each, half of them before it; a
+    channel's stand together; `period`: seconds that a cell lasts; below a sample it is read off
+    between two of them.
 
-    Notes
-    -----
     Beyond its ends a channel has its end values.
     """
     edges = places[:, None] + rate * period * (np.arange(count + 1) - count / 2)[None]
@@ -166,16 +137,16 @@ def _minirocket(task: Task, seed: int) -> Fitted:
         return rows.reshape(len(rows), task.channels, COUNT).astype(np.float32)
 
     X, y = task.labelled()
-    made = MiniRocketClassifier(n_jobs=1, random_state=seed)
+    model = MiniRocketClassifier(n_jobs=1, random_state=seed)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # what its compiler says of our NumPy is nobody's concern
-        made.fit(shaped(X[::STRIDE]), y[::STRIDE])
+        model.fit(shaped(X[::STRIDE]), y[::STRIDE])
 
     def recognised(rows: Real) -> Real:
-        found = made.pipeline_.decision_function(shaped(rows))
+        found = model.pipeline_.decision_function(shaped(rows))
         if found.ndim == 1:  # of two actions there is one decision
             found = np.stack([-found, found], axis=1)
-        return _spread(softmax(found), made.classes_, task.actions)
+        return _spread(softmax(found), model.classes_, task.actions)
 
     return recognised
 
@@ -189,12 +160,12 @@ def _lightgbm(task: Task, seed: int) -> Fitted:
     from lightgbm import LGBMClassifier
 
     X, y = task.labelled()
-    made = LGBMClassifier(n_jobs=1, random_state=seed, verbose=-1).fit(X, y)
+    model = LGBMClassifier(n_jobs=1, random_state=seed, verbose=-1).fit(X, y)
 
     def recognised(rows: Real) -> Real:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # that rows have no names
-            return _spread(np.asarray(made.predict_proba(rows)), made.classes_, task.actions)
+            return _spread(np.asarray(model.predict_proba(rows)), model.classes_, task.actions)
 
     return recognised
 
@@ -249,15 +220,15 @@ def _stages(width: int, actions: int) -> tuple[Network, list[Any]]:
     """The stages of an MS-TCN."""
     from torch import nn
 
-    made = [_stage(width if i == 0 else actions, actions) for i in range(STAGES)]
+    stages = [_stage(width if i == 0 else actions, actions) for i in range(STAGES)]
 
     def scores(x: Any) -> list[Any]:
         found: list[Any] = []
-        for run, _ in made:
+        for run, _ in stages:
             found.append(run(nn.functional.softmax(found[-1], dim=1) if found else x))
         return found
 
-    return scores, [module for _, modules in made for module in modules]
+    return scores, [module for _, modules in stages for module in modules]
 
 
 def _stage(width: int, actions: int) -> tuple[Callable[[Any], Any], list[Any]]:
@@ -371,20 +342,22 @@ def measuring_peers(
 
     One row with a refusal for each peer that is not installed.
     """
-    asked = PEERS if peers is None else tuple(peers)
+    chosen_peers = PEERS if peers is None else tuple(peers)
     used = require_labelled(labelled)
     parts = fold_groups([item.demonstration for item in used], folds)
     against = reference_text(len(used), len(parts))
     rows: list[Row] = []
-    for number, peer in enumerate(asked):
-        yield Progress(number * len(parts), len(asked) * len(parts), peer.name)
+    for number, peer in enumerate(chosen_peers):
+        yield Progress(number * len(parts), len(chosen_peers) * len(parts), peer.name)
         try:
             peer.check()
-            prepared = _seen(peer, used)
+            prepared = _prepare(peer, used)
             spent = {way: Spent() for way in WAYS}
             for i, part in enumerate(parts):
                 _fold(peer, prepared, part, spent)
-                yield Progress(number * len(parts) + i + 1, len(asked) * len(parts), peer.name)
+                yield Progress(
+                    number * len(parts) + i + 1, len(chosen_peers) * len(parts), peer.name
+                )
         except (InputError, ImportError) as error:
             why = error if isinstance(error, InputError) else f"{peer.name}: {error}."
             rows.append(Row(peer.name, "as it comes", size, against, refusal=str(why)))
@@ -393,18 +366,20 @@ def measuring_peers(
     return tuple(rows)
 
 
-def _seen(peer: Peer, labelled: Sequence[LabelledDemonstration]) -> Prepared:
+def _prepare(peer: Peer, labelled: Sequence[LabelledDemonstration]) -> Prepared:
     """What a peer knows of all demonstrations, each on the clock."""
     rate = common_rate([item.demonstration for item in labelled], DECODED)
-    looked = [_steps(item, rate) for item in labelled]
+    prepared_steps = [_steps(item, rate) for item in labelled]
 
     def look(i: int) -> Examples:
-        example, channels, places = looked[i]
+        example, channels, places = prepared_steps[i]
         return replace(example, features=peer.look(channels, example.rate, places))
 
     _, peak = measure_peak(lambda: look(0))
-    found = [measure_seconds(lambda i=i: look(i)) for i in range(len(looked))]  # type: ignore[misc]
-    return Prepared(labelled, [made for made, _ in found], [taken for _, taken in found], peak)
+    found = [measure_seconds(lambda i=i: look(i)) for i in range(len(prepared_steps))]  # type: ignore[misc]
+    return Prepared(
+        labelled, [examples for examples, _ in found], [taken for _, taken in found], peak
+    )
 
 
 def _steps(item: LabelledDemonstration, rate: float) -> tuple[Examples, Real, NDArray[np.int64]]:

@@ -70,14 +70,7 @@ def measuring(
     The error is the largest of a column's largest power, of some rows, relative to the largest
     power of its row in the transform at the full rate.
 
-    Parameters
-    ----------
-    x : ndarray, shape (n,)
-    spans : sequence of int
-        Visible samples, none more than n.
-    repetitions : int
-    columns : int
-        Of the screen.
+    `x` (n,); `spans`: visible samples, none more than n.
     """
     demonstration = Demonstration(
         "scalogram", "scalogram", np.arange(len(x)) / RATE, x[:, np.newaxis], (Channel("f", "N"),)

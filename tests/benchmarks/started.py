@@ -29,14 +29,14 @@ class _Told(program.Window):
         super().paintEvent(event)
         if not hasattr(self, "_watch"):
             self._watch = QTimer(self)
-            self._watch.timeout.connect(self._tell)
+            self._watch.timeout.connect(self._print_when_settled)
             QTimer.singleShot(0, self._painted)
 
     def _painted(self) -> None:
         print(time.monotonic(), flush=True)
         self._watch.start(10)
 
-    def _tell(self) -> None:
+    def _print_when_settled(self) -> None:
         if self.settled:
             self._watch.stop()
             print(time.monotonic(), flush=True)

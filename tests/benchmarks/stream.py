@@ -63,22 +63,9 @@ def measuring(
     square of the difference over that of the coefficients, the median of scales and channels, the
     delay, and of blocks of one size the CPU time that one takes.
 
-    Parameters
-    ----------
-    x : ndarray, shape (n, c)
-    scales : ndarray, shape (k,)
-    tolerances : sequence of float
-        Of complete coefficients.
-    shares : sequence of float
-        Delays over scale of early estimates; all scales then wait for the same share.
-    block : int
-        Samples of a block; 0 for random sizes from 1 to 5000.
-    repetitions : int
-
-    Returns
-    -------
-    tuple of Row
-        Of each tolerance, then of each share.
+    `x` (n, c); `scales` (k,); `shares`: delays over scale of early estimates; all scales then wait
+    for the same share; `block`: samples of a block; 0 for random sizes from 1 to 5000. Gives of
+    each tolerance, then of each share.
     """
     yield Progress(0, 1, "offline")
     # Half the memory: single precision is far finer than any tolerance here.
@@ -106,27 +93,16 @@ def measuring(
 
 @dataclass(frozen=True)
 class _Run:
-    """A signal streamed with one tolerance or delay.
-
-    Parameters
-    ----------
-    name : str
-    transform : StreamingCwt
-    x : ndarray, shape (n, c)
-    sizes : ndarray of int
-        Of the blocks.
-    out : ndarray, shape (c, k, n)
-        Overwritten with the coefficients; apart from the run, whose memory is what it takes
-        besides.
-    taken : list of ndarray
-        Of each run so far the CPU seconds of its blocks.
-    """
+    """A signal streamed with one tolerance or delay."""
 
     name: str
     transform: StreamingCwt
-    x: Real
-    sizes: NDArray[np.int64]
+    x: Real  # (n, c)
+    sizes: NDArray[np.int64]  # of the blocks
+    #: (c, k, n), overwritten with the coefficients; apart from the run, whose memory is what it
+    #: takes besides.
     out: Complex
+    #: Of each run so far the CPU seconds of its blocks.
     taken: list[Real] = field(default_factory=list)
 
     @classmethod

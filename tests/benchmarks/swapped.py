@@ -66,23 +66,8 @@ def swapped(
 ) -> tuple[list[LabelledDemonstration], set[Place]]:
     """Give some segments another action of the same task.
 
-    Parameters
-    ----------
-    labelled : sequence of Labelled
-    random : numpy.random.Generator
-    share : float
-        Of all segments; at least one is swapped.
-
-    Returns
-    -------
-    labelled : list of Labelled
-    places : set of (str, float)
-        The demonstration's id and the start of each swapped segment.
-
-    Raises
-    ------
-    InputError
-        If there are no two actions.
+    `share`: of all segments; at least one is swapped. Gives `places`: the demonstration's id and
+    the start of each swapped segment.
     """
     every = [(i, k) for i, item in enumerate(labelled) for k in range(len(item.segments))]
     actions = sorted({segment.action for item in labelled for segment in item.segments})
@@ -107,33 +92,12 @@ def measuring_swapped(
 ) -> Generator[Progress, None, Row]:
     """Measure what swapped labels do to one recogniser.
 
-    Parameters
-    ----------
-    labelled : sequence of Labelled
-        Those without a segment take no part.
-    size : str
-        What the row calls them.
-    settings : Settings
-        Of a recogniser that has probabilities.
-    draws : int
-        How often other segments are swapped.
-
-    Yields
-    ------
-    Progress
-
-    Returns
-    -------
-    Row
-        `further` holds how many points of accuracy the wrong labels cost (negative: none), the mean
-        over draws, with its standard error; the standard deviation between seeds of the accuracy
-        with right labels, in points; how many segments were swapped in all, and which share of them
-        stands in the first tenth.
-
-    Raises
-    ------
-    InputError
-        If fewer than two demonstrations are labelled, or there are no two actions.
+    `labelled`: those without a segment take no part; `size`: what the row calls them; `settings`:
+    of a recogniser that has probabilities; `draws`: how often other segments are swapped. Gives
+    `further` holds how many points of accuracy the wrong labels cost (negative: none), the mean
+    over draws, with its standard error; the standard deviation between seeds of the accuracy with
+    right labels, in points; how many segments were swapped in all, and which share of them stands
+    in the first tenth.
     """
     used = require_labelled(labelled)
     examples = yield from prepare_all(used, settings)
@@ -200,7 +164,7 @@ def _drawn(
         counts.append(
             held_out_prediction(right[i], examples[i], prediction, actions).counts("filtered")
         )
-        everything.append(_heard(item, learnt[i].segments, prediction, actions))
+        everything.append(_evidence(item, learnt[i].segments, prediction, actions))
     found.accuracies.append(pool("", counts).accuracy or 0.0)
     found.seconds.append(taken)
     looked = math.ceil(LOOKED * sum(len(one.segments) for one in everything))
@@ -215,7 +179,7 @@ def _drawn(
     found.noticed += len(places & seen)
 
 
-def _heard(
+def _evidence(
     item: LabelledDemonstration,
     segments: Segments,
     prediction: Prediction,

@@ -54,27 +54,13 @@ SOON = 6.0
 
 @dataclass(frozen=True, slots=True)
 class Amount:
-    """How much is measured.
+    """How much is measured."""
 
-    Parameters
-    ----------
-    samples : int
-        Of each of the two demonstrations.
-    seconds : float
-        How long the window pans.
-    cancels : int
-        Of each classifier.
-    trainings : int
-        After which memory, threads and processes are looked at.
-    size : tuple of int
-        Of the window, in pixels.
-    """
-
-    samples: int = 200_000
-    seconds: float = 30.0
-    cancels: int = 20
-    trainings: int = 10
-    size: tuple[int, int] = SIZE
+    samples: int = 200_000  # of each of the two demonstrations
+    seconds: float = 30.0  # how long the window pans
+    cancels: int = 20  # of each classifier
+    trainings: int = 10  # after which memory, threads and processes are looked at
+    size: tuple[int, int] = SIZE  # of the window, in pixels
 
 
 FULL = Amount()
@@ -84,21 +70,12 @@ QUICK = Amount(seconds=10.0, cancels=4, trainings=3)
 def tabulate(
     *, quick: bool = False, amount: Amount | None = None
 ) -> Generator[Progress, None, Latencies]:
-    """Measure everything: some minutes.
-
-    Yields
-    ------
-    Progress
-
-    Returns
-    -------
-    Latencies
-    """
+    """Measure everything: some minutes."""
     wanted = amount or (QUICK if quick else FULL)
     before = load()
     with stage() as folder:
         yield Progress(0, 4, "making the recordings")
-        path = _made(folder, wanted.samples)
+        path = _make_project(folder, wanted.samples)
         with shown(path, wanted.size) as window:
             bench = _Bench(window, path, wanted)
             rows = list((yield from bench.panning()))
@@ -119,7 +96,7 @@ def tabulate(
     )
 
 
-def _made(folder: Path, samples: int) -> Path:
+def _make_project(folder: Path, samples: int) -> Path:
     """A project of two demonstrations, labelled from end to end."""
     actions = view.ACTIONS
     with Project.create(folder / "training.forcelab") as project:
@@ -136,15 +113,7 @@ def _made(folder: Path, samples: int) -> Path:
 
 
 class _Bench:
-    """The window, and the trainings in it.
-
-    Parameters
-    ----------
-    window : Window
-    path : Path
-        Of its project.
-    wanted : Amount
-    """
+    """The window, and the trainings in it."""
 
     def __init__(self, window: Window, path: Path, wanted: Amount) -> None:
         self._window = window
@@ -160,7 +129,7 @@ class _Bench:
         yield Progress(1, 4, alone)
         quiet, quiet_own = self._pan()
         # What panning has made and keeps, such as pixmaps, is no cost of trainings.
-        self._memory = self._all_there()[0]
+        self._memory = self._footprint()[0]
         yield Progress(1, 4, name)
         job, trail = self._train("mlp")
         self._until(lambda: any(step.phase == "fold" for step in trail))
@@ -192,11 +161,11 @@ class _Bench:
         """What trainings leave behind, all they show included."""
         number = self._wanted.trainings
         yield Progress(3, 4, "training once")
-        before = (self._memory, *self._all_there()[1:])
+        before = (self._memory, *self._footprint()[1:])
         for i in range(number):
             yield Progress(3, 4, f"training {i + 1} of {number}")
             self._train_and_show()
-        after = self._all_there()
+        after = self._footprint()
         where = f"{number} trainings, {self._on}"
         names = (("memory more", "MB", MEMORY), ("threads more", "", 0), ("processes more", "", 0))
         return tuple(
@@ -236,13 +205,8 @@ class _Bench:
     def _pan(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
         """Pan to and fro.
 
-        Returns
-        -------
-        late : tuple of float
-            Seconds that the event loop is late.
-        own : tuple of float
-            CPU seconds that the window's thread takes for each step; whatever else the machine
-            does is not in them.
+        Gives `late`: seconds that the event loop is late; `own`: CPU seconds that the window's
+        thread takes for each step; whatever else the machine does is not in them.
         """
         document = self._window.document
         low, high = document.view.bounds
@@ -268,7 +232,7 @@ class _Bench:
         until(holds)
         tick.stop()
 
-    def _all_there(self) -> tuple[float, int, int]:
+    def _footprint(self) -> tuple[float, int, int]:
         """Megabytes, threads and processes of the window, once all is quiet."""
         settle(self._window)
         rest(1.0)

@@ -70,13 +70,7 @@ STILL = 0.1
 
 @contextmanager
 def stage() -> Iterator[Path]:
-    """An application, settings of its own, and a folder for data; all gone afterwards.
-
-    Yields
-    ------
-    Path
-        The folder.
-    """
+    """An application, settings of its own, and a folder for data; all gone afterwards."""
     os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
     require_qt()
     running = QApplication.instance()
@@ -101,19 +95,7 @@ def stage() -> Iterator[Path]:
 
 @contextmanager
 def shown(project: Path | None = None, size: tuple[int, int] = SIZE) -> Iterator[Window]:
-    """The real window, with a project and its first demonstration open.
-
-    Parameters
-    ----------
-    project : Path, optional
-    size : tuple of int
-        In pixels.
-
-    Yields
-    ------
-    Window
-        Everything in it is there.
-    """
+    """The real window, with a project and its first demonstration open."""
     window = Window(AUTHOR, remembering=False)
     collect_garbage_rarely()
     window.document.demonstration_changed.connect(collect_garbage)
@@ -133,13 +115,7 @@ def shown(project: Path | None = None, size: tuple[int, int] = SIZE) -> Iterator
 
 
 def until(holds: Callable[[], bool], patience: float = STAGE_PATIENCE) -> None:
-    """Run the event loop, as the program does, until something holds.
-
-    Raises
-    ------
-    InputError
-        If that takes longer than `patience`, in seconds.
-    """
+    """Run the event loop, as the program does, until something holds."""
     deadline = time.monotonic() + patience
     while not holds():
         if time.monotonic() > deadline:
@@ -184,10 +160,7 @@ def time_panels(window: Window) -> list[QWidget]:
 class Painted(QObject):
     """Measures from an act to the end of the paint that shows it.
 
-    Parameters
-    ----------
-    widgets : sequence of QWidget
-        All of them have to be painted anew.
+    `widgets`: all of them have to be painted anew.
     """
 
     def __init__(self, widgets: Sequence[QWidget]) -> None:
@@ -222,10 +195,7 @@ class Painted(QObject):
 class Lateness:
     """How late the event loop comes to a timer that is due every few milliseconds.
 
-    Attributes
-    ----------
-    samples : list of float
-        Seconds that each tick came later than it was due.
+    `samples`: seconds that each tick came later than it was due.
     """
 
     def __init__(self) -> None:
@@ -265,13 +235,7 @@ def recording(
 ) -> Demonstration:
     """Six channels of noise, with a grip that comes and goes at all time scales.
 
-    Parameters
-    ----------
-    count : int
-        Number of samples.
-    name : str
-    video : VideoReference, optional
-    seed : int
+    `count`: number of samples.
     """
     random = np.random.default_rng(seed)
     times = np.arange(count) / RATE
@@ -336,13 +300,7 @@ PLAIN_PLOTS = "pyqtgraph, peak, clipped"
 
 
 class PlainPlots(QWidget):
-    """A plot for each channel, one above the other, with automatic peak downsampling and clipping.
-
-    Parameters
-    ----------
-    demonstration : Demonstration
-        What is plotted.
-    """
+    """A plot for each channel, one above the other, with peak downsampling and clipping."""
 
     def __init__(self, demonstration: Demonstration) -> None:
         super().__init__()
@@ -407,16 +365,7 @@ class Zoom:
     most: float
 
     def gesture(self, whole: Span, frames: int, random: np.random.Generator) -> list[Span]:
-        """Spans of this range, each a little panned and zoomed from the one before.
-
-        Parameters
-        ----------
-        whole : tuple of float
-            The recording.
-        frames : int
-            How many spans.
-        random : Generator
-        """
+        """Spans of this range, each a little panned and zoomed from the one before."""
         length = float(np.exp(random.uniform(np.log(self.least), np.log(self.most))))
         start = random.uniform(whole[0], whole[1] - length)
         towards, spans = random.choice([-1.0, 1.0]), []
@@ -446,16 +395,8 @@ def measuring_panning(
 ) -> Generator[Progress, None, tuple[Latency, ...]]:
     """Pan and zoom a recording of six channels; see :mod:`tests.benchmarks`.
 
-    Parameters
-    ----------
-    folder : Path
-        Where the recording is made, and deleted again.
-    count : int
-        Samples of each channel.
-    gestures : int
-        For each range of spans; each has eight frames.
-    size : tuple of int
-        Of the window, in pixels.
+    `folder`: where the recording is made, and deleted again; `gestures`: for each range of spans;
+    each has eight frames; `size`: of the window, in pixels.
     """
     setting = f"6 x {_power(count)}"
     if sentence := refusal(folder, count):
@@ -535,14 +476,7 @@ def measuring_opening(
 ) -> Generator[Progress, None, tuple[Latency, ...]]:
     """Open projects in a window that is there already; see :mod:`tests.benchmarks`.
 
-    Parameters
-    ----------
-    projects : dict of str to Path
-        What is opened, by what there is much of in it.
-    times : int
-        Of each.
-    size : tuple of int
-        Of the window, in pixels.
+    `projects`: what is opened, by what there is much of in it; `size`: of the window, in pixels.
     """
     rows = []
     with shown(size=size) as window:
@@ -577,15 +511,7 @@ def measuring_strokes(
 ) -> Generator[Progress, None, tuple[Latency, ...]]:
     """Paint by keys on a track of many segments; see :mod:`tests.benchmarks`.
 
-    Parameters
-    ----------
-    project : Path
-        Its first demonstration has so many `segments`.
-    segments : int
-    times : int
-        Strokes at each zoom.
-    size : tuple of int
-        Of the window, in pixels.
+    `project`: its first demonstration has so many `segments`; `size`: of the window, in pixels.
     """
     rows = []
     with shown(project, size) as window:
@@ -670,16 +596,8 @@ def measuring_scalograms(
     What was never seen has a bound in the shortest span alone: the colours' range and the powers of
     longer ones take longer on two cores.
 
-    Parameters
-    ----------
-    folder : Path
-        Where the recording is made, and deleted again.
-    count : int
-        Samples of each channel.
-    times : int
-        For each span and way.
-    size : tuple of int
-        Of the window, in pixels.
+    `folder`: where the recording is made, and deleted again; `times`: for each span and way;
+    `size`: of the window, in pixels.
     """
     setting = f"6 x {count:,} samples"
     if sentence := refusal(folder, count):
@@ -729,7 +647,7 @@ def _never(window: Window, names: Iterator[str]) -> Taken:
         panel.set_phase(False)
         panel.set_channel(next(names))
 
-    taken = _taken(panel, act)
+    taken = _time_pictures(panel, act)
     panel.set_phase(True)
     settle(window)
     return taken
@@ -740,7 +658,7 @@ def _before(window: Window) -> Taken:
     document, panel = window.document, window.label.scalogram
     start, end = document.view.start, document.view.end
     nearer = partial(document.view.set_span, start, end - NEARER * (end - start))
-    taken = _taken(panel, nearer)
+    taken = _time_pictures(panel, nearer)
     document.view.set_span(start, end)
     settle(window)
     return taken
@@ -754,10 +672,10 @@ def _from_file(window: Window) -> Taken | None:
     known = panel.channel
     panel.set_channel(next(one.name for one in CHANNELS if one.name != known))
     settle(window)
-    return _taken(panel, partial(panel.set_channel, known))
+    return _time_pictures(panel, partial(panel.set_channel, known))
 
 
-def _taken(panel: ScalogramPanel, act: Callable[[], object]) -> Taken:
+def _time_pictures(panel: ScalogramPanel, act: Callable[[], object]) -> Taken:
     """Seconds from an act to the first picture and to the exact one."""
     before = panel.picture
     begin = time.perf_counter()
@@ -795,20 +713,11 @@ H264 = {
 
 @dataclass(frozen=True, slots=True)
 class Film:
-    """One kind of video.
+    """One kind of video."""
 
-    Parameters
-    ----------
-    name : str
-        For people.
-    codec : "h264" or "mp4v"
-    even : bool
-        Whether its frames are all equally far apart.
-    """
-
-    name: str
+    name: str  # for people
     codec: str
-    even: bool
+    even: bool  # whether its frames are all equally far apart
 
     @property
     def refusal(self) -> str:
@@ -868,9 +777,7 @@ FILMS = (
 def number_of(picture: Picture) -> int:
     """The number that a frame carries, whatever its size.
 
-    Parameters
-    ----------
-    picture : ndarray of uint8, shape (height, width, channels)
+    `picture` (height, width, channels).
     """
     height, width = picture.shape[:2]
     row = picture[height * BLOCK // (2 * HEIGHT)].mean(axis=1)
@@ -906,17 +813,8 @@ def measuring_video(
 ) -> Generator[Progress, None, tuple[Latency, ...]]:
     """Step and seek in one video; see :mod:`tests.benchmarks`.
 
-    Parameters
-    ----------
-    folder : Path
-        Where it is made.
-    film : Film
-    frames : int
-        Its length.
-    times : int
-        Steps forward, steps back, and jumps: so many of each.
-    size : tuple of int
-        Of the window, in pixels.
+    `times`: steps forward, steps back, and jumps: so many of each; `size`: of the window, in
+    pixels.
     """
     if film.refusal:
         return refused([FORWARD, BACKWARD, JUMP], film.name, film.refusal)
@@ -992,21 +890,9 @@ class _Watch:
     ) -> tuple[tuple[float, ...], int]:
         """Show frames one after the other.
 
-        Parameters
-        ----------
-        numbers : iterable of int
-            The first one is where it begins, and is not counted.
-        act : callable
-            Goes to a frame.
-        sharp : bool
-            Whether to wait for the frame itself, or for any picture of it.
-
-        Returns
-        -------
-        tuple of float
-            Seconds of each.
-        int
-            How many were not the right one.
+        `numbers`: the first one is where it begins, and is not counted; `sharp`: whether to wait
+        for the frame itself, or for any picture of it. Gives seconds of each; how many were not the
+        right one.
         """
         video, taken, wrong = self.window.label.video, [], 0
         first, *others = numbers
@@ -1060,14 +946,7 @@ def measuring_start(
 ) -> Generator[Progress, None, tuple[Latency, ...]]:
     """Start the program, with and without a project; see :mod:`tests.benchmarks`.
 
-    Parameters
-    ----------
-    folder : Path
-        Where its settings are kept.
-    project : Path
-        What is opened.
-    times : int
-        Of each.
+    `folder`: where its settings are kept.
     """
     environment = {**os.environ, "FORCELAB_SETTINGS": str(folder / "started.ini")}
     # So that the start without a project is not the first one ever, which makes the sample project.
@@ -1144,14 +1023,7 @@ def measuring_capture(
 ) -> Generator[Progress, None, tuple[Latency, ...]]:
     """Watch two virtual DAQs at 1 kHz, scalogram and recognition off and on.
 
-    Parameters
-    ----------
-    folder : Path
-        Where project and recogniser are made.
-    frames : int
-        Of each setting.
-    size : tuple of int
-        Of the window in pixels.
+    `folder`: where project and recogniser are made; `size`: of the window in pixels.
     """
     yield Progress(0, 1, "training a recogniser")
     performances = [made_up_demonstration(SECONDS, CAPTURED_RATE, seed) for seed in (1, 2)]
@@ -1182,7 +1054,7 @@ def measuring_capture(
                 rest(SETTLED)
                 watched.painted.clear()
                 until(lambda: len(watched.painted) > frames)
-                found += _told(watched.painted, channel != "", recognised)
+                found += _latencies_of_frames(watched.painted, channel != "", recognised)
     return tuple(found)
 
 
@@ -1198,7 +1070,7 @@ def _choose(page: CaptureWorkspace, channel: str, recogniser: Path | None) -> No
     until(lambda: recogniser is None or live_model.track.snapshot is not None)
 
 
-def _told(
+def _latencies_of_frames(
     painted: list[tuple[float, float]], scalogram: bool, recognised: bool
 ) -> tuple[Latency, Latency]:
     """How far frames are apart, and what each takes of the window's thread."""
@@ -1213,41 +1085,23 @@ def _told(
 
 @dataclass(frozen=True, slots=True)
 class Amount:
-    """How much is measured.
+    """How much is measured."""
 
-    Parameters
-    ----------
-    samples : tuple of int
-        Lengths of the recordings that are panned.
-    gestures : int
-        For each recording and range of spans, of eight frames each.
-    films : tuple of Film
-    frames, moves : int
-        Length of a video, and steps and jumps in it.
-    segments, strokes : int
-        Of the track that is painted on, and how many are painted at each zoom.
-    starts, openings : int
-        Of the program, and of each project.
-    demonstrations : int
-        In the project that has many.
-    scalograms : int
-        Of each span of the longest recording, in each way.
-    live : int
-        Frames of the Capture workspace, with each of what it can show.
-    """
-
-    samples: tuple[int, ...] = (1_000_000, 10_000_000)
-    gestures: int = 10
+    samples: tuple[int, ...] = (1_000_000, 10_000_000)  # lengths of the recordings that are panned
+    gestures: int = 10  # for each recording and range of spans, of eight frames each
     films: tuple[Film, ...] = FILMS
+    #: frames and moves: Length of a video, and steps and jumps in it.
     frames: int = 1500
     moves: int = 500
+    #: segments and strokes: Of the track that is painted on, and how many are painted at each zoom.
     segments: int = 10_000
     strokes: int = 100
+    #: starts and openings: Of the program, and of each project.
     starts: int = 9
     openings: int = 10
-    demonstrations: int = 1000
-    scalograms: int = 5
-    live: int = 600
+    demonstrations: int = 1000  # in the project that has many
+    scalograms: int = 5  # of each span of the longest recording, in each way
+    live: int = 600  # frames of the Capture workspace, with each of what it can show
 
 
 FULL = Amount()
@@ -1268,14 +1122,6 @@ def tabulate(*, quick: bool = False) -> Generator[Progress, None, Latencies]:
     """Measure everything: some minutes, and 2 GB of disk for a while.
 
     With `quick` only recordings of 1e6 samples, and fewer repetitions.
-
-    Yields
-    ------
-    Progress
-
-    Returns
-    -------
-    Latencies
     """
     wanted = QUICK if quick else FULL
     before = load()

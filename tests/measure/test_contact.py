@@ -63,13 +63,13 @@ class Broken(Oscillators):
 
 
 def problem(*springs, system=Oscillators):
-    made = system(*springs)
-    start = np.tile([[1.0], [0.0]], made.lanes)
+    springs_system = system(*springs)
+    start = np.tile([[1.0], [0.0]], springs_system.lanes)
 
     def forces(times, states):
-        return made.springs * states[:, :1]
+        return springs_system.springs * states[:, :1]
 
-    return Problem(made, start, TIMES, forces)
+    return Problem(springs_system, start, TIMES, forces)
 
 
 def case(name="springs", springs=SPRINGS, system=Oscillators):
@@ -90,7 +90,7 @@ def measured(solvers, *cases, repetitions=1, references=FINE):
     return finish(measure_solvers(cases or (case(),), settings, repetitions, references))
 
 
-def told(row):
+def references_apart(row):
     """How far apart the two references are, as the row says."""
     return float(re.search(r"differs by (\S+) N rms", row.reference)[1])
 
@@ -121,7 +121,7 @@ def test_the_reference_says_how_well_it_is_known_itself():
         for s in FINE
     )
     apart = np.sqrt(((np.array(SPRINGS) * (one - other)[:, :1]) ** 2).mean(axis=0)).max()
-    assert told(row) == pytest.approx(apart, rel=0.06)
+    assert references_apart(row) == pytest.approx(apart, rel=0.06)
     assert np.abs(np.array(SPRINGS) * one[:, :1] - closed_form()).max() < 1e-4
 
 
@@ -129,7 +129,7 @@ def test_no_error_is_told_below_what_the_reference_can_see():
     coarse = (setting(Radau(1e-3), "coarse"), setting(COARSE, "coarser"))
     (row,) = measured([Radau(1e-3)], references=coarse)
     # The very same solution as the reference; but that is off itself.
-    assert row.error == pytest.approx(told(row), rel=0.06)
+    assert row.error == pytest.approx(references_apart(row), rel=0.06)
     assert row.error > 1.0
     assert row.further == {"largest (N)": 0.0}
 
@@ -168,8 +168,11 @@ def test_forces_that_are_not_finite_are_refused():
         off = np.abs(states[:, :1] - np.cos(20.0 * times)[:, None, None])
         return np.where(off > 5e-4, np.nan, 400.0 * states[:, :1])
 
-    made = problem(400.0)
-    away = Case("springs", lambda: Problem(made.system, made.start, made.times, forces))
+    springs_system = problem(400.0)
+    away = Case(
+        "springs",
+        lambda: Problem(springs_system.system, springs_system.start, springs_system.times, forces),
+    )
     coarse, fine = measured([COARSE, Rosenbrock(1e-3)], away)
     assert "not finite" in coarse.refusal
     assert fine.refusal == ""
@@ -210,17 +213,17 @@ def test_no_repetition_is_refused():
 
 @pytest.mark.parametrize(("quick", "lanes", "repetitions"), [(False, 4, 5), (True, 1, 3)])
 def test_quick_is_less_of_the_same(monkeypatch, quick, lanes, repetitions):
-    asked = {}
+    request = {}
 
     def noted(cases, settings, times):
-        asked.update(lanes={c.make().system.lanes for c in cases}, times=times, settings=settings)
+        request.update(lanes={c.make().system.lanes for c in cases}, times=times, settings=settings)
         yield Progress(0, 1, "")
         return (Row("a", "b", "c", "d", refusal="No."),)
 
     monkeypatch.setattr(contact, "measure_solvers", noted)
     table = finish(contact.tabulate(quick=quick))
-    assert (asked["lanes"], asked["times"]) == ({lanes}, repetitions)
-    left_out = [s for s in SETTINGS if s not in asked["settings"]]
+    assert (request["lanes"], request["times"]) == ({lanes}, repetitions)
+    left_out = [s for s in SETTINGS if s not in request["settings"]]
     finest = {setting.name: setting for setting in SETTINGS}  # the last of each solver
     assert left_out == (list(finest.values()) if quick else [])
     assert "N" in table.error

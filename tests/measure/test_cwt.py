@@ -36,11 +36,11 @@ def quad_sum(x, a, b):
 
 def test_direct_sums_are_the_definition():
     x = tapered_forces(700, 2)
-    found = direct_sums(x, np.array([4.5, 50.0, 600.0]), np.array([0, 300, 699]))
+    result = direct_sums(x, np.array([4.5, 50.0, 600.0]), np.array([0, 300, 699]))
     for c in range(2):
         for j, a in enumerate((4.5, 50.0, 600.0)):
             for i, b in enumerate((0, 300, 699)):
-                assert found[c, j, i] == pytest.approx(quad_sum(x[c], a, b), abs=1e-12)
+                assert result[c, j, i] == pytest.approx(quad_sum(x[c], a, b), abs=1e-12)
 
 
 def test_the_engine_errs_less_than_its_tolerance_and_peers_are_measured_or_named():
@@ -105,7 +105,7 @@ def ssqueezepy(monkeypatch):
     library = types.ModuleType("ssqueezepy")
     library.__spec__ = ModuleSpec("ssqueezepy", None)
     library.cwt = transform
-    library.Wavelet = lambda told, dtype: [told, dtype]
+    library.Wavelet = lambda verdict, dtype: [verdict, dtype]
     monkeypatch.setitem(sys.modules, "ssqueezepy", library)
     cached_wavelet.cache_clear()
     yield calls
@@ -147,10 +147,10 @@ def test_ssqueezepy_is_asked_for_our_error_in_double_precision_and_with_room_for
 
 
 def test_features_of_coefficients_are_logarithm_and_angle():
-    found = np.array([[[3 + 4j, -1, 1e-5j]]])
-    magnitudes, phases = features_of(found)
-    np.testing.assert_allclose(magnitudes, np.log(np.abs(found)))
-    np.testing.assert_allclose(phases, np.angle(found))
+    result = np.array([[[3 + 4j, -1, 1e-5j]]])
+    magnitudes, phases = features_of(result)
+    np.testing.assert_allclose(magnitudes, np.log(np.abs(result)))
+    np.testing.assert_allclose(phases, np.angle(result))
 
 
 def test_ours_is_right_in_every_extreme_and_what_is_wrong_is_told(monkeypatch):
@@ -159,9 +159,9 @@ def test_ours_is_right_in_every_extreme_and_what_is_wrong_is_told(monkeypatch):
     assert len(verdicts.rows) == len(CASES) > 25
     for name, words in verdicts.rows:
         assert words[:4] == ("right",) * 4, name
-    told = {name: words[4] for name, words in verdicts.rows}
-    assert told["zeros"] == "not finite"  # its logarithm is -inf
-    assert told["a step"] == "wrong"
+    verdict = {name: words[4] for name, words in verdicts.rows}
+    assert verdict["zeros"] == "not finite"  # its logarithm is -inf
+    assert verdict["a step"] == "wrong"
     assert verdicts.cells()[0][1:] == list(verdicts.methods)
     assert verdicts.to_json()["rows"][0]["forcelab 1e-7"] == "right"
 

@@ -58,7 +58,7 @@ def test_scores_are_those_of_leaving_one_out(labelled, rows, number):
     pooled, _ = finish(leave_one_out(labelled, FEW[number].settings)).scores("filtered")
     row = rows[number]
     assert row.error == pytest.approx(1 - pooled.f1["50"])
-    wanted = {
+    scores_wanted = {
         "accuracy": pooled.accuracy,
         "balanced": pooled.balanced_accuracy,
         "edit": pooled.edit,
@@ -67,7 +67,7 @@ def test_scores_are_those_of_leaving_one_out(labelled, rows, number):
         "boundary (ms)": pooled.boundary_ms["median"],
         "boundary p90 (ms)": pooled.boundary_ms["p90"],
     }
-    assert {name: row.further[name] for name in wanted} == pytest.approx(wanted)
+    assert {name: row.further[name] for name in scores_wanted} == pytest.approx(scores_wanted)
 
 
 def test_rows_hold_what_they_cost(rows):
@@ -120,15 +120,15 @@ def test_settings_that_cannot_be_trained_are_refused_and_the_others_measured(lab
     ]
     sparse = PLAIN.replace(stride=10_000)
     wrong = PLAIN.replace(channels=("nothing",))
-    asked = [Variant("stride", "all", PLAIN), Variant("stride", "none", sparse),
+    request = [Variant("stride", "all", PLAIN), Variant("stride", "none", sparse),
              Variant("channels", "wrong", wrong)]  # fmt: skip
-    told = []
-    fine, none, lacking = finish(measure_variants(short, asked, "foam"), told.append)
+    steps = []
+    fine, none, lacking = finish(measure_variants(short, request, "foam"), steps.append)
     assert fine.point is not None
     assert "Training needs samples of two actions" in none.refusal
     assert "nothing" in lacking.refusal
-    assert all(0 <= p.done <= p.total for p in told)
-    assert [p.done for p in told] == sorted(p.done for p in told)
+    assert all(0 <= p.done <= p.total for p in steps)
+    assert [p.done for p in steps] == sorted(p.done for p in steps)
 
 
 def test_one_labelled_demonstration_is_too_few(labelled):
@@ -140,8 +140,8 @@ def test_one_labelled_demonstration_is_too_few(labelled):
 def test_the_usual_variants_are_distinct_and_hold_every_preset():
     names = [(v.name, v.setting) for v in VARIANTS]
     assert len(set(names)) == len(names)
-    for i, one in enumerate(VARIANTS):
-        assert not any(same_method(one.settings, other.settings) for other in VARIANTS[:i]), one
+    for i, first in enumerate(VARIANTS):
+        assert not any(same_method(first.settings, other.settings) for other in VARIANTS[:i]), first
     assert {v.setting: v.settings for v in VARIANTS if v.name == "preset"} == PRESETS
     assert set(QUICK) < set(VARIANTS)
     assert len(QUICK) >= 4
@@ -150,9 +150,11 @@ def test_the_usual_variants_are_distinct_and_hold_every_preset():
 def test_what_belongs_to_the_data_is_kept():
     merge = MergeMap({"grap": "grab"})
     data = preset("best").replace(channels=("fz1",), rate=50.0, merge=merge)
-    made = with_data_of(preset("fast"), data)
-    assert (made.channels, made.rate, made.merge) == (("fz1",), 50.0, merge)
-    assert dataclasses.replace(made, channels=None, rate=None, merge=MergeMap()) == preset("fast")
+    with_data = with_data_of(preset("fast"), data)
+    assert (with_data.channels, with_data.rate, with_data.merge) == (("fz1",), 50.0, merge)
+    assert dataclasses.replace(with_data, channels=None, rate=None, merge=MergeMap()) == preset(
+        "fast"
+    )
 
 
 def test_a_measurement_is_kept_in_the_project_and_read_again(tmp_path):

@@ -22,12 +22,12 @@ def table(*rows):
     return Table("Contact mechanics", "error (N rms)", "CPU s per simulated s", rows)
 
 
-def beats(one, other):
+def beats(first, second):
     """Whether a row is as good in both respects and better in one, by definition."""
-    if one.refusal or other.refusal or one.size != other.size:
+    if first.refusal or second.refusal or first.size != second.size:
         return False
-    as_good = one.error <= other.error and one.seconds <= other.seconds
-    return as_good and (one.error < other.error or one.seconds < other.seconds)
+    as_good = first.error <= second.error and first.seconds <= second.seconds
+    return as_good and (first.error < second.error or first.seconds < second.seconds)
 
 
 # Few values, so that ties in one and in both are common.
@@ -46,22 +46,22 @@ ROWS = st.lists(
 @settings(max_examples=100, deadline=None)
 def test_the_front_is_what_no_other_row_of_the_size_beats(rows):
     found = [marked.pareto for marked in with_front(rows)]
-    assert found == [not r.refusal and not any(beats(other, r) for other in rows) for r in rows]
+    assert found == [not r.refusal and not any(beats(second, r) for second in rows) for r in rows]
 
 
 @given(ROWS)
 @settings(max_examples=50, deadline=None)
 def test_marking_the_front_keeps_the_rows_and_their_order(rows):
-    kept = [(m.name, m.size, m.point, m.refusal) for m in with_front(rows)]
-    assert kept == [(r.name, r.size, r.point, r.refusal) for r in rows]
+    front_rows = [(m.name, m.size, m.point, m.refusal) for m in with_front(rows)]
+    assert front_rows == [(r.name, r.size, r.point, r.refusal) for r in rows]
 
 
 @given(error=st.floats(0, 1e300), seconds=st.floats(1e-300, 1e300), pareto=st.booleans())
 @settings(max_examples=50, deadline=None)
 def test_a_row_comes_back_from_json_as_it_was(error, seconds, pareto):
     first = row(error, seconds, further={"largest (N)": 2.0}, pareto=pareto)
-    whole = table(first, refused()).to_json()
-    text = json.dumps(whole, allow_nan=False)
+    front = table(first, refused()).to_json()
+    text = json.dumps(front, allow_nan=False)
     assert tuple(Row(**fields) for fields in json.loads(text)["rows"]) == (first, refused())
 
 

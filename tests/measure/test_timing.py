@@ -70,16 +70,16 @@ def test_what_is_too_short_for_the_clock_is_repeated_until_it_is_not():
 
 
 def test_only_the_first_result_is_looked_at_and_looking_takes_no_time():
-    clock, looked = Clock(), []
+    clock, judged = Clock(), []
 
     def look(result):
         clock.now += 1000.0
-        looked.append(result)
+        judged.append(result)
         return result + 1
 
     way = spending(clock, "A", 1.0, result=41)
     (timed,) = finish(timed_methods([Method("A", way.run, look)], 3, clock))
-    assert (timed.judged, looked) == (42, [41])
+    assert (timed.judged, judged) == (42, [41])
     assert timed.seconds == pytest.approx(1.0)
 
 
@@ -122,11 +122,11 @@ def test_any_other_error_is_not_taken_for_a_refusal():
 
 
 def test_progress_reaches_its_total_and_names_what_runs():
-    clock, seen = Clock(), []
-    finish(timed_methods([spending(clock, name, 1.0) for name in "AB"], 3, clock), seen.append)
-    assert [progress.done for progress in seen] == list(range(8))
-    assert {progress.total for progress in seen} == {8}
-    assert [progress.text for progress in seen[:4]] == ["A, memory", "B, memory", "A", "B"]
+    clock, texts = Clock(), []
+    finish(timed_methods([spending(clock, name, 1.0) for name in "AB"], 3, clock), texts.append)
+    assert [progress.done for progress in texts] == list(range(8))
+    assert {progress.total for progress in texts} == {8}
+    assert [progress.text for progress in texts[:4]] == ["A, memory", "B, memory", "A", "B"]
 
 
 def test_no_repetition_is_refused_before_anything_runs():

@@ -201,13 +201,13 @@ def test_a_stream_loses_its_glitches_and_nothing_else(size, offset):
     x = offset + np.random.default_rng(0).standard_normal((4000, 2))
     x[1000:1300, 1] = NAN
     x[2000:, 1] += 5e12  # another level
-    wanted = x.copy()
+    expected = x.copy()
     x[[500, 501, 502, 3999], 0] = 1e16, -1e16, 1e16, 1e25
     x[[600, 601, 603], 0] = 1e16  # the last one is told by what preceded the others
     x[[1300, 2100], 1] = 1e25
-    wanted[[500, 501, 502, 600, 601, 603, 3999], 0] = NAN
-    wanted[2100, 1] = NAN
-    wanted[1300, 1] = 1e25  # of a channel that was away nobody knows what is usual
+    expected[[500, 501, 502, 600, 601, 603, 3999], 0] = NAN
+    expected[2100, 1] = NAN
+    expected[1300, 1] = 1e25  # of a channel that was away nobody knows what is usual
     stream, waiting, found = CausalGlitches(2), x[:0], []
     for first in range(0, len(x), size):
         waiting = np.concatenate([waiting, x[first : first + size]])
@@ -215,7 +215,7 @@ def test_a_stream_loses_its_glitches_and_nothing_else(size, offset):
         found.append(values[:settled])
         waiting = waiting[settled:]
         assert len(waiting) <= SPIKE
-    np.testing.assert_array_equal(np.concatenate(found), wanted)
+    np.testing.assert_array_equal(np.concatenate(found), expected)
 
 
 RESTS = {

@@ -93,11 +93,11 @@ def test_a_gap_is_no_event_and_missing_samples_are_bridged():
     gap = ~loaded
     holes = x.copy()
     holes[np.random.default_rng(0).choice(t.size, 40, replace=False)] = np.nan
-    whole = contact_events(t, x[:, None])
+    complete = contact_events(t, x[:, None])
     for times, values in ((t[gap], x[gap]), (t, np.where(loaded, np.nan, x)), (t, holes)):
         events = contact_events(times, values[:, None])
-        assert kinds(events) == kinds(whole)
-        assert [e.time for e in events] == pytest.approx([e.time for e in whole], abs=0.004)
+        assert kinds(events) == kinds(complete)
+        assert [e.time for e in events] == pytest.approx([e.time for e in complete], abs=0.004)
     assert contact_events(t, np.full((t.size, 1), np.nan)) == ()
 
 
@@ -122,20 +122,20 @@ def test_irregular_stamps_make_no_events():
 
 def test_chunks_change_nothing(monkeypatch):
     t, x = steps((0.5, 0.9, 1.7, 1.9, 3.2, 3.3), noise=0.02)
-    whole = contact_events(t, x[:, None])
+    complete = contact_events(t, x[:, None])
     for chunk in (512, 1024, 1711):
         monkeypatch.setattr(contacts, "CHUNK", chunk)
         events = contact_events(t, x[:, None])
-        assert kinds(events) == kinds(whole)
-        assert [e.time for e in events] == pytest.approx([e.time for e in whole], abs=1e-9)
+        assert kinds(events) == kinds(complete)
+        assert [e.time for e in events] == pytest.approx([e.time for e in complete], abs=1e-9)
 
 
 def test_a_job_tells_its_progress(monkeypatch):
     monkeypatch.setattr(contacts, "CHUNK", 1024)
     t, x = steps((1.0, 3.0))
-    seen = []
-    finish(find_contacts(t, x[:, None]), seen.append)
-    assert len(seen) >= 4
+    progress = []
+    finish(find_contacts(t, x[:, None]), progress.append)
+    assert len(progress) >= 4
 
 
 def test_shapes_that_do_not_fit_are_told():
@@ -144,7 +144,7 @@ def test_shapes_that_do_not_fit_are_told():
 
 
 def test_most_action_edges_of_simulated_tongs_have_an_event_within_20_ms():
-    hits, made = [], []
+    hits, contacts_met = [], []
     for moved in finish(performing("stylus", 1, (1,), taps=False)):
         step = round(moved.rate / RATE)
         force = moved.forces[::step]
@@ -152,11 +152,11 @@ def test_most_action_edges_of_simulated_tongs_have_an_event_within_20_ms():
         times = np.array([e.time for e in contact_events(np.arange(len(force)) / RATE, force)])
         edges = [segment.start for segment in moved.actions[1:]]
         hits += [np.min(np.abs(times - edge)) < 0.02 for edge in edges]
-        made += [
+        contacts_met += [
             np.min(np.abs(times - event.time)) < 0.01
             for event in moved.events
             if "contact made" in event.kind
         ]
     assert np.mean(hits) > 0.6
-    assert all(made)
-    assert made
+    assert all(contacts_met)
+    assert contacts_met

@@ -244,11 +244,11 @@ def test_what_happens_later_is_transformed_later(shift, wavelet, seed):
     x = np.zeros(700)
     x[250:280] = event
     early, late = cwt(x, [4.0, 16.0], wavelet), cwt(np.roll(x, shift), [4.0, 16.0], wavelet)
-    kept = slice(100, 500)
+    inside = slice(100, 500)
     moved = slice(100 + shift, 500 + shift)
     # Haar is cut at the Nyquist frequency: its ringing feels the ends of the ring a little.
     atol = 1e-4 if isinstance(wavelet, Haar) else 1e-12
-    np.testing.assert_allclose(late[:, moved], early[:, kept], rtol=0, atol=atol)
+    np.testing.assert_allclose(late[:, moved], early[:, inside], rtol=0, atol=atol)
 
 
 def test_scales_are_computed_each_by_itself_in_any_order():
@@ -412,8 +412,8 @@ def test_inside_the_cone_what_lies_beyond_the_ends_matters_little():
     error, power = np.zeros(n), 0.0
     for seed in range(20):
         x = np.random.default_rng(seed).standard_normal(3 * n)
-        whole = cwt(x, [scale])[0, n : 2 * n]
-        error += np.abs(cwt(x[n : 2 * n], [scale])[0] - whole) ** 2 / 20
-        power += np.mean(np.abs(whole) ** 2) / 20
+        surrounded = cwt(x, [scale])[0, n : 2 * n]
+        error += np.abs(cwt(x[n : 2 * n], [scale])[0] - surrounded) ** 2 / 20
+        power += np.mean(np.abs(surrounded) ** 2) / 20
     assert error[sure].max() < math.exp(-2) * power < error[[0, -1]].min()
     assert 0.7 < sure.mean() < 0.8

@@ -60,8 +60,8 @@ def test_a_rate_asked_for_within_one_per_cent_leaves_the_recording_alone(share):
 
 def test_a_rate_further_away_is_met_to_a_thousandth():
     demo = recording(np.arange(5000) / 1000, 1.0)
-    for asked in (1010.0, 989.9, 987.654, 701.3, 333.3):
-        assert on_grid(demo, asked).rate == pytest.approx(asked, rel=1e-3)
+    for rate_asked in (1010.0, 989.9, 987.654, 701.3, 333.3):
+        assert on_grid(demo, rate_asked).rate == pytest.approx(rate_asked, rel=1e-3)
 
 
 def test_the_demonstrations_own_grid_rate_counts_unless_another_is_asked_for():
@@ -184,8 +184,10 @@ def test_a_coarser_grid_keeps_slow_tones_and_drops_fast_ones(rate):
     assert grid.rate == pytest.approx(rate, rel=1e-3)
     assert np.diff(grid.times) == pytest.approx(1 / grid.rate)
     inner = (grid.times > 1) & (grid.times < 7)
-    kept = grid.signals[inner, 0]
-    np.testing.assert_allclose(kept, np.sin(2 * np.pi * slow * grid.times[inner]), atol=2e-3)
+    values_inside = grid.signals[inner, 0]
+    np.testing.assert_allclose(
+        values_inside, np.sin(2 * np.pi * slow * grid.times[inner]), atol=2e-3
+    )
     if fast > 1.2 * grid.rate / 2:
         assert np.abs(grid.signals[inner, 1]).max() < 1e-3
 
@@ -233,8 +235,8 @@ def test_any_rate_gives_a_uniform_finite_grid_within_the_recording(rate, n, seed
     demo = recording(times, x)
     grid = on_grid(demo, rate)
     own = 1 / demo.period
-    wanted = own if abs(rate / own - 1) < 0.01 else rate
-    assert grid.rate == pytest.approx(wanted, rel=1e-3)
+    expected = own if abs(rate / own - 1) < 0.01 else rate
+    assert grid.rate == pytest.approx(expected, rel=1e-3)
     assert grid.times.shape == grid.valid.shape == grid.signals.shape[:1]
     assert np.isfinite(grid.signals).all()
     assert grid.times[0] == demo.start

@@ -59,9 +59,9 @@ def test_glitches_count_as_missing_samples(n, width):
         np.testing.assert_array_equal(glitchy[0].glitches, wild)
         assert glitchy[0].range == clean[0].range
         for start, end in ((0.0, times[-1]), (times[n // 3], times[n // 3] + 0.9)):
-            seen = Columns(times, np.linspace(start, end, width + 1))
+            shown = Columns(times, np.linspace(start, end, width + 1))
             for ours, theirs in zip(
-                drawn_together(glitchy, seen), drawn_together(clean, seen), strict=True
+                drawn_together(glitchy, shown), drawn_together(clean, shown), strict=True
             ):
                 np.testing.assert_array_equal(ours.low, theirs.low)
                 np.testing.assert_array_equal(ours.high, theirs.high)
@@ -82,8 +82,8 @@ def test_a_number_that_stands_for_an_absent_sensor_is_missing_and_no_glitch():
     (envelope,), (clean,) = read(signals), read(lost)
     assert envelope.glitches.tolist() == [500]
     assert envelope.range == clean.range
-    seen = Columns(np.arange(4_000) / 1000, np.linspace(0.0, 4.0, 200))
-    np.testing.assert_array_equal(envelope.drawn(seen).high, clean.drawn(seen).high)
+    shown = Columns(np.arange(4_000) / 1000, np.linspace(0.0, 4.0, 200))
+    np.testing.assert_array_equal(envelope.drawn(shown).high, clean.drawn(shown).high)
 
 
 def check(envelope, times, values, edges):

@@ -50,9 +50,9 @@ def force(n, seed=3):
 def made(x, start=None, end=None, channel="fz", **settings):
     demonstration = x if isinstance(x, Demonstration) else recorded(x)
     view = finish(survey(demonstration, channel, 2048.0))
-    asked = {"scales": SCALES, "columns": 200, **settings}
+    request = {"scales": SCALES, "columns": 200, **settings}
     span = (demonstration.start if start is None else start, end or demonstration.end)
-    return finish(scalogram(view, *span, **asked))
+    return finish(scalogram(view, *span, **request))
 
 
 def power(picture):
@@ -95,14 +95,14 @@ def test_a_picture_holds_the_largest_power_of_each_column(tapped, first, last, c
 def test_other_carriers_are_as_right(tapped, p, last, columns):
     view = finish(survey(recorded(tapped), "fz", 1024.0, Morlet(p)))
     scales = row_scales(20, 1024.0, 2.0)
-    asked = {"scales": scales, "columns": columns}
+    request = {"scales": scales, "columns": columns}
     full = cwt(tapped, scales, Morlet(p))[:, 10_000:last]
     sizes = np.abs(full).reshape(20, columns, -1).max(axis=-1)
-    picture = finish(scalogram(view, 10.0, last / RATE, **asked))
+    picture = finish(scalogram(view, 10.0, last / RATE, **request))
     floor = 2e-6 * np.ptp(tapped) * np.sqrt(scales)[:, np.newaxis]
     allowed = 0.02 * sizes.max(axis=1, keepdims=True) ** 2 + floor * (2 * sizes + floor)
     assert np.all(np.abs(power(picture) - sizes**2) < allowed)
-    turned = finish(scalogram(view, 10.0, last / RATE, **asked, phase=True)).values
+    turned = finish(scalogram(view, 10.0, last / RATE, **request, phase=True)).values
     each = (last - 10_000) // columns
     centres = full[:, each // 2 :: each]
     strong = np.abs(centres) > 0.1 * np.abs(centres).max(axis=1, keepdims=True)
@@ -122,8 +122,8 @@ def test_phases_of_cut_wavelets_are_as_sure_as_stated_for_any_carrier(p, last, c
     stated = np.array([0.5, 0.5, 0.25, 0.25, 0.25])
     for x in (steps, np.cumsum(steps)):
         view = finish(survey(recorded(x), "fz", 1024.0, Morlet(p)))
-        asked = {"scales": scales, "columns": columns, "phase": True}
-        turned = finish(scalogram(view, 10.0, last / RATE, **asked)).values
+        request = {"scales": scales, "columns": columns, "phase": True}
+        turned = finish(scalogram(view, 10.0, last / RATE, **request)).values
         each = (last - 10_000) // columns
         full = cwt(x, scales, Morlet(p))
         centres = full[:, 10_000:last][:, each // 2 :: each]
@@ -160,14 +160,14 @@ def test_tiles_are_computed_once_and_only_where_something_is_seen(tapped, monkey
     monkeypatch.setattr(
         Source, "read", lambda self, *piece: touched.append(piece) or read(self, *piece)
     )
-    asked = {"scales": SCALES, "columns": 100}
-    first = finish(scalogram(view, 0.0, 20.0, **asked))
+    request = {"scales": SCALES, "columns": 100}
+    first = finish(scalogram(view, 0.0, 20.0, **request))
     assert view.tiles(SCALES).missing(0, 60_000) == [2, 3]
     touched.clear()
-    steps = list(scalogram(view, 1.0, 19.0, **asked))
+    steps = list(scalogram(view, 1.0, 19.0, **request))
     assert not touched, "a span whose tiles are there reads nothing"
     assert not steps, "nor has it a coarse picture first"
-    again = finish(scalogram(view, 0.0, 20.0, **asked))
+    again = finish(scalogram(view, 0.0, 20.0, **request))
     np.testing.assert_array_equal(again.values, first.values)
 
 
@@ -181,19 +181,19 @@ def test_what_was_computed_before_a_picture_was_cancelled_is_kept(tapped):
     job.close()
     # What a second core was at work on is ended, and kept as well.
     assert len(view.tiles(SCALES).missing(0, 60_000)) in (1, 2, 3)
-    whole = finish(scalogram(view, 0.0, 60.0, scales=SCALES, columns=100))
-    np.testing.assert_array_equal(whole.values, made(tapped, columns=100).values)
+    entire = finish(scalogram(view, 0.0, 60.0, scales=SCALES, columns=100))
+    np.testing.assert_array_equal(entire.values, made(tapped, columns=100).values)
 
 
 @pytest.mark.usefixtures("long_from_little")
 def test_pictures_become_exact_bit_by_bit(tapped):
     view = finish(survey(recorded(tapped), "fz", 2048.0))
-    asked = {"scales": SCALES, "columns": 64}
-    pictures = [step.picture for step in scalogram(view, 0.0, 60.0, **asked)]
+    request = {"scales": SCALES, "columns": 64}
+    pictures = [step.picture for step in scalogram(view, 0.0, 60.0, **request)]
     shown = list({id(picture): picture for picture in pictures if picture is not None}.values())
     assert len(shown) == 5
     assert all(picture.coarse for picture in shown)
-    exact = finish(scalogram(view, 0.0, 60.0, **asked))
+    exact = finish(scalogram(view, 0.0, 60.0, **request))
     assert not exact.coarse
     right = [np.sum(np.all(p.values == exact.values, axis=0)) for p in shown[2:]]
     assert right == pytest.approx([17, 34, 52], abs=2), "a chunk more each time"
@@ -243,8 +243,8 @@ def test_the_first_picture_of_a_long_span_knows_all_scales():
     known = ~lost[0]
     for row in np.flatnonzero(first.scales > 145):
         # Edges of columns move to the nearest mean of 16 samples, in columns of 500.
-        told = power(first)[row, known]
-        np.testing.assert_allclose(told, largest[row, known], atol=0.1 * largest[row].max())
+        power_told = power(first)[row, known]
+        np.testing.assert_allclose(power_told, largest[row, known], atol=0.1 * largest[row].max())
 
 
 @pytest.mark.parametrize(("p", "known"), [(60.0, [True, True, False, True]), (200.0, [True, True])])
@@ -413,10 +413,10 @@ def test_a_gap_is_as_long_as_it_is_where_a_piece_begins_or_ends_in_it(even):
     if not even:
         times += np.where(times > 0.3, 4e-4, 0.0)
     demonstration = recorded(x, times)
-    source, whole = finish(open_source(demonstration, "fz")), on_grid(demonstration)
+    source, entire = finish(open_source(demonstration, "fz")), on_grid(demonstration)
     assert source.uniform == even
     for piece in ((508, 530), (480, 502), (503, 506), (5, 20), (980, 995), (702, 710)):
-        np.testing.assert_array_equal(source.read(*piece)[1], whole.valid[slice(*piece)])
+        np.testing.assert_array_equal(source.read(*piece)[1], entire.valid[slice(*piece)])
 
 
 @settings(max_examples=20, deadline=None)
@@ -433,14 +433,14 @@ def test_pieces_are_those_of_the_whole_grid(distances, data):
     begin = data.draw(st.integers(0, len(x)))
     x[begin : begin + data.draw(st.integers(0, 9))] = np.nan
     demonstration = recorded(x, times)
-    whole = on_grid(demonstration)
+    entire = on_grid(demonstration)
     source = finish(open_source(demonstration, "fz"))
-    assert source.count == len(whole.times)
+    assert source.count == len(entire.times)
     first = data.draw(st.integers(0, source.count - 1))
     last = data.draw(st.integers(first + 1, source.count))
     values, known = source.read(first, last)
-    np.testing.assert_allclose(values, whole.signals[first:last, 0], rtol=1e-9, atol=1e-9)
-    np.testing.assert_array_equal(known, whole.valid[first:last])
+    np.testing.assert_allclose(values, entire.signals[first:last, 0], rtol=1e-9, atol=1e-9)
+    np.testing.assert_array_equal(known, entire.valid[first:last])
 
 
 def test_gaps_of_the_stamps_stay_empty():
@@ -552,9 +552,9 @@ def test_pieces_are_what_is_read_one_by_one(even):
     firsts = np.array([-700, 100, 4_000, 11_500, 13_000, 19_500, 21_000, source.count - 500])
     values, known = source.pieces(firsts, 1000)
     for row, first in enumerate(firsts.tolist()):
-        wanted, there = source.read(first, first + 1000)
-        np.testing.assert_array_equal(values[row], wanted)
-        assert known[row] == there.any()
+        known_values, known_there = source.read(first, first + 1000)
+        np.testing.assert_array_equal(values[row], known_values)
+        assert known[row] == known_there.any()
     assert not known[4], "all of it in a gap"
 
 
@@ -664,7 +664,7 @@ def again(folder, demonstration, channel="fz", scales=TILE_SCALES, wavelet=None)
     return load_tiles(folder, demonstration, channel, scales, wavelet or Morlet())
 
 
-def whole(view, columns=600, samples=N):
+def entire(view, columns=600, samples=N):
     return finish(scalogram(view, 0.0, samples / RATE, scales=TILE_SCALES, columns=columns))
 
 
@@ -674,7 +674,7 @@ def test_a_kept_scalogram_is_the_computed_one_to_within_what_is_stated(
     monkeypatch.setattr(Source, "read", None)  # nothing is read of the recording any more
     view = again(file.parent, demonstration)
     for columns, samples in ((600, N), (1200, 400_000)):
-        found, expected = whole(view, columns, samples), whole(complete, columns, samples)
+        found, expected = entire(view, columns, samples), entire(complete, columns, samples)
         assert not found.coarse
         np.testing.assert_array_equal(np.isnan(found.values), np.isnan(expected.values))
         ratio = 10.0 ** (2 * (found.values - expected.values).astype(np.float64))
@@ -692,7 +692,7 @@ def test_what_is_not_in_the_file_is_computed(file, complete, demonstration, monk
     assert tiles.told_cell == 256
     assert not tiles.missing(0, N, 256)
     assert tiles.missing(0, N)
-    found, expected = whole(view, 1000, 300_000), whole(complete, 1000, 300_000)
+    found, expected = entire(view, 1000, 300_000), entire(complete, 1000, 300_000)
     np.testing.assert_array_equal(found.values, expected.values)
     assert len(tiles.missing(0, N)) == 5, "of what is not seen nothing is computed"
 
@@ -713,7 +713,7 @@ def test_only_the_very_same_channel_scales_and_wavelet_are_found(file, demonstra
 
 
 def test_a_damaged_file_counts_as_none(file, demonstration):
-    content, expected = file.read_bytes(), whole(again(file.parent, demonstration)).values
+    content, expected = file.read_bytes(), entire(again(file.parent, demonstration)).values
     for place in range(0, len(content), len(content) // 23):
         file.write_bytes(content[:place])
         assert again(file.parent, demonstration) is None, f"cut after {place} bytes"
@@ -722,7 +722,7 @@ def test_a_damaged_file_counts_as_none(file, demonstration):
         file.write_bytes(damaged)
         view = again(file.parent, demonstration)
         if view is not None:  # there were zeros, or what nobody reads
-            np.testing.assert_array_equal(whole(view).values, expected)
+            np.testing.assert_array_equal(entire(view).values, expected)
     file.write_bytes(b"something else")
     assert again(file.parent, demonstration) is None
 

@@ -20,8 +20,8 @@ def streamed(stream, x, blocks):
         parts.append(stream.push(x[start : start + blocks[turn % len(blocks)]]))
         start += blocks[turn % len(blocks)]
         turn += 1
-    whole = np.concatenate([*parts, stream.finish()], axis=2)
-    aligned = [whole[:, j, d : d + len(x)] for j, d in enumerate(stream.delays)]
+    stream_values = np.concatenate([*parts, stream.finish()], axis=2)
+    aligned = [stream_values[:, j, d : d + len(x)] for j, d in enumerate(stream.delays)]
     return np.stack(aligned, axis=1)
 
 
@@ -43,8 +43,8 @@ def worst(found, x, scales, wavelet=None):
     """Largest error over the scales, relative to the largest coefficient of the scale."""
     errors = []
     for c in range(x.shape[1]):
-        wanted = cwt(x[:, c], scales, wavelet)
-        for mine, theirs in zip(found[c], wanted, strict=True):
+        expected = cwt(x[:, c], scales, wavelet)
+        for mine, theirs in zip(found[c], expected, strict=True):
             errors.append(np.abs(mine - theirs).max() / np.abs(theirs).max())
     return max(errors)
 
@@ -68,10 +68,10 @@ def test_blocks_of_any_size_give_the_same(blocks, n, latency):
     if sum(blocks) / len(blocks) < n / 300:
         blocks = [*blocks, n]
     x = made("walk", n)
-    one, other = (StreamingCwt(SCALES, 1, latency=latency) for _ in range(2))
-    found, wanted = streamed(one, x, blocks), streamed(other, x, [n])
+    first, second = (StreamingCwt(SCALES, 1, latency=latency) for _ in range(2))
+    found, expected = streamed(first, x, blocks), streamed(second, x, [n])
     # Where a block begins decides which samples come from the decimated copy.
-    assert np.abs(found - wanted).max() <= 3e-9 * max(1.0, np.abs(x - x[0]).max())
+    assert np.abs(found - expected).max() <= 3e-9 * max(1.0, np.abs(x - x[0]).max())
 
 
 @pytest.mark.parametrize("latency", [0, 7, 64, 200])
@@ -84,18 +84,18 @@ def test_an_early_coefficient_rests_on_no_later_sample_and_holds_the_newest(late
             end = b + stream.delays[j] + 1
             held = x[end - max(1, int(scale / 8)) : end, 0].mean()
             known = np.concatenate([x[:end, 0], np.full(3000, held)])
-            wanted = cwt(known, [scale])[0]
-            assert abs(found[0, j, b] - wanted[b]) <= 1e-4 * np.abs(wanted).max()
+            expected = cwt(known, [scale])[0]
+            assert abs(found[0, j, b] - expected[b]) <= 1e-4 * np.abs(expected).max()
 
 
 @pytest.mark.parametrize(("kind", "most"), [("walk", 1.0), ("noise", 1.5)])
 def test_early_estimates_err_as_much_as_is_said(kind, most):
     x, scale = made(kind, 40_000), 32.0
-    wanted = cwt(x[:, 0], [scale])[0]
+    expected = cwt(x[:, 0], [scale])[0]
     inside = slice(400, -400)
     for share in (0.5, 1.0, 2.0, 3.0):
         found = streamed(StreamingCwt([scale], 1, latency=int(share * scale)), x, [5000])[0, 0]
-        error = np.std((found - wanted)[inside]) / np.std(wanted[inside])
+        error = np.std((found - expected)[inside]) / np.std(expected[inside])
         assert 0.8 * early_error(share) < error < most * early_error(share)
 
 
@@ -193,8 +193,10 @@ def stream_extreme(x, scales=EXTREME_SCALES, wavelet=None, block=100, tolerance=
     """Coefficients of every sample, shape (c, k, n)."""
     stream = StreamingCwt(scales, x.shape[1], wavelet, tolerance)
     parts = [stream.push(x[i : i + block]) for i in range(0, len(x), block)]
-    whole = np.concatenate([*parts, stream.finish()], axis=2)
-    return np.stack([whole[:, j, d : d + len(x)] for j, d in enumerate(stream.delays)], axis=1)
+    stream_values = np.concatenate([*parts, stream.finish()], axis=2)
+    return np.stack(
+        [stream_values[:, j, d : d + len(x)] for j, d in enumerate(stream.delays)], axis=1
+    )
 
 
 def worst_error(x, found, scales=EXTREME_SCALES, wavelet=None):
@@ -205,9 +207,9 @@ def worst_error(x, found, scales=EXTREME_SCALES, wavelet=None):
     """
     errors = []
     for c in range(x.shape[1]):
-        wanted = cwt(x[:, c], scales, wavelet)
+        expected = cwt(x[:, c], scales, wavelet)
         around = float(np.max(np.abs(x[:, c] - x[0, c])))
-        for a, mine, theirs in zip(scales, found[c], wanted, strict=True):
+        for a, mine, theirs in zip(scales, found[c], expected, strict=True):
             top = max(float(np.abs(theirs).max()), 1e-9 * np.sqrt(a) * around, LEAST)
             size, exponent = np.frexp(top)
             parts = [
@@ -319,17 +321,17 @@ def test_any_number_of_oscillations(p):
     assert worst_error(x, stream_extreme(x, scales, Morlet(p)), scales, Morlet(p)) <= TOLERANCE
 
 
-@pytest.mark.parametrize(("scale", "heard"), [(0.5, 0.06), (1.0, 0.06), (2.0, 0.02), (2.5, 2e-3)])
-def test_a_wavelet_beyond_nyquist_rings_offline_and_live_alike(scale, heard):
+@pytest.mark.parametrize(("scale", "audible"), [(0.5, 0.06), (1.0, 0.06), (2.0, 0.02), (2.5, 2e-3)])
+def test_a_wavelet_beyond_nyquist_rings_offline_and_live_alike(scale, audible):
     # What it rings after 512 samples live has ended: of white noise the share stated.
     smooth = np.convolve(noise(900), np.hanning(40), "valid")
-    for x, share in ((noise(3000), heard), (np.eye(1, 3000, 1500)[0], 0.1 * heard)):
+    for x, share in ((noise(3000), audible), (np.eye(1, 3000, 1500)[0], 0.1 * audible)):
         assert worst_error(column(x), stream_extreme(column(x), [scale]), [scale]) <= share
     scales = [scale]
-    wanted = cwt(smooth, scales)
+    expected = cwt(smooth, scales)
     found = stream_extreme(column(smooth), scales)[0]
     # Of a signal without power up there nothing is left of the ringing.
-    assert np.abs(found - wanted)[0, 50:-50].max() <= TOLERANCE * np.abs(smooth).max()
+    assert np.abs(found - expected)[0, 50:-50].max() <= TOLERANCE * np.abs(smooth).max()
 
 
 def test_a_wavelet_with_nothing_below_nyquist_gives_nothing():

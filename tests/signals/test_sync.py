@@ -35,10 +35,10 @@ def recorded(length=12.0, offset=0.0, rate=1.0, seed=0, taps=True, channels=3):
     for tap in tapped:
         force[:, 0] += 4.0 * np.exp(-0.5 * ((t - tap) / 0.007) ** 2)
     frames = np.arange(0.0, length + 0.8, FRAME)
-    seen = offset + rate * frames
-    energy = 0.05 * np.abs(rng.standard_normal(frames.size)) + 0.3 * np.cos(seen / 2.0) ** 2
+    video_times = offset + rate * frames
+    energy = 0.05 * np.abs(rng.standard_normal(frames.size)) + 0.3 * np.cos(video_times / 2.0) ** 2
     for event in (*contacts, *tapped):
-        k = int(np.searchsorted(seen, event))
+        k = int(np.searchsorted(video_times, event))
         if 0 < k < frames.size - 1:
             energy[k : k + 2] += rng.uniform(1.0, 3.0) * np.array([1.0, 0.6])
     return frames, energy, t, force
@@ -75,8 +75,8 @@ def test_a_confident_proposal_is_right(seed):
 def test_a_drift_is_found_where_it_can_be_told(rate):
     frames, energy, t, force = recorded(length=160.0, offset=-0.5, rate=rate, seed=1)
     proposal = propose(frames, energy, t, force)
-    seen = frames[(proposal.clock.to_force(frames) < 160.0)]
-    assert error(proposal, seen, -0.5, rate) < 1.5 * FRAME
+    video_times = frames[(proposal.clock.to_force(frames) < 160.0)]
+    assert error(proposal, video_times, -0.5, rate) < 1.5 * FRAME
 
 
 def test_a_video_that_shows_nothing_is_not_believed():

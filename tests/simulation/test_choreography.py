@@ -82,9 +82,9 @@ def test_the_mechanics_rest_in_a_grip_where_it_should_be():
     state = np.zeros((len(system.names), 1))
     state[:2] = BLOCK.half_width - 5.0 / BLOCK.stiffness
     now = np.array([0.55])
-    seen = system.evaluate(now, state)
-    np.testing.assert_allclose(seen.normal, 5.0, rtol=1e-9)
-    assert np.abs(seen.rates).max() < 1e-6
+    instant = system.evaluate(now, state)
+    np.testing.assert_allclose(instant.normal, 5.0, rtol=1e-9)
+    assert np.abs(instant.rates).max() < 1e-6
 
 
 def test_a_regrip_goes_on_from_the_grip_there_is():

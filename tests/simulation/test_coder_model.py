@@ -110,11 +110,11 @@ def code_row(actions, coder, seed=0, forces=None):
 @given(rows, coders, seeds, st.data())
 def test_segments_stay_in_order_and_inside_whatever_the_habits(actions, coder, seed, data):
     # Some actions left out: a performance with holes is coded with holes.
-    kept = data.draw(st.lists(st.booleans(), min_size=len(actions), max_size=len(actions)))
-    actions = tuple(a for a, keep in zip(actions, kept, strict=True) if keep)
-    made = code_row(actions, coder, seed)
-    track = made.track.segments
-    assert made.track.author == "Ada"
+    chosen = data.draw(st.lists(st.booleans(), min_size=len(actions), max_size=len(actions)))
+    actions = tuple(a for a, keep in zip(actions, chosen, strict=True) if keep)
+    coded = code_row(actions, coder, seed)
+    track = coded.track.segments
+    assert coded.track.author == "Ada"
     assert all(left.end <= right.start for left, right in pairwise(track))
     if track:
         assert actions[0].start <= track[0].start
@@ -124,25 +124,25 @@ def test_segments_stay_in_order_and_inside_whatever_the_habits(actions, coder, s
 @settings(max_examples=40, deadline=None)
 @given(rows, coders, seeds)
 def test_the_mistakes_tell_exactly_how_track_and_truth_differ(actions, coder, seed):
-    made = code_row(actions, coder, seed)
-    wrong = {mistake.segment: mistake.taken_for for mistake in made.mistakes}
+    coded = code_row(actions, coder, seed)
+    wrong = {mistake.segment: mistake.taken_for for mistake in coded.mistakes}
     assert all(segment.action != taken_for for segment, taken_for in wrong.items())
     assert list(wrong) == [action for action in actions if action in wrong]
-    said = [(wrong.get(action, action.action), action) for action in actions]
-    for name, action in said:
+    named = [(wrong.get(action, action.action), action) for action in actions]
+    for name, action in named:
         # Edges are off by less than half an action, so its middle belongs to it for certain.
         middle = (action.start + action.end) / 2
-        at = {s.action for s in made.track.segments if s.start <= middle < s.end}
+        at = {s.action for s in coded.track.segments if s.start <= middle < s.end}
         assert at <= {name}
         if name is not None and action.duration > 100 * (coder.gap + coder.margin):
             assert at == {name}
     # Touching actions called the same are one segment; what was overlooked parts its neighbours.
     called = [
         name
-        for number, (name, _) in enumerate(said)
-        if name is not None and (number == 0 or said[number - 1][0] != name)
+        for number, (name, _) in enumerate(named)
+        if name is not None and (number == 0 or named[number - 1][0] != name)
     ]
-    assert [segment.action for segment in made.track.segments] == called
+    assert [segment.action for segment in coded.track.segments] == called
 
 
 @settings(max_examples=20, deadline=None)
@@ -265,11 +265,11 @@ def test_a_segment_keeps_four_tenths_of_itself_beside_the_longest_gaps():
 
 
 def test_short_segments_are_overlooked_as_often_as_asked_for():
-    made = code_row(MANY, Coder("Ada", short=1.5, overlooked=0.2))
-    assert abs(len(made.mistakes) - 80) < 3 * np.sqrt(400 * 0.2 * 0.8)
-    assert all(mistake.taken_for is None for mistake in made.mistakes)
-    kept = {segment.action for segment in made.track.segments}
-    assert kept == set(NAMES) - {mistake.segment.action for mistake in made.mistakes}
+    coded = code_row(MANY, Coder("Ada", short=1.5, overlooked=0.2))
+    assert abs(len(coded.mistakes) - 80) < 3 * np.sqrt(400 * 0.2 * 0.8)
+    assert all(mistake.taken_for is None for mistake in coded.mistakes)
+    chosen = {segment.action for segment in coded.track.segments}
+    assert chosen == set(NAMES) - {mistake.segment.action for mistake in coded.mistakes}
     # Exactly as long as short is not short.
     assert not code_row(MANY, Coder("Ada", short=1.0, overlooked=1.0, neighbour=1.0)).mistakes
 
@@ -328,23 +328,23 @@ def test_a_habit_holds_only_where_it_fits(conditions, mistaken):
         ("release", 1.0),
     )
     coder = Coder("Ada", confusions=(Confusion("hold", "search", 1.0, **conditions),))
-    made = code_row(actions, coder)
-    assert made.mistakes == tuple(Mistake(actions[number], "search") for number in mistaken)
+    coded = code_row(actions, coder)
+    assert coded.mistakes == tuple(Mistake(actions[number], "search") for number in mistaken)
 
 
 def test_an_action_taken_for_its_neighbour_is_swallowed_whole():
     actions = row(("insert", 1.0), ("hold", 0.5), ("release", 1.0))
     coder = Coder("Ada", gap=0.05, confusions=(Confusion("hold", "insert", 1.0),))
-    made = code_row(actions, coder)
-    assert [segment.action for segment in made.track.segments] == ["insert", "release"]
-    assert made.track.segments[0].end > 1.3
-    assert made.mistakes == (Mistake(actions[1], "insert"),)
+    coded = code_row(actions, coder)
+    assert [segment.action for segment in coded.track.segments] == ["insert", "release"]
+    assert coded.track.segments[0].end > 1.3
+    assert coded.mistakes == (Mistake(actions[1], "insert"),)
 
 
 def test_an_action_overlooked_between_two_alike_leaves_them_two():
     actions = row(("twist", 1.0), ("hold", 0.2), ("twist", 1.0))
-    made = code_row(actions, Coder("Ada", short=0.5, overlooked=1.0))
-    assert made.track.segments == (actions[0], actions[2])
+    coded = code_row(actions, Coder("Ada", short=0.5, overlooked=1.0))
+    assert coded.track.segments == (actions[0], actions[2])
 
 
 # The two coders of the sample project.
@@ -360,12 +360,12 @@ def codings(task, seeds=25):
 @pytest.mark.parametrize("task", CHOREOGRAPHIES)
 def test_the_two_coders_agree_as_people_do(task):
     counts, bare = [], []
-    for done, made in codings(task):
+    for done, coded in codings(task):
         times = np.arange(0, done.actions[-1].end, 0.01)
         names = sorted({action.action for action in done.actions})
-        one, other = (to_codes(coding.track.segments, times, names) for coding in made)
-        counts.append(count(one, other, times, names))
-        bare.append([np.mean(one < 0), np.mean(other < 0)])
+        first, second = (to_codes(coding.track.segments, times, names) for coding in coded)
+        counts.append(count(first, second, times, names))
+        bare.append([np.mean(first < 0), np.mean(second < 0)])
     scores = pool(task, counts)
     assert 0.80 < scores.accuracy < 0.93
     assert 0.75 < scores.kappa < 0.92
@@ -383,19 +383,19 @@ def test_the_two_coders_agree_as_people_do(task):
     ],
 )
 def test_the_coders_have_the_habits_of_people_in_each_task(task, confused):
-    made = [coding for _, both in codings(task, 60) for coding in both]
-    mistakes = [mistake for coding in made for mistake in coding.mistakes]
+    coded = [coding for _, both in codings(task, 60) for coding in both]
+    mistakes = [mistake for coding in coded for mistake in coding.mistakes]
     assert confused <= {(mistake.segment.action, mistake.taken_for) for mistake in mistakes}
     assert None in {mistake.taken_for for mistake in mistakes}
     # Most of what they say is right.
-    assert len(mistakes) < 0.08 * sum(len(coding.track.segments) for coding in made)
+    assert len(mistakes) < 0.08 * sum(len(coding.track.segments) for coding in coded)
 
 
 def test_the_two_coders_differ_and_neither_is_the_truth():
     assert [coder.name for coder in CODERS] == ["Ines", "Tomas"]
     late = [[], []]
-    for done, made in codings("foam", 60):
-        for mine, coding in zip(late, made, strict=True):
+    for done, coded in codings("foam", 60):
+        for mine, coding in zip(late, coded, strict=True):
             holds = [s.start for s in coding.track.segments if s.action == "hold"]
             mine += [start - done.actions[2].start for start in holds]
     ines, tomas = map(np.mean, late)

@@ -67,10 +67,12 @@ def test_a_bounce_has_hunt_and_crossley_s_restitution_and_depth(exponent, dampin
         return
     # m v dv / (1 + lambda v) = -K x^n dx: u - ln(1 + u) with u = lambda v is the same on return,
     # and at the deepest point x^(n+1) K / (n+1) = m (u - ln(1 + u)) / lambda^2.
-    kept = damping * speed - np.log1p(damping * speed)
-    back = brentq(lambda u: -u - np.log1p(-u) - kept, 0.0, 1.0 - 1e-12, xtol=1e-15)
+    absorbed = damping * speed - np.log1p(damping * speed)
+    back = brentq(lambda u: -u - np.log1p(-u) - absorbed, 0.0, 1.0 - 1e-12, xtol=1e-15)
     assert exit_speed == pytest.approx(back / damping, rel=1e-7)
-    deepest = ((exponent + 1.0) / stiffness * mass * kept / damping**2) ** (1.0 / (exponent + 1.0))
+    deepest = ((exponent + 1.0) / stiffness * mass * absorbed / damping**2) ** (
+        1.0 / (exponent + 1.0)
+    )
     assert bounce.y[0].max() == pytest.approx(deepest, rel=5e-4)
 
 
@@ -287,13 +289,13 @@ def test_stick_slip_is_that_of_coulomb_s_law_with_a_true_stick():
     # In closed form: with kinetic friction alone the spring swings about what that bears.
     omega = np.sqrt(spring / mass)
     spare = (0.9 - 0.5) * LOAD / spring
-    begun = 0.9 * LOAD / (spring * speed)
+    onset = 0.9 * LOAD / (spring * speed)
     phase = np.arctan2(spare, speed / omega)
     swing = 2.0 * (np.pi - phase) / omega
     drop = 2.0 * spare
     period = drop / speed + swing
-    assert motion.t[slips[0]] == pytest.approx(begun, rel=0.01)
+    assert motion.t[slips[0]] == pytest.approx(onset, rel=0.01)
     assert np.diff(motion.t[slips]) == pytest.approx(period, rel=0.02)
     assert bears.max() == pytest.approx(0.9 * LOAD, rel=0.01)
-    later = motion.t > begun + 2.0 * swing
+    later = motion.t > onset + 2.0 * swing
     assert bears[later].min() == pytest.approx(0.9 * LOAD - spring * drop, rel=0.1)

@@ -53,8 +53,8 @@ def test_a_source_tells_all_that_is_needed_to_make_a_demonstration_again(task, s
 
 
 def test_a_source_is_one_readable_line():
-    told = "simulated: task foam, seed 3, number 2, 1000 Hz"
-    assert str(Origin("foam", 3, 2)) == told
+    source = "simulated: task foam, seed 3, number 2, 1000 Hz"
+    assert str(Origin("foam", 3, 2)) == source
     assert Origin("foam", 3, 2).name == "foam-3-02"
 
 
@@ -104,19 +104,19 @@ def test_the_mechanics_give_the_same_number_alone_and_among_others(tmp_path):
     assert among[1] == alone[0]
     assert among[1].truth == alone[0].truth
     assert among[0] != among[1]
-    for one in among:
-        assert 3.0 < one.demonstration.duration < 9.0
-        assert -20.0 < one.demonstration.signals[:, 2].min() < -1.0
-        assert {name for *_, name in one.truth["actions"]} >= {"still", "grab", "release"}
+    for incoming in among:
+        assert 3.0 < incoming.demonstration.duration < 9.0
+        assert -20.0 < incoming.demonstration.signals[:, 2].min() < -1.0
+        assert {name for *_, name in incoming.truth["actions"]} >= {"still", "grab", "release"}
 
 
 def test_every_demonstration_is_its_own_whatever_the_others_are(quick, tmp_path):
     orders = [*unfilmed(7, 2, 1), *unfilmed(2, task="LEGO"), *unfilmed(2, seed=4)]
     every = made(orders, tmp_path)
-    assert [one.source for one in every] == [str(order.origin) for order in orders]
+    assert [incoming.source for incoming in every] == [str(order.origin) for order in orders]
     assert [made([order], tmp_path)[0] for order in reversed(orders)] == list(reversed(every))
     # Brief performances do not depend on the task: noise and offsets do.
-    assert len({one.demonstration.id for one in every}) == 5
+    assert len({incoming.demonstration.id for incoming in every}) == 5
 
 
 def test_a_video_changes_neither_forces_nor_labels(quick, tmp_path):
@@ -129,12 +129,12 @@ def test_a_video_changes_neither_forces_nor_labels(quick, tmp_path):
 
 
 def test_a_coder_labels_the_same_with_and_without_the_other(quick, tmp_path):
-    both, one = (
+    both, incoming = (
         made([Job(Origin("foam", 3, 1), coders, video=False)], tmp_path)[0]
         for coders in (("Ines", "Tomas"), ("Tomas",))
     )
     assert [track.author for track in both.tracks] == ["Ines", "Tomas"]
-    assert one.tracks == both.tracks[1:]
+    assert incoming.tracks == both.tracks[1:]
     (nobody,) = made([Job(Origin("foam", 3, 1), (), video=False)], tmp_path)
     assert nobody.tracks == ()
 
@@ -143,25 +143,28 @@ def test_another_rate_records_the_same_motion_with_the_same_tongs(quick, tmp_pat
     fine, coarse = (made(unfilmed(1, rate=rate), tmp_path)[0] for rate in (1000.0, 500.0))
     assert fine.truth["actions"] == coarse.truth["actions"]
     assert fine.tracks == coarse.tracks
-    one, other = fine.demonstration, coarse.demonstration
+    incoming, other = fine.demonstration, coarse.demonstration
     assert other.period == pytest.approx(0.002)
-    there = np.interp(other.times, one.times, one.signals[:, 2])
+    resampled = np.interp(other.times, incoming.times, incoming.signals[:, 2])
     # The same gain to well below the 5 % by which devices differ.
-    slope = np.polyfit(there, other.signals[:, 2], 1)[0]
+    slope = np.polyfit(resampled, other.signals[:, 2], 1)[0]
     assert slope == pytest.approx(1.0, abs=0.01)
 
 
 def test_videos_are_the_same_bytes_and_their_truth_counts_every_frame(quick, tmp_path):
     orders = [Job(Origin("foam", 3, 1)), Job(Origin("foam", 3, 2), synchronised=False)]
     once, again = made(orders, tmp_path), made(orders, tmp_path)
-    for one, other in zip(once, again, strict=True):
-        file = one.demonstration.video.path
+    for incoming, other in zip(once, again, strict=True):
+        file = incoming.demonstration.video.path
         assert file.read_bytes() == other.demonstration.video.path.read_bytes()
         reader = cv2.VideoCapture(str(file))
-        assert reader.get(cv2.CAP_PROP_FRAME_COUNT) == len(one.truth["video"]["frames"])
+        assert reader.get(cv2.CAP_PROP_FRAME_COUNT) == len(incoming.truth["video"]["frames"])
         reader.release()
-        assert np.all(np.diff(one.truth["video"]["frames"]) > 0)
-    clocks = [ClockMap(one.truth["video"]["offset"], one.truth["video"]["rate"]) for one in once]
+        assert np.all(np.diff(incoming.truth["video"]["frames"]) > 0)
+    clocks = [
+        ClockMap(incoming.truth["video"]["offset"], incoming.truth["video"]["rate"])
+        for incoming in once
+    ]
     assert once[0].demonstration.video.clock == clocks[0]
     assert once[1].demonstration.video.clock == ClockMap() != clocks[1]
 
@@ -170,22 +173,22 @@ def test_the_truth_says_what_the_coders_got_wrong(quick, tmp_path):
     every = made(unfilmed(*range(1, 13)), tmp_path)
     actions = every[0].truth["actions"]
     assert [name for *_, name in actions] == ["still", "grab", "hold", "release", "still"]
-    mistakes = [wrong for one in every for wrong in one.truth["mistakes"]["Tomas"]]
+    mistakes = [wrong for incoming in every for wrong in incoming.truth["mistakes"]["Tomas"]]
     assert mistakes  # of sixty short segments he overlooks or confuses some
     assert all([start, end, name] in actions for start, end, name, _ in mistakes)
-    whole = [one for one in every if not one.truth["mistakes"]["Ines"]]
-    assert whole
-    for one in whole:
-        assert [s.action for s in one.tracks[0].segments] == [name for *_, name in actions]
+    faultless = [incoming for incoming in every if not incoming.truth["mistakes"]["Ines"]]
+    assert faultless
+    for incoming in faultless:
+        assert [s.action for s in incoming.tracks[0].segments] == [name for *_, name in actions]
 
 
 def test_an_action_looks_the_same_in_every_task(quick, tmp_path):
     orders = [order for task in TASKS for order in unfilmed(1, task=task)]
-    seen = {}
-    for one in made(orders, tmp_path):
-        for action in one.vocabulary:
-            assert seen.setdefault(action.name, action) == action
-    assert seen.keys() == {entry.action for entry in glossary()}
+    looks_by_action = {}
+    for incoming in made(orders, tmp_path):
+        for action in incoming.vocabulary:
+            assert looks_by_action.setdefault(action.name, action) == action
+    assert looks_by_action.keys() == {entry.action for entry in glossary()}
 
 
 def test_nothing_is_begun_before_it_is_asked_for_and_progress_reaches_the_end(quick, tmp_path):

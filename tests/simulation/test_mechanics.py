@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scenes import (
+from scipy.integrate import quad
+from scipy.optimize import brentq
+from simulation.scenes import (
     FREE,
     SCENES,
     SLIPPERY,
@@ -21,8 +23,6 @@ from scenes import (
     state,
     without_losses,
 )
-from scipy.integrate import quad
-from scipy.optimize import brentq
 
 from forcelab.errors import InputError
 from forcelab.simulation.hand import Trajectory
@@ -157,8 +157,8 @@ def test_forces_between_jaws_body_tongs_and_cap_keep_momentum(seed):
         if scene.thread:
             wrist = scene.thread.wrist_inertia * q["wrist angle rate"]
             pairs = [(wrist, scene.thread.inertia * q["cap angle rate"])]
-        for one, other in pairs:
-            assert np.abs(one + other).max() < 1e-9 * np.abs(one).max() > 0
+        for first, second in pairs:
+            assert np.abs(first + second).max() < 1e-9 * np.abs(first).max() > 0
 
 
 @pytest.mark.parametrize("name", ["grip", "curved"])
@@ -319,11 +319,11 @@ def test_a_tilted_sensor_feels_part_of_the_grip_as_tangential_but_no_more_force(
     tilted = mechanics(replace(SCENES["lift"], jaws=jaws), COMMANDS)
     column = state(straight, {"left jaw": 0.018, "right jaw": 0.018, "tongs z rate": 0.01})
     here = straight.sensor_forces(np.zeros(1), column[:, None]).reshape(2, 3)
-    there = tilted.sensor_forces(np.zeros(1), column[:, None]).reshape(2, 3)
-    assert np.linalg.norm(there, axis=1) == pytest.approx(np.linalg.norm(here, axis=1))
+    tilted_forces = tilted.sensor_forces(np.zeros(1), column[:, None]).reshape(2, 3)
+    assert np.linalg.norm(tilted_forces, axis=1) == pytest.approx(np.linalg.norm(here, axis=1))
     inward = -here[0, 2]
-    assert there[0, 1] == pytest.approx(here[0, 1] * np.cos(0.2) + inward * np.sin(0.2))
-    assert there[1, 0] == pytest.approx(-here[1, 2] * np.sin(0.1))
+    assert tilted_forces[0, 1] == pytest.approx(here[0, 1] * np.cos(0.2) + inward * np.sin(0.2))
+    assert tilted_forces[1, 0] == pytest.approx(-here[1, 2] * np.sin(0.1))
 
 
 @pytest.mark.parametrize("name", SCENES)
@@ -377,14 +377,14 @@ def test_event_functions_do_not_jump_but_where_the_state_does():
     for name, scene in SCENES.items():
         system = mechanics(scene, COMMANDS)
         rng = np.random.default_rng(8)
-        one, other = scattered(system, rng, 1), scattered(system, rng, 1)
+        first, second = scattered(system, rng, 1), scattered(system, rng, 1)
         if system.layout.socket:
-            other[-1] = one[-1] = 1.0
-            one[-3:-1] = 0.0
+            second[-1] = first[-1] = 1.0
+            first[-3:-1] = 0.0
         if system.layout.ground:  # across the surface the dashpot's force jumps, and its slip
-            one[system.names.index("body z")] = other[system.names.index("body z")] = -1e-3
+            first[system.names.index("body z")] = second[system.names.index("body z")] = -1e-3
         share = np.linspace(0.0, 1.0, 20001)
-        fine = system.watched(np.zeros(20001), one + share * (other - one))
+        fine = system.watched(np.zeros(20001), first + share * (second - first))
         leaps = [np.abs(np.diff(v, axis=1)).max(axis=1) for v in (fine, fine[:, ::10])]
         assert (leaps[0] <= 0.2 * leaps[1] + 1e-12).all(), name
 
@@ -430,12 +430,12 @@ def test_a_body_leaves_the_socket_upwards_or_above_the_rim_sideways(places, leav
 
 
 def test_scenes_of_different_parts_are_not_computed_together():
-    one = SCENES["grip"]
+    first = SCENES["grip"]
     command = Trajectory.through([np.zeros((3, 3))] * 2)
     with pytest.raises(InputError, match="same parts"):
-        Mechanics([one, replace(one, holder=Holder())], command)
+        Mechanics([first, replace(first, holder=Holder())], command)
     with pytest.raises(InputError, match="one command for each"):
-        Mechanics([one], command)
+        Mechanics([first], command)
 
 
 def test_a_frictionless_pull_leaves_the_body_where_it_is():
@@ -641,11 +641,11 @@ def test_a_pulled_grip_slips_when_friction_at_rest_is_used_up(solver):
     at = np.interp(begins[0], times, -fy.mean(axis=0))
     # Told at 95 % of what the bristles bear at the speed with which they already yield.
     assert at == pytest.approx(0.95 * limit, rel=0.02)
-    given = solution.states[:, system.names.index("tongs z"), 0]
+    height = solution.states[:, system.names.index("tongs z"), 0]
     held = solution.states[:, system.names.index("body z"), 0]
     stuck = times < begins[0]
-    assert (given - held)[stuck].max() < 1.5 * scene.arm.pads.static / scene.arm.pads.stiffness
-    assert (given - held)[-1] > 4.0 * scene.arm.pads.static / scene.arm.pads.stiffness
+    assert (height - held)[stuck].max() < 1.5 * scene.arm.pads.static / scene.arm.pads.stiffness
+    assert (height - held)[-1] > 4.0 * scene.arm.pads.static / scene.arm.pads.stiffness
 
 
 @pytest.mark.parametrize("solver", SOLVERS)
@@ -884,8 +884,8 @@ def test_a_width_that_varies_has_the_slopes_that_it_seems_to(name):
     for value, slope in zip(
         (*width.half, width.left), (*width.slope, width.left_slope), strict=True
     ):
-        seen = np.gradient(value, up)
-        assert np.abs(seen - slope)[1:-1].max() < 1e-4 * max(np.abs(slope).max(), 1.0)
+        numeric = np.gradient(value, up)
+        assert np.abs(numeric - slope)[1:-1].max() < 1e-4 * max(np.abs(slope).max(), 1.0)
 
 
 def test_a_body_is_wide_swells_before_its_end_and_ends_in_a_tip():

@@ -101,11 +101,11 @@ def test_a_number_without_a_range_is_that_number():
 
 
 def test_the_same_stream_gives_the_same_scene_and_another_one_another():
-    one, again, other = (
+    first, again, second = (
         recipe("stylus").drawn_scene(np.random.default_rng(seed)) for seed in (1, 1, 2)
     )
-    assert one == again
-    assert one != other
+    assert first == again
+    assert first != second
 
 
 @pytest.mark.parametrize("task", TASKS)

@@ -49,17 +49,17 @@ def at(motion, values, time):
 
 def short(task, start, end):
     """A part of a performance, its clock starting anew."""
-    whole = staged(task, taps=())
-    kept = (whole.motion.times >= start) & (whole.motion.times < end)
-    motion = whole.motion
+    complete = staged(task, taps=())
+    within = (complete.motion.times >= start) & (complete.motion.times < end)
+    motion = complete.motion
     part = Motion(
-        motion.times[kept] - start,
-        motion.jaws[kept],
-        motion.tongs[kept],
-        motion.body[kept],
-        motion.normal[kept],
+        motion.times[within] - start,
+        motion.jaws[within],
+        motion.tongs[within],
+        motion.body[within],
+        motion.normal[within],
     )
-    return replace(whole, motion=part, forces=whole.forces[kept])
+    return replace(complete, motion=part, forces=complete.forces[within])
 
 
 def frames_of(path):
@@ -142,13 +142,13 @@ def test_foam_gives_way_between_the_jaws_and_swells_back():
 def test_a_brick_keeps_its_width_and_goes_down_when_it_is_inserted():
     stage = Stage(staged("LEGO"))
 
-    def seen(time):
+    def pixels_near(time):
         """Its lowest row, and its width just above that."""
         brick = near(stage.frame(time), BRICK, 12)
         lowest = np.nonzero(brick)[0].max()
         return lowest, brick[lowest - 3].sum()
 
-    free, gripped, searching, inserted = (seen(time) for time in (0.8, 1.49, 3.9, 4.5))
+    free, gripped, searching, inserted = (pixels_near(time) for time in (0.8, 1.49, 3.9, 4.5))
     assert gripped[1] == pytest.approx(free[1], abs=2)
     # From the tops of the studs to their feet.
     assert 8 < inserted[0] - searching[0] < 60
@@ -159,7 +159,7 @@ def test_the_caps_front_turns_the_way_the_nearer_jaw_goes(turn):
     performance = staged("marker", taps=())
     motion = performance.motion
 
-    def seen(angle):
+    def pixels_near(angle):
         body = motion.body + np.array([0.0, 0.0, 0.0, angle])
         image = picture(replace(performance, motion=replace(motion, body=body)), 0.5)
         stripes = near(image, CAP, 12)
@@ -173,7 +173,7 @@ def test_the_caps_front_turns_the_way_the_nearer_jaw_goes(turn):
         rows, columns = np.nonzero(near(image, ARM, 8))
         return columns[rows > rows.max() - 8].mean()  # the nearer one's foot is lower
 
-    still, turned = seen(0.0), seen(turn)
+    still, turned = pixels_near(0.0), pixels_near(turn)
     size = min(still.size, turned.size)
     inner = slice(15, size - 15)
     shifts = range(-6, 7)
@@ -192,8 +192,8 @@ def test_a_fingertip_touches_the_left_dome_at_the_tap_and_is_gone_before_and_aft
 
     def finger(time):
         """Its skin, below the dome's middle."""
-        there, scene = with_finger.frame(time), without.frame(time)
-        skin = near(there, SKIN, 12) & (there != scene).any(axis=2)
+        finger_scene, scene = with_finger.frame(time), without.frame(time)
+        skin = near(finger_scene, SKIN, 12) & (finger_scene != scene).any(axis=2)
         return skin[round(domes(scene)[2]) :]
 
     tap = TAPS[0]
@@ -350,10 +350,10 @@ def test_the_domes_stay_in_the_picture(task):
     performance = staged(task, taps=())
     stage = Stage(performance)
     for segment in performance.actions:
-        seen = near(stage.frame(segment.end), DOME)
-        assert seen.sum() > 20
-        assert not seen[0].any()
-        assert not seen[:, [0, -1]].any()
+        pixels_near = near(stage.frame(segment.end), DOME)
+        assert pixels_near.sum() > 20
+        assert not pixels_near[0].any()
+        assert not pixels_near[:, [0, -1]].any()
 
 
 def test_a_picture_comes_in_the_size_that_is_asked_for():
@@ -378,16 +378,16 @@ def test_frames_show_the_instant_that_the_truth_says(film):
     frames, _ = frames_of(path)
     stage = Stage(performance)
     nominal = CAMERA.clock.to_force(np.arange(force.size) / 30)
-    told = 0
+    different = 0
     for number in late:
         true = stage.frame(force[number]).astype(int)
         early = stage.frame(nominal[number]).astype(int)
         if (np.abs(true - early).max(axis=2) > 60).sum() < 250:
             continue  # nothing moved meanwhile
-        told += 1
+        different += 1
         frame = frames[number]
         assert np.abs(frame - true).mean() < np.abs(frame - early).mean(), number
-    assert told >= 3
+    assert different >= 3
 
 
 def test_late_frames_are_late_and_the_others_follow_the_clock():

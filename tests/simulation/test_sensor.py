@@ -174,12 +174,12 @@ def test_lost_samples_leave_gaps_in_the_stamps_and_the_rest_as_it_is(seed, losse
     sensor = replace(Sensor(), losses=losses, loss_length=length)
     some = recorded(forces, sensor, seed=seed)
     every = recorded(forces, replace(sensor, losses=0.0), seed=seed)
-    kept = np.isin(every.times, some.times)
-    np.testing.assert_array_equal(some.times, every.times[kept])
-    np.testing.assert_array_equal(some.signals, every.signals[kept])
+    stored = np.isin(every.times, some.times)
+    np.testing.assert_array_equal(some.times, every.times[stored])
+    np.testing.assert_array_equal(some.signals, every.signals[stored])
     assert len(some.saturated) == len(some.times)
-    assert kept[0]
-    assert kept[-1]
+    assert stored[0]
+    assert stored[-1]
 
 
 def test_a_recording_begins_and_ends_with_a_sample_however_many_are_lost():

@@ -95,12 +95,12 @@ def test_soft_lanes_take_few_steps_beside_a_stiff_one_and_are_left_out_when_fini
 def test_the_job_tells_how_many_samples_there_are_and_gives_the_same(solver):
     system, start = driven()
     times = np.linspace(0, 0.05, 201)
-    seen = []
-    result = finish(integrating(system, start, times, solver), seen.append)
-    done = [progress.done for progress in seen]
+    visits = []
+    result = finish(integrating(system, start, times, solver), visits.append)
+    done = [progress.done for progress in visits]
     assert done == sorted(done)
     assert len(done) > 1
-    assert {progress.total for progress in seen} == {2 * 201}
+    assert {progress.total for progress in visits} == {2 * 201}
     assert np.array_equal(result.states, integrate(system, start, times, solver).states)
     assert np.array_equal(result.states[0], start)
 
@@ -155,9 +155,9 @@ def test_a_ball_meets_and_leaves_a_spring_and_dashpot_when_the_closed_form_says(
         leaves = meets + float(
             brentq(lambda t: touching(t)[0], 0.5 * period, 1.9 * period, xtol=1e-14)  # noqa: B023
         )
-        made, lost = found.events[lane][:2]
-        assert (made.kind, lost.kind) == ("contact made", "contact lost")
-        assert made.time == pytest.approx(meets, abs=1e-7)
+        contact_made, lost = found.events[lane][:2]
+        assert (contact_made.kind, lost.kind) == ("contact made", "contact lost")
+        assert contact_made.time == pytest.approx(meets, abs=1e-7)
         assert lost.time == pytest.approx(leaves, abs=1e-7)
         within = (times > meets) & (times < leaves)
         error = found.states[within, 0, lane] - touching(times[within] - meets)
@@ -459,8 +459,8 @@ def test_the_states_within_a_step_are_of_order_three(share):
 
 def test_stiff_parts_are_damped_at_every_frequency_and_wholly_at_infinity():
     def grows(z):
-        one = np.ones(STAGES)
-        return 1 + z * (WHOLE @ GAMMA) @ np.linalg.solve(np.eye(STAGES) - z * BETA, one)
+        ones = np.ones(STAGES)
+        return 1 + z * (WHOLE @ GAMMA) @ np.linalg.solve(np.eye(STAGES) - z * BETA, ones)
 
     edge = 1j * np.geomspace(1e-2, 1e6, 400)
     assert max(abs(grows(z)) for z in edge) <= 1 + 1e-12
@@ -620,8 +620,8 @@ class Chain(Mechanism):
         super().__init__(m=m, light=light, k=k, hard=hard, c=damping)
 
     def newton(self):
-        whole = np.sqrt(self.k * self.m)
-        return np.stack([1 / self.k, 1 / self.k, 1 / whole, 1 / whole])
+        impedance = np.sqrt(self.k * self.m)
+        return np.stack([1 / self.k, 1 / self.k, 1 / impedance, 1 / impedance])
 
     def rates(self, _times, states):
         x, y, vx, vy = states

@@ -41,7 +41,7 @@ def performed():
 
 
 @pytest.fixture(params=[f"{task} {number}" for task in TASKS for number in NUMBERS])
-def one(request, performed):
+def performance(request, performed):
     """Each of the demonstrations."""
     task, number = request.param.split()
     return performed[task][NUMBERS.index(int(number))]
@@ -88,7 +88,10 @@ def test_every_plan_has_the_order_of_its_task(task):
         hand = Choreography(scene, numbers, rng, taps=True)
         play(hand)
         assert re.fullmatch(ORDERS[task], order_of(phase.action for phase in hand.phases))
-        assert all(one.end == pytest.approx(other.start) for one, other in pairwise(hand.phases))
+        assert all(
+            performance.end == pytest.approx(other.start)
+            for performance, other in pairwise(hand.phases)
+        )
         assert all(phase.end > phase.start for phase in hand.phases)
 
 
@@ -113,86 +116,98 @@ def test_the_vocabulary_names_every_action_of_the_task_and_they_look_alike_in_al
 # Actions
 
 
-def test_the_actions_have_the_order_of_the_task_without_gaps(one):
-    actions = one.actions
-    assert re.fullmatch(ORDERS[one.scene.task], order_of(action.action for action in actions))
+def test_the_actions_have_the_order_of_the_task_without_gaps(performance):
+    actions = performance.actions
+    assert re.fullmatch(
+        ORDERS[performance.scene.task], order_of(action.action for action in actions)
+    )
     assert all(a.end == b.start and a.action != b.action for a, b in pairwise(actions))
-    assert {action.action for action in actions} <= set(actions_of(one.scene.task))
+    assert {action.action for action in actions} <= set(actions_of(performance.scene.task))
     assert min(action.duration for action in actions) >= 0.02
-    assert 2.0 < one.motion.times[-1] < 25.0
+    assert 2.0 < performance.motion.times[-1] < 25.0
 
 
-def test_the_grab_begins_when_contact_is_made(one):
-    start = named(one, "grab")[0].start
-    contacts = [time for time in happened(one, "jaw: contact made") if time > one.actions[0].start]
+def test_the_grab_begins_when_contact_is_made(performance):
+    start = named(performance, "grab")[0].start
+    contacts = [
+        time
+        for time in happened(performance, "jaw: contact made")
+        if time > performance.actions[0].start
+    ]
     assert start == contacts[0]
 
 
-def test_the_last_rest_begins_when_the_last_contact_is_lost(one):
-    lost = happened(one, "contact lost") + happened(one, "jaws part")
-    assert one.actions[-1].action == "still"
-    assert one.actions[-1].start == pytest.approx(max(lost), abs=0.05)
+def test_the_last_rest_begins_when_the_last_contact_is_lost(performance):
+    lost = happened(performance, "contact lost") + happened(performance, "jaws part")
+    assert performance.actions[-1].action == "still"
+    assert performance.actions[-1].start == pytest.approx(max(lost), abs=0.05)
 
 
-def test_events_are_in_order_and_lie_within_the_recording(one):
-    times = [event.time for event in one.events]
+def test_events_are_in_order_and_lie_within_the_recording(performance):
+    times = [event.time for event in performance.events]
     assert times == sorted(times)
     assert times[0] >= 0.0
-    assert times[-1] < one.motion.times[-1] + 1.0 / one.rate
+    assert times[-1] < performance.motion.times[-1] + 1.0 / performance.rate
 
 
 @pytest.mark.parametrize("task", ["LEGO", "cartridge"])
 def test_it_snaps_in_while_inserting_and_out_while_pulling(performed, task):
-    for one in performed[task]:
-        (inserting,), (pulling,) = named(one, "insert"), named(one, "pull")
-        assert any(inserting.start < time <= inserting.end for time in happened(one, "snap in"))
-        assert not any(time < inserting.start for time in happened(one, "snap in"))
-        assert any(pulling.start < time <= pulling.end for time in happened(one, "snap out"))
-        between = named(one, "still")[1]
-        resting = one.motion.body[during(one, between)]
-        depth, place = one.scene.socket.depth, one.scene.socket.place
+    for performance in performed[task]:
+        (inserting,), (pulling,) = named(performance, "insert"), named(performance, "pull")
+        assert any(
+            inserting.start < time <= inserting.end for time in happened(performance, "snap in")
+        )
+        assert not any(time < inserting.start for time in happened(performance, "snap in"))
+        assert any(
+            pulling.start < time <= pulling.end for time in happened(performance, "snap out")
+        )
+        between = named(performance, "still")[1]
+        resting = performance.motion.body[during(performance, between)]
+        depth, place = performance.scene.socket.depth, performance.scene.socket.place
         # Let go it stays in; at the end it stands on the table again, near where it began.
         assert np.abs(resting[:, 2] + depth).max() < 0.25 * depth
         assert np.abs(resting[:, 1] - place).max() < 1e-3
-        assert abs(one.motion.body[-1, 2]) < 2e-3
-        assert abs(one.motion.body[-1, 1]) < 0.03
+        assert abs(performance.motion.body[-1, 2]) < 2e-3
+        assert abs(performance.motion.body[-1, 1]) < 0.03
 
 
 def test_the_stylus_sticks_slips_and_slips_off_until_the_jaws_meet(performed):
-    for one in performed["stylus"]:
-        (slip,), (slipped,) = named(one, "slip"), named(one, "slipped")
-        assert slip.start == min(happened(one, "slip begins"))
-        meet = [time for time in happened(one, "jaws meet") if time > slip.start]
+    for performance in performed["stylus"]:
+        (slip,), (slipped,) = named(performance, "slip"), named(performance, "slipped")
+        assert slip.start == min(happened(performance, "slip begins"))
+        meet = [time for time in happened(performance, "jaws meet") if time > slip.start]
         assert meet[0] - 0.11 <= slipped.start <= meet[0]  # the hand sees it coming
-        along = one.motion.tongs[:, 1] - one.motion.body[:, 2]
-        before = one.motion.times < slip.start - 0.01
+        along = performance.motion.tongs[:, 1] - performance.motion.body[:, 2]
+        before = performance.motion.times < slip.start - 0.01
         # Stuck, the jaws give by the bending of the domes; in the end they are beyond the tip.
         assert np.abs(along[before]).max() < 2e-3
-        assert np.abs(one.forces[untapped(one)].reshape(-1, 3)[:, :2]).max() < 24.0
-        tip = one.scene.profile.end + one.scene.profile.taper
-        assert along[during(one, slipped)][-1] > tip
+        assert np.abs(performance.forces[untapped(performance)].reshape(-1, 3)[:, :2]).max() < 24.0
+        tip = performance.scene.profile.end + performance.scene.profile.taper
+        assert along[during(performance, slipped)][-1] > tip
 
 
 def test_the_marker_turns_with_stick_and_slip_while_it_is_twisted(performed):
-    for one in performed["marker"]:
-        cap = one.motion.body[:, 3]
+    for performance in performed["marker"]:
+        cap = performance.motion.body[:, 3]
         assert np.ptp(cap) > 0.3
-        twisted = np.logical_or.reduce([during(one, s) for s in named(one, "twist")])
+        twisted = np.logical_or.reduce(
+            [during(performance, s) for s in named(performance, "twist")]
+        )
         turned = np.abs(np.diff(cap))
         assert turned[twisted[1:]].sum() > 0.7 * turned.sum()
-        speed = np.gradient(cap, one.motion.times)
+        speed = np.gradient(cap, performance.motion.times)
         stuck, slipping = np.abs(speed) < 0.05, np.abs(speed) > 0.5
         # Told apart by both thresholds, as a Schmitt trigger does.
-        told = np.where(slipping, 1, np.where(stuck, 0, -1))
-        told = told[told >= 0]
-        assert np.count_nonzero(np.diff(told) == 1) >= 2
+        states_of_slip = np.where(slipping, 1, np.where(stuck, 0, -1))
+        states_of_slip = states_of_slip[states_of_slip >= 0]
+        assert np.count_nonzero(np.diff(states_of_slip) == 1) >= 2
 
 
 def test_the_foam_is_lifted_while_held_and_stands_again(performed):
-    for one in performed["foam"]:
-        (hold,) = named(one, "hold")
-        height = one.motion.body[:, 2]
-        assert height[during(one, hold)].max() > 4e-3
+    for performance in performed["foam"]:
+        (hold,) = named(performance, "hold")
+        height = performance.motion.body[:, 2]
+        assert height[during(performance, hold)].max() > 4e-3
         assert np.argmax(height) / RATE == pytest.approx((hold.start + hold.end) / 2, abs=1.0)
         assert abs(height[-1]) < 1e-3
 
@@ -200,11 +215,11 @@ def test_the_foam_is_lifted_while_held_and_stands_again(performed):
 # Forces
 
 
-def test_forces_are_finite_and_of_a_size_that_hands_have(one):
-    assert np.isfinite(one.forces).all()
-    assert one.forces.shape == (len(one.motion.times), 6)
-    assert one.rate == RATE
-    forces = one.forces[untapped(one)].reshape(-1, 2, 3)
+def test_forces_are_finite_and_of_a_size_that_hands_have(performance):
+    assert np.isfinite(performance.forces).all()
+    assert performance.forces.shape == (len(performance.motion.times), 6)
+    assert performance.rate == RATE
+    forces = performance.forces[untapped(performance)].reshape(-1, 2, 3)
     pressed = -forces[:, :, 2]
     shear = np.hypot(forces[:, :, 0], forces[:, :, 1])
     assert 1.5 < pressed.max() < 32.0
@@ -213,12 +228,12 @@ def test_forces_are_finite_and_of_a_size_that_hands_have(one):
     assert pressed.min() > -INERTIA - 0.4
 
 
-@pytest.mark.parametrize("one", KNOCKING, indirect=True)
-def test_no_knock_shears_a_dome_by_more_than_friction_bears(one):
+@pytest.mark.parametrize("performance", KNOCKING, indirect=True)
+def test_no_knock_shears_a_dome_by_more_than_friction_bears(performance):
     # In one of a hundred demonstrations a body that snaps in knocks on the socket's bottom so hard
     # that 30 N shear a dome for some ms: more than a hand pulls with, and as much as it grips.
-    calm = untapped(one)
-    scene, motion = one.scene, one.motion
+    calm = untapped(performance)
+    scene, motion = performance.scene, performance.motion
     pads = (scene.arm or scene.thread).pads
     if scene.thread:
         past = scene.thread.radius * (motion.tongs[:, 2:] - motion.body[:, 3:])
@@ -229,45 +244,45 @@ def test_no_knock_shears_a_dome_by_more_than_friction_bears(one):
     tilts = np.array([scene.jaws.tilt_left, scene.jaws.tilt_right])
     share = np.array([1.0, pads.asymmetry])
     most = motion.normal * (share * (pads.static + fast) + np.sin(tilts))
-    sheared = np.linalg.norm(one.forces.reshape(-1, 2, 3)[:, :, :2], axis=2)
+    sheared = np.linalg.norm(performance.forces.reshape(-1, 2, 3)[:, :, :2], axis=2)
     assert (sheared - most)[calm].max() < INERTIA
 
 
-def test_nothing_is_felt_before_the_first_contact_and_after_the_last(one):
-    times, away = one.motion.times, untapped(one)
-    grab = named(one, "grab")[0].start
-    lost = max(happened(one, "contact lost") + happened(one, "jaws part"))
+def test_nothing_is_felt_before_the_first_contact_and_after_the_last(performance):
+    times, away = performance.motion.times, untapped(performance)
+    grab = named(performance, "grab")[0].start
+    lost = max(happened(performance, "contact lost") + happened(performance, "jaws part"))
     for rest in (away & (times < grab), away & (times > lost + 0.1)):
         assert rest.sum() > 0.2 * RATE
-        assert np.abs(one.forces[rest]).max() < INERTIA
+        assert np.abs(performance.forces[rest]).max() < INERTIA
 
 
 @pytest.mark.parametrize("task", ["LEGO", "cartridge", "foam"])
 def test_both_jaws_press_alike_while_nothing_else_holds_the_body(performed, task):
-    one = performed[task][0]
-    grabbed = [during(one, s) for s in one.actions if s.action == "hold"]
-    left, right = np.median(one.motion.normal[np.logical_or.reduce(grabbed)], axis=0)
+    performance = performed[task][0]
+    grabbed = [during(performance, s) for s in performance.actions if s.action == "hold"]
+    left, right = np.median(performance.motion.normal[np.logical_or.reduce(grabbed)], axis=0)
     assert left == pytest.approx(right, rel=0.1)
 
 
-def test_what_presses_on_a_jaw_is_what_its_dome_feels(one):
-    calm = untapped(one) & (one.motion.normal.min(axis=1) > 0.5)
-    sizes = np.linalg.norm(one.forces[calm].reshape(-1, 2, 3), axis=2)
+def test_what_presses_on_a_jaw_is_what_its_dome_feels(performance):
+    calm = untapped(performance) & (performance.motion.normal.min(axis=1) > 0.5)
+    sizes = np.linalg.norm(performance.forces[calm].reshape(-1, 2, 3), axis=2)
     # Friction adds to it, tilted or not.
-    assert np.mean(sizes >= one.motion.normal[calm] - 0.3) > 0.99
+    assert np.mean(sizes >= performance.motion.normal[calm] - 0.3) > 0.99
 
 
-def test_a_finger_taps_the_left_sensor_before_and_after_the_actions(one):
-    first, last = one.taps
-    assert first + 0.015 <= one.actions[0].start
-    assert last - 0.015 >= one.actions[-1].end - 1e-9
-    times = one.motion.times
-    for tap in one.taps:
+def test_a_finger_taps_the_left_sensor_before_and_after_the_actions(performance):
+    first, last = performance.taps
+    assert first + 0.015 <= performance.actions[0].start
+    assert last - 0.015 >= performance.actions[-1].end - 1e-9
+    times = performance.motion.times
+    for tap in performance.taps:
         near = np.abs(times - tap) < 0.02
-        peak = np.argmax(-one.forces[near, 2])
-        assert 1.0 < -one.forces[near, 2][peak] < 7.0
+        peak = np.argmax(-performance.forces[near, 2])
+        assert 1.0 < -performance.forces[near, 2][peak] < 7.0
         assert times[near][peak] == pytest.approx(tap, abs=0.006)
-        assert np.abs(one.forces[near][:, 3:]).max() < 0.3
+        assert np.abs(performance.forces[near][:, 3:]).max() < 0.3
 
 
 def test_without_taps_there_are_none_and_progress_ends_where_all_is_done():
@@ -296,6 +311,6 @@ def test_a_demonstration_is_the_same_alone_and_among_others_but_for_rounding(per
 
 @pytest.mark.parametrize("task", TASKS)
 def test_numbers_differ_in_more_than_noise(performed, task):
-    one, other = performed[task]
-    assert one.scene != other.scene
-    assert [a.end for a in one.actions] != [a.end for a in other.actions]
+    performance, other = performed[task]
+    assert performance.scene != other.scene
+    assert [a.end for a in performance.actions] != [a.end for a in other.actions]

@@ -53,11 +53,11 @@ def folder(tmp_path_factory):
 
 @pytest.fixture(scope="session")
 def film(folder):
-    def made(name):
+    def created(name):
         path = folder / name
         return path if path.exists() else FILMS[name][0](path)
 
-    return made
+    return created
 
 
 def wrong(reader, numbers):
@@ -181,9 +181,9 @@ def test_a_truncated_file_gives_what_is_there_and_says_where_it_ends(film, tmp_p
 
 
 def test_a_truncated_mp4_with_its_index_in_front_too(tmp_path):
-    whole = films.write(tmp_path / "plain.mp4", "libx264", EVEN[:300], films.GOP_250)
+    plain = films.write(tmp_path / "plain.mp4", "libx264", EVEN[:300], films.GOP_250)
     with (
-        av.open(str(whole)) as source,
+        av.open(str(plain)) as source,
         av.open(str(tmp_path / "front.mp4"), "w", options={"movflags": "faststart"}) as target,
     ):
         stream = target.add_stream_from_template(source.streams.video[0])
@@ -220,10 +220,10 @@ def test_what_cannot_be_shown_is_told_in_one_sentence(film, tmp_path, name, sent
         films.write_with_opencv(path, "MJPG", 0)
     elif name == "av1.mp4":
         films.write(path, "libsvtav1", EVEN[:5], {"preset": "12", "svtav1-params": "lp=1"})
-    with pytest.raises(InputError, match=sentence) as told:
+    with pytest.raises(InputError, match=sentence) as refusal:
         VideoReader(path)
-    assert name in str(told.value)
-    assert str(told.value).endswith((".", path.stem + "-h264.mp4"))
+    assert name in str(refusal.value)
+    assert str(refusal.value).endswith((".", path.stem + "-h264.mp4"))
 
 
 def test_the_decoder_says_nothing_on_the_terminal(film, tmp_path):

@@ -41,9 +41,9 @@ def test_nothing_is_said_of_a_whole_video(tmp_path, name, codec, times, options)
 
 def test_a_hole_in_a_video_is_told(film):
     assert check_video(film, 10.0) == ""
-    told = check_video(damaged(film, 0.4, 0.6), 10.0)
-    assert told.startswith("'film.mp4' is damaged: of 9.97 s nothing can be shown around ")
-    assert told.endswith("copy it again if there is a whole one.")
+    message = check_video(damaged(film, 0.4, 0.6), 10.0)
+    assert message.startswith("'film.mp4' is damaged: of 9.97 s nothing can be shown around ")
+    assert message.endswith("copy it again if there is a whole one.")
 
 
 def test_a_video_cut_short_is_told(tmp_path):
@@ -76,9 +76,9 @@ def test_a_video_that_lacks_packets_is_told(tmp_path, name, codec, rate, options
     path = films.write(tmp_path / name, codec, films.even_times(COUNT, rate), options)
     assert check_video(path, 1.0) == ""
     assert check_video(without(path, 100, 100), 1.0) == ""
-    told = check_video(without(path, 100, 220), 1.0)
-    assert told.startswith(f"'left {name}' has no frame between ")
-    begins, ends = (float(word) for word in re.findall(r"([\d.]+) s", told)[:2])
+    message = check_video(without(path, 100, 220), 1.0)
+    assert message.startswith(f"'left {name}' has no frame between ")
+    begins, ends = (float(word) for word in re.findall(r"([\d.]+) s", message)[:2])
     assert begins == pytest.approx(99 / rate, abs=3 / rate)  # in a file frames stand out of order
     assert ends == pytest.approx(220 / rate, abs=3 / rate)
 

@@ -358,7 +358,7 @@ def test_neighbours_are_decoded_while_nothing_is_asked_for(app, video, monkeypat
     frames.request_frame(150)
     wait(lambda: ready == [150])
     wait(lambda: frames.request_frame(151, 1) is not None)
-    wait(lambda: all(readers[0].kept(number) is not None for number in range(148, 164)))
+    wait(lambda: all(readers[0].cached_frame(number) is not None for number in range(148, 164)))
     wait(lambda: frames.request_frame(152, 1) is not None)
     breathe()
     # What was given at once is not told again; of the first neighbour it depends on who was first.

@@ -78,10 +78,10 @@ def worst(x, found, scales, p=5.0, expected=None):
     at = shown(x.shape[1])
     errors = []
     for j, scale in enumerate(scales):
-        wanted = direct(x, scale, p, at) if expected is None else expected[j]
+        right = direct(x, scale, p, at) if expected is None else expected[j]
         sizes = np.abs(found[:, j]).max(axis=1, keepdims=True)
         # What float64 holds of a ramp of amplitude 1 is much beside its coefficients.
-        wrong = np.abs(found[:, j, at] - wanted) - 1e-15 * np.sqrt(scale)
+        wrong = np.abs(found[:, j, at] - right) - 1e-15 * np.sqrt(scale)
         errors.append(float((wrong / sizes).max()))
     return np.array(errors)
 
@@ -325,10 +325,10 @@ def test_a_wavelet_that_takes_a_long_ring_takes_little_memory_beside_the_result(
 
 
 def test_the_band_and_the_reach_widen_as_the_tolerance_falls():
-    made = [design(5.0, tolerance) for tolerance in TOLERANCES]
-    assert sorted(d.reach for d in made) == [d.reach for d in made]
-    assert sorted(d.high for d in made) == [d.high for d in made]
-    assert all(d.kernel.taps <= 16 for d in made)
+    designs = [design(5.0, tolerance) for tolerance in TOLERANCES]
+    assert sorted(d.reach for d in designs) == [d.reach for d in designs]
+    assert sorted(d.high for d in designs) == [d.high for d in designs]
+    assert all(d.kernel.taps <= 16 for d in designs)
 
 
 @pytest.mark.parametrize("n", [500, 501, 503])
@@ -347,18 +347,18 @@ def test_a_long_ring_is_the_fourier_transform_of_the_whole():
     x = white(n)
     response = np.exp(2j * np.random.default_rng(1).uniform(0, 7, n))
     table = spectrum(lambda places: x[places], n, np.complex128)
-    whole = np.fft.fft(x)
-    expected = whole.reshape(PARTS, -1)[:, : len(table[0])]
+    spectrum_of_all = np.fft.fft(x)
+    expected = spectrum_of_all.reshape(PARTS, -1)[:, : len(table[0])]
     np.testing.assert_allclose(np.stack(table), expected, rtol=0, atol=1e-12)
     found = np.empty(n, dtype=complex)
     for start, piece in from_spectrum(table, n, lambda bins: response[bins]):
         found[start : start + len(piece)] = piece
-    np.testing.assert_allclose(found, np.fft.ifft(whole * response), rtol=0, atol=1e-13)
+    np.testing.assert_allclose(found, np.fft.ifft(spectrum_of_all * response), rtol=0, atol=1e-13)
 
 
 def test_blas_has_its_threads_back_when_the_last_transform_has_ended():
     def threads():
-        return [one["num_threads"] for one in threadpool_info() if one["user_api"] == "blas"]
+        return [pool["num_threads"] for pool in threadpool_info() if pool["user_api"] == "blas"]
 
     before = threads()
     first, second = one_blas_thread(), one_blas_thread()
@@ -372,7 +372,7 @@ def test_blas_has_its_threads_back_when_the_last_transform_has_ended():
 
 def test_a_blas_that_comes_while_a_transform_runs_is_kept_on_one_thread_too():
     def threads():
-        return [one["num_threads"] for one in threadpool_info() if one["user_api"] == "blas"]
+        return [pool["num_threads"] for pool in threadpool_info() if pool["user_api"] == "blas"]
 
     with threadpool_limits(1, user_api="blas"):
         with one_blas_thread():

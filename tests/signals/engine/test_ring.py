@@ -13,10 +13,10 @@ from forcelab.signals.wavelets import Morlet
 def test_the_nyquist_bin_stands_for_both_signs_whatever_the_length(length):
     """5832 is among the lengths for which length * (1 / length) is not 1 in floating point."""
     morlet = Morlet()
-    there = np.sqrt(2.0) * morlet.spectrum(2.0 * np.array([-np.pi, np.pi])).mean().real
+    peak = np.sqrt(2.0) * morlet.spectrum(2.0 * np.array([-np.pi, np.pi])).mean().real
     response = ring_response(morlet, 2.0, length).real
-    assert response[length // 2] == pytest.approx(there, rel=1e-12)
-    assert response[length // 2 - 1] == pytest.approx(2 * there, rel=0.5)
+    assert response[length // 2] == pytest.approx(peak, rel=1e-12)
+    assert response[length // 2 - 1] == pytest.approx(2 * peak, rel=0.5)
     assert response[length // 2 + 1] == pytest.approx(0.0, abs=1e-12)
 
 
