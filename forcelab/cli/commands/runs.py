@@ -1,9 +1,9 @@
 """List what was evaluated and trained, or compare two runs.
 
-Every evaluation is kept as a run with its settings, seed and labels, whether made by
-'forcelab evaluate' or in the window. Two are compared over what both tested: a
-difference is the second's score less the first's. What each takes up on the disk is
-told, too, and which recognisers belong to none; 'forcelab remove' removes them.
+Every evaluation, by 'forcelab evaluate' or in the window, is kept as a run with its
+settings, seed and labels. Two are compared on the demonstrations that both tested: a
+difference is the second's score less the first's. The list shows the disk space of each
+run, and recognisers that belong to none; 'forcelab remove' removes them.
 
 for example:
   forcelab runs lab.forcelab --compare 1 2

@@ -1,9 +1,9 @@
 """Find or set the clock of a demonstration's video.
 
-Proposes from the video's motion and the force which force time a frame belongs to, with
-its confidence (0 to 1; below 0.5 it should be looked at) and how far the taps lie from
-it. Force time is offset + rate * video time; with an offset below 0 the video began so
-much earlier than the forces.
+Proposes, from motion in the video and the forces, which force time a frame belongs to,
+with its confidence (0 to 1; below 0.5 check it by eye) and how far the taps lie from
+it. Force time is offset + rate * video time; with an offset below 0 the video began
+that much before the forces.
 
 for example:
   forcelab sync lab.forcelab pull-03 --accept
