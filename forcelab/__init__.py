@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from forcelab.labels import Track as Track
     from forcelab.labels import from_codes as segments_from_codes
     from forcelab.project import Project as Project
-    from forcelab.project.track_editor import Labelling as Labelling
+    from forcelab.project.track_editor import TrackEditor as TrackEditor
     from forcelab.recognition.cross_validation import across as across
     from forcelab.recognition.cross_validation import leave_one_out as leave_one_out
     from forcelab.recognition.dataset import Choice as Choice
@@ -79,7 +79,6 @@ _HOMES = {
     "Haar": ("signals.wavelets", "Haar"),
     "InputError": ("errors", "InputError"),
     "Labelled": ("recognition.examples", "Labelled"),
-    "Labelling": ("project.track_editor", "Labelling"),
     "MergeMap": ("label_map", "MergeMap"),
     "Morlet": ("signals.wavelets", "Morlet"),
     "Outcome": ("review.run_result", "Outcome"),
@@ -91,6 +90,7 @@ _HOMES = {
     "Segment": ("labels", "Segment"),
     "Settings": ("recognition.settings", "Settings"),
     "Track": ("labels", "Track"),
+    "TrackEditor": ("project.track_editor", "TrackEditor"),
     "Vocabulary": ("vocabulary", "Vocabulary"),
     "across": ("recognition.cross_validation", "across"),
     "agreement": ("review.agreement", "agreement"),
@@ -129,8 +129,8 @@ def __getattr__(name: str) -> Any:
     """Load a public name, so that importing forcelab itself loads nothing."""
     if name not in _HOMES:
         raise AttributeError(f"module 'forcelab' has no attribute '{name}'")
-    module, there = _HOMES[name]
-    return getattr(import_module(f"forcelab.{module}"), there)
+    module, attribute = _HOMES[name]
+    return getattr(import_module(f"forcelab.{module}"), attribute)
 
 
 def __dir__() -> list[str]:

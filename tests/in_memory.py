@@ -13,7 +13,7 @@ import numpy as np
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.labels import Segments
 from forcelab.project import Project
-from forcelab.project.track_editor import Labelling
+from forcelab.project.track_editor import TrackEditor
 
 __all__ = ["folder_in_memory", "labelling_in_memory", "recording", "stored"]
 
@@ -27,10 +27,10 @@ def folder_in_memory() -> Iterator[Path]:
 
 
 @contextmanager
-def labelling_in_memory() -> Iterator[Labelling]:
+def labelling_in_memory() -> Iterator[TrackEditor]:
     """Ada at work on the only demonstration of a project, ten seconds long."""
     with folder_in_memory() as folder, Project.create(folder / "p.forcelab") as project:
-        yield Labelling(project, project.demonstrations.add(recording()).id, "Ada")
+        yield TrackEditor(project, project.demonstrations.add(recording()).id, "Ada")
 
 
 def recording() -> Demonstration:
@@ -39,7 +39,7 @@ def recording() -> Demonstration:
     return Demonstration("pen 1", "stylus", times, np.zeros((10_000, 1)), channels)
 
 
-def stored(labelling: Labelling) -> Segments:
+def stored(labelling: TrackEditor) -> Segments:
     """The track as another window reads it."""
     with Project.open(labelling.project.path) as other:
         return other.tracks.get(labelling.demonstration, labelling.author).segments

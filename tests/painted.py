@@ -35,7 +35,7 @@ def opened(folder, segments=TRACK, seconds=10.0):
     path = made_once(study, folder / "study.forcelab", tuple(segments), seconds)
     document = Document("Ada")
     document.told = []  # what was said in the status line
-    document.said.connect(lambda text, trouble: document.told.append((text, trouble)))
+    document.message_shown.connect(lambda text, trouble: document.told.append((text, trouble)))
     document.open_project(path)
     document.open_demonstration("01")
     yield document

@@ -83,7 +83,7 @@ class Hand:
         from PySide6.QtCore import QPoint
 
         document = self.panel.document
-        share = (time - document.start) / (document.end - document.start)
+        share = (time - document.view.start) / (document.view.end - document.view.start)
         return QPoint(round(88 + 1000 * share), self.y)
 
     def press(self, time: float, modifiers=None) -> None:

@@ -47,7 +47,7 @@ from forcelab.demonstration import Channel, Demonstration, VideoReference
 from forcelab.errors import InputError, StaleTrackError
 from forcelab.formats.recording import ReadOptions, Recording
 from forcelab.io import atomic_file
-from forcelab.labels import Segment, Segments, Track, check_name, overhang
+from forcelab.labels import Segment, Segments, Track, check_name, check_within
 from forcelab.project import (
     AssignmentEvent,
     DemonstrationInfo,
@@ -745,7 +745,7 @@ def _tracks(
         if kind not in ("coder", "model"):
             raise InputError(f"An author is neither coder nor model in {record.where}.")
         segments = record.segments("segments")
-        _check_bounds(segments, bounds, record.where)
+        check_within(segments, *bounds, _cure(record.where))
         tracks.append((Track(record.text("author"), segments), kind))
     return tracks
 
@@ -793,21 +793,13 @@ def _edits(members: ArchiveReader, bounds: Mapping[str, tuple[float, float]]) ->
                 f"The demonstration '{edit.demonstration}' is named but missing in {record.where}."
             )
         # What an edit removed, an earlier one has inserted.
-        _check_bounds(edit.inserted, bounds[edit.demonstration], record.where)
+        check_within(edit.inserted, *bounds[edit.demonstration], _cure(record.where))
         yield edit
 
 
-def _check_bounds(segments: Segments, bounds: tuple[float, float], where: str) -> None:
-    """Refuse labels that lie beyond their recording."""
-    start, end = bounds
-    slack = overhang(end - start)
-    for segment in segments:
-        if segment.start < start - slack or segment.end > end + slack:
-            raise InputError(
-                f"'{segment.action}' from {segment.start:.6g} to {segment.end:.6g} s lies beyond "
-                f"its recording, which goes from {start:.6g} to {end:.6g} s, in {where}; erase it "
-                "there and export again."
-            )
+def _cure(where: str) -> str:
+    """What to do about labels of an archive that lie beyond their recording."""
+    return f", in {where}; erase it there and export again."
 
 
 def _check_demonstrations(

@@ -32,7 +32,7 @@ from forcelab.formats.table_sniff import (
 )
 from forcelab.formats.timestamps import YEAR_2001, TimestampReader
 from forcelab.formats.track_text import on_samples, plain_text
-from forcelab.labels import Segment, Track, means_unlabelled, overhang
+from forcelab.labels import Segment, Track, first_beyond, means_unlabelled
 
 _STARTS = frozenset(["start", "begin", "onset", "from"])
 #: An offset is an end where no other column is: BORIS tells the "Time offset" of the media, too.
@@ -302,17 +302,13 @@ def _carry_tracks(
 ) -> tuple[tuple[Track, ...], list[str]]:
     """The tracks of the file beside a recording, on the recording's clock."""
     remarks = [f"The labels were read from {path.name}."]
-    edges = [edge for track in tracks for s in track.segments for edge in (s.start, s.end)]
+    segments = [segment for track in tracks for segment in track.segments]
+    edges = [edge for segment in segments for edge in (segment.start, segment.end)]
     if not edges:
         return (), remarks
-    slack = overhang(duration)
-
-    def fits(shift: float) -> bool:
-        return -slack <= min(edges) - shift and max(edges) - shift <= duration + slack
-
-    if fits(0.0):
+    if first_beyond(segments, 0.0, duration) is None:
         return tracks, remarks
-    if not fits(start):
+    if first_beyond(segments, start, start + duration) is not None:
         raise InputError(
             f"{path}: the labels go from {min(edges):.9g} s to {max(edges):.9g} s and do not fit "
             f"its recording, which is {duration:.6g} s long and starts at {start:.9g} s; check "

@@ -8,8 +8,11 @@ is in :mod:`~forcelab.formats.rosbag_topics`.
 from __future__ import annotations
 
 import itertools
+import os
+import shutil
 import struct
 import sys
+import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -39,7 +42,7 @@ from forcelab.formats.signatures import BAG_METADATA
 from forcelab.formats.table import ColumnUse, Use
 from forcelab.formats.table_columns import MOST_LABELS, is_unlabelled, missing_remark
 from forcelab.labels import UNLABELLED, Track, from_codes
-from forcelab.text import listed
+from forcelab.text import counted, listed
 
 #: So many names are told at most.
 _SHOWN: Final = 8
@@ -254,11 +257,42 @@ def _check_files(path: Path) -> None:
     for file in path.iterdir() if path.is_dir() else ():
         if file.exists() and not (file.is_file() or file.is_dir()):
             raise InputError(f"'{file}' is a device or pipe; take it out of the bag's folder.")
+        if file.is_file():
+            _check_unpacked_size(file)
     file = path / BAG_METADATA
     if file.is_file() and (size := file.stat().st_size) > MOST_METADATA:
         raise InputError(
             f"'{file}' has {size:,} bytes, which is more than metadata can have "
             f"({MOST_METADATA:,}); make it anew with ros2 bag reindex."
+        )
+
+
+#: Data as zstd begin so. What forces are written as packs to a third, zeros to a hundredth.
+_ZSTD, _MOST_TIMES = b"\x28\xb5\x2f\xfd", 1000
+
+
+def _check_unpacked_size(file: Path) -> None:
+    """Refuse a packed file that would fill the temporary folder, to which the library unpacks it.
+
+    What a packed file says of its size need not be true, so it is unpacked once to be measured.
+    """
+    from rosbags.rosbag2.reader import zstd
+
+    with file.open("rb") as packed:
+        if packed.read(len(_ZSTD)) != _ZSTD:
+            return
+        size = packed.seek(0, os.SEEK_END)
+        packed.seek(0)
+        free = shutil.disk_usage(tempfile.gettempdir()).free
+        room, unpacked = min(_MOST_TIMES * size, free // 2), 0
+        with _naming_damage(file), zstd.open(packed, "rb") as content:
+            while unpacked <= room and (part := len(content.read(2**20))):
+                unpacked += part
+    if unpacked > room:
+        raise InputError(
+            f"'{file}' has {size:,} bytes and unpacks to more than {room:,}, which is more than "
+            f"{_MOST_TIMES:,} times as many or half of the free room for temporary files; unpack "
+            "it by hand (zstd -d) and look at it, or make room."
         )
 
 
@@ -393,9 +427,15 @@ class _UnreadableError(Exception):
     """A definition that no message can have."""
 
 
+#: Messages that are found so many times on average are named again and again by a false index.
+#: Where two bags were merged it is twice.
+_MOST_REPEATED: Final = 10
+
+
 def _messages(bag: Any, connections: Sequence[Any]) -> Iterator[tuple[int, Any]]:
     """Time of arrival in nanoseconds and content of all messages of some connections."""
     coming = bag.messages(connections=connections)
+    different: set[int] = set()
     for count in itertools.count(1):
         if count % 100_000 == 0:
             _check_count(bag.paths[0], count)
@@ -404,6 +444,11 @@ def _messages(bag: Any, connections: Sequence[Any]) -> Iterator[tuple[int, Any]]
             if entry is None:
                 return
             connection, arrived, raw = entry
+            different.add(hash((connection.id, arrived, raw)))
+            if count % 100 == 0 and count > _MOST_REPEATED * len(different):
+                raise ValueError(
+                    f"its index names {counted(len(different), 'message')} {count:,} times"
+                )
             message = bag.deserialize(raw, connection.msgtype)
         yield arrived, message
 

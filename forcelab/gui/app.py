@@ -64,7 +64,7 @@ def run(start: LaunchOptions) -> int:
         collect_garbage_rarely()
         window.document.demonstration_changed.connect(collect_garbage)
         switch_threads_often()
-        ExceptionHook(window, lambda sentence: window.document.say(sentence, True))
+        ExceptionHook(window, lambda sentence: window.document.show_message(sentence, True))
         resize_on_screen(window, QSize(1280, 800))
         window.restore_layout()
         if start.size is not None:  # what is asked for counts for more than what was last time

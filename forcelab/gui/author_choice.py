@@ -42,7 +42,7 @@ class AuthorChoice(QWidget):
         if self.isVisible():
             self._box.showPopup()
         else:
-            self._document.say("Open a project first.", True)
+            self._document.show_message("Open a project first.", True)
 
     def _list(self) -> None:
         """Offer the coders of the project, and a new one."""

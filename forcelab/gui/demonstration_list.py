@@ -77,8 +77,8 @@ from forcelab.gui.item_views import (
     paint_row_background,
     smaller,
 )
-from forcelab.gui.label.track_rows import track_spans
-from forcelab.gui.layout import page_layout
+from forcelab.gui.label.track_spans import track_spans
+from forcelab.gui.layout import page_layout, set_enabled_with_reason
 from forcelab.gui.text import escape_ampersands, settle_name
 from forcelab.gui.theme import Colours, colours, themes
 from forcelab.gui.widgets import ElidedComboBox
@@ -417,7 +417,8 @@ class DemonstrationMenu(QObject):
             self._fill(menu, item)
         if project is None or project.read_only:
             for action in menu.actions():
-                action.setEnabled(action.data() == "open")
+                if action.data() != "open":
+                    set_enabled_with_reason(action, "The project can only be read.")
         return menu
 
     # Verbs
@@ -476,7 +477,7 @@ class DemonstrationMenu(QObject):
 
         done = self._each([id_], attach)
         if done and damage:
-            self._document.say(damage, True)
+            self._document.show_message(damage, True)
         return done
 
     # Inside
@@ -486,7 +487,7 @@ class DemonstrationMenu(QObject):
         info, document = row.info, self._document
         first = menu.addAction("Open", lambda: document.open_demonstration(info.id))
         first.setData("open")
-        first.setEnabled(info.id != document.id)
+        set_enabled_with_reason(first, "It is open." if info.id == document.id else "")
         menu.addSeparator()
         if row.done:
             menu.addAction("Mark as not done", lambda: self.set_done([info.id], False))
@@ -554,7 +555,7 @@ class DemonstrationMenu(QObject):
         try:
             verb(project)
         except ForcelabError as error:
-            self._document.say(str(error), True)
+            self._document.show_message(str(error), True)
             return False
         finally:
             here = self._document.id in ids
@@ -587,7 +588,7 @@ class DemonstrationMenu(QObject):
         if agreed and self.assign(ids, coder):  # of which nothing is seen but by that coder
             one = "The demonstration is assigned to {1}."
             many = "{0} demonstrations are assigned to {1}."
-            document.say((one if len(ids) == 1 else many).format(len(ids), coder))
+            document.show_message((one if len(ids) == 1 else many).format(len(ids), coder))
 
     def _ask_name(self, row: DemonstrationRow) -> None:
         """Ask for a demonstration's new name."""
@@ -667,7 +668,7 @@ class DemonstrationMenu(QObject):
             told = f"'{rows[0].info.name}' was removed."
             if len(rows) > 1:
                 told = f"{len(rows)} demonstrations were removed."
-            self._document.say(told)
+            self._document.show_message(told)
 
     def ask_video(self, info: DemonstrationInfo) -> None:
         """Ask for a video of a demonstration."""
@@ -678,7 +679,7 @@ class DemonstrationMenu(QObject):
             "Videos ({});;All files (*)".format("*.mp4 *.avi *.mkv *.mov *.webm *.m4v"),
         )
         if path is not None and self.attach_video(info.id, path):
-            self._document.say(
+            self._document.show_message(
                 f"'{info.name}' has its video; Labelling > Synchronise the video puts it in time."
             )
 
@@ -758,7 +759,7 @@ class DemonstrationList(QWidget):
         if row is not None:
             self._document.open_demonstration(row.info.id)
             return
-        self._document.say("Of the demonstrations shown, no other one is left to label.")
+        self._document.show_message("Of the demonstrations shown, no other one is left to label.")
 
     def ask_video(self) -> None:
         """Ask for a video of the open demonstration."""
@@ -766,7 +767,7 @@ class DemonstrationList(QWidget):
         if (info := next(opened, None)) is not None:
             self.menu.ask_video(info)
         else:
-            self._document.say("Open a demonstration first; a video belongs to one.", True)
+            self._document.show_message("Open a demonstration first; a video belongs to one.", True)
 
     def ask_note(self) -> None:
         """Ask for a note on the open demonstration."""
@@ -774,7 +775,7 @@ class DemonstrationList(QWidget):
         if (row := next(opened, None)) is not None:
             self.menu.ask_note(row)
         else:
-            self._document.say("Open a demonstration first; a note belongs to one.", True)
+            self._document.show_message("Open a demonstration first; a note belongs to one.", True)
 
     # Inside
 
@@ -835,7 +836,7 @@ class DemonstrationList(QWidget):
         document = self._document
         for i, row in enumerate(self._rows):
             if row.info.id == document.id:
-                seconds = track_spans(document.segments).seconds
+                seconds = track_spans(document.editor.segments).seconds
                 share = min(seconds / row.info.duration, 1.0)
                 if share != row.share:
                     self._rows = (*self._rows[:i], replace(row, share=share), *self._rows[i + 1 :])
@@ -947,7 +948,7 @@ class DemonstrationList(QWidget):
         """Open what stands below or above the open one, among what is shown."""
         ids = self.model.ids()
         if not ids:
-            self._document.say("No demonstration is shown in the list.")
+            self._document.show_message("No demonstration is shown in the list.")
             return
         if self._document.id not in ids:
             target = 0 if step > 0 else len(ids) - 1
@@ -956,9 +957,9 @@ class DemonstrationList(QWidget):
         if 0 <= target < len(ids):
             self._document.open_demonstration(ids[target])
         elif step > 0:
-            self._document.say("This is the last demonstration of the list.")
+            self._document.show_message("This is the last demonstration of the list.")
         else:
-            self._document.say("This is the first demonstration of the list.")
+            self._document.show_message("This is the first demonstration of the list.")
 
     def _show_all(self) -> None:
         """Search for nothing any more."""

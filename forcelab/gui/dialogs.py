@@ -95,10 +95,10 @@ def _toggle_done(document: Document, window: QWidget) -> None:
 def _report_stored(document: Document) -> None:
     """Say that there is nothing to save."""
     if document.project is None:
-        document.say("No project is open.")
+        document.show_message("No project is open.")
         return
     stored = "Everything is saved already: each change is, as it is made."
-    document.say(stored)
+    document.show_message(stored)
 
 
 def _export(document: Document, jobs: Jobs, window: QWidget, shown: Sequence[str]) -> None:
@@ -106,7 +106,7 @@ def _export(document: Document, jobs: Jobs, window: QWidget, shown: Sequence[str
     from forcelab.gui.export_dialog import ExportDialog
 
     if document.project is None or not document.infos:
-        document.say("There are no labels to export yet.", True)
+        document.show_message("There are no labels to export yet.", True)
         return
     dialog = ExportDialog(document, jobs, shown, window)
     dialog.exec()
@@ -119,7 +119,7 @@ def _synchronise(document: Document, jobs: Jobs, window: QWidget) -> None:
 
     demonstration = document.demonstration
     if demonstration is None or demonstration.video is None:
-        document.say("There is no video to synchronise here.", True)
+        document.show_message("There is no video to synchronise here.", True)
         return
     SynchroniseDialog(document, jobs, window).show()
 
@@ -157,7 +157,7 @@ def show_manual(document: Document, window: QWidget | None) -> None:
 
     text = manual()
     if not text:
-        document.say("The manual is not installed here.", True)
+        document.show_message("The manual is not installed here.", True)
         return
     dialog = ManualDialog(text, window)
     dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)

@@ -1,68 +1,217 @@
-"""The one state object of the window: what is open, where the cursor is, what is being painted.
+"""The one state object of the window: what is open, how it is looked at, edited and reviewed.
 
 Views listen to its signals and never to each other.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection
-from contextlib import suppress
+import math
+from bisect import bisect_left, bisect_right
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from operator import attrgetter
 from pathlib import Path
-from typing import TYPE_CHECKING
+from time import monotonic
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 from PySide6.QtCore import QObject, Signal
 
 from forcelab.clock import ClockMap
 from forcelab.demonstration import Demonstration
-from forcelab.errors import ForcelabError, InputError
-from forcelab.gui.looking import Snap
-from forcelab.gui.reviewing import Reviewing
-from forcelab.gui.seen_labels import VisibleLabels, visible_to
-from forcelab.labels import Segments, is_model
-from forcelab.project import DemonstrationInfo, Project, UndoResult
-from forcelab.project.track_editor import Labelling
-from forcelab.review.differences import Interval
+from forcelab.errors import ForcelabError, InputError, StaleTrackError
+from forcelab.gui.view_state import ViewState
+from forcelab.labels import Segment, Segments, is_model
+from forcelab.project import DemonstrationInfo, Edit, Origin, Project, UndoResult
+from forcelab.project.track_editor import Result, TrackEditor
+from forcelab.review.differences import Interval, spelt_as_coded
+from forcelab.segment_edits import SLIVER
 from forcelab.text import tidy_name
-from forcelab.vocabulary import Vocabulary
+from forcelab.vocabulary import Action, Vocabulary
 
 if TYPE_CHECKING:
-    from forcelab.review.run_result import Outcome
+    from forcelab.review.run_result import Outcome, Reviewed
 
-__all__ = ["Document", "Snap"]
+__all__ = ["Document", "ReviewState", "Stroke"]
 
-#: What is shown on either side of a place: a share of its length, and at least so many seconds.
-AROUND, LEAST_AROUND = 1.0, 1.5
+#: What is shown on either side of an interval: a share of its length, and at least so many seconds.
+MARGIN, SHORTEST_MARGIN = 1.0, 1.5
+#: Steps that follow each other within so many seconds are one edit.
+NUDGE_PAUSE = 1.0
+#: Float dust in sums of steps, in seconds, and the digits that are free of it.
+DUST, DIGITS = 1e-9, 9
+
+_start = attrgetter("start")
+_end = attrgetter("end")
 
 
-class Document(Reviewing):
+@dataclass(frozen=True, slots=True)
+class Stroke:
+    """A segment begun with a key and not ended yet; `start` in seconds."""
+
+    action: str
+    start: float
+
+
+@dataclass(frozen=True, slots=True)
+class _NudgeRun:
+    """Steps of a segment that are one edit.
+
+    Attributes
+    ----------
+    index : int
+        Of the segment, before the first step.
+    before : Segment
+        The segment before the first step.
+    time : float
+        Where the latest step has brought it, in seconds.
+    edit : Edit
+        The edit that is stored for the steps so far.
+    after : Segment
+        The segment after the latest step.
+    deadline : float
+        When the run is over, by the monotonic clock.
+    """
+
+    index: int
+    what: Literal["start", "end", "both"]
+    before: Segment
+    time: float
+    edit: Edit
+    after: Segment
+    deadline: float
+
+
+class _NoTrack(TrackEditor):
+    """The editor while no demonstration is open: an empty track whose verbs do nothing."""
+
+    def __init__(self, author: str) -> None:
+        self.demonstration, self.author = "", author
+        self.segments: Segments = ()
+        self._perform = lambda _: None
+
+    def refresh(self) -> bool:
+        return False
+
+    def history(self) -> tuple[Edit, ...]:
+        return ()
+
+
+class _VisibleLabels(NamedTuple):
+    """What a coder may see of a demonstration.
+
+    Attributes
+    ----------
+    tracks : dict of str to tuple of Segment
+        The tracks of other authors, and the prediction that is reviewed, by author.
+    listed : Vocabulary
+        The task's actions as stored.
+    painted : tuple of str
+        The actions that segments have.
+    styles : Vocabulary
+        How those look in a review that are not among the task's.
+    """
+
+    tracks: dict[str, Segments]
+    listed: Vocabulary
+    painted: tuple[str, ...]
+    styles: Vocabulary
+
+
+class Document(QObject):
     """What is open, and the verbs that open something else.
+
+    A verb returns whether it changed anything; why it could not is shown in the status line.
 
     Parameters
     ----------
     author : str
-        The coder whose tracks are painted.
+        The coder whose tracks are edited.
 
     Attributes
     ----------
+    view : ViewState
+        Cursor, visible span, marked range, playback.
+    editor : TrackEditor
+        The coder's track. What it stores or refuses is signalled and shown by the document; a new
+        one takes its place with each demonstration and coder, so that it must not be kept.
+    review : ReviewState
+        The run whose predictions are shown.
+    project : Project or None
     infos : tuple of DemonstrationInfo
         The project's demonstrations, by task and name.
-    others : dict of str to tuple of Segment
+    other_tracks : dict of str to tuple of Segment
         The other tracks that are shown, by author; empty while coding blind.
     hidden_authors : frozenset of str
-        Whose tracks are left away.
+        Whose tracks are hidden.
+    vocabulary : Vocabulary
+        Of the open demonstration's task, with what is painted besides.
+    action : str or None
+        The brush: what dragging on the track paints.
+    selected : int or None
+        Which of the coder's segments is selected.
+    stroke : Stroke or None
+        What a key has begun.
+    refused : bool
+        Whether the store refused the latest request, which may then be repeated.
+    local_message : str
+        The latest message about the demonstration that was open then.
     """
 
     project_changed = Signal()
     listing_changed = Signal()
     demonstration_changed = Signal()
     author_changed = Signal()
+    vocabulary_changed = Signal()
+    action_changed = Signal()
+    tracks_changed = Signal()
+    selection_changed = Signal()
+    stroke_changed = Signal()
+    message_shown = Signal(str, bool)
+    store_failed = Signal(str)
 
     def __init__(self, author: str, parent: QObject | None = None) -> None:
-        super().__init__(author, parent)
+        super().__init__(parent)
+        self.view = ViewState(self)
+        self.review = ReviewState(self)
+        self.project: Project | None = None
         self.infos: tuple[DemonstrationInfo, ...] = ()
-        self.others: dict[str, Segments] = {}
+        self.other_tracks: dict[str, Segments] = {}
         self.hidden_authors: frozenset[str] = frozenset()
+        self.action: str | None = None
+        self.refused = False
+        self.local_message = ""
         self._behind = False  # what was changed elsewhere could not be read yet
+        # A task, with its actions on either side of each renaming, both ways round.
+        self._renamings: list[tuple[str, Vocabulary, Vocabulary]] = []
+        self._edit_track(_NoTrack(author))
+        self._list_actions(Vocabulary())
+        self.view.cursor_moved.connect(self._leave_selection)
+        self.view.playing_changed.connect(self._leave_selection)
+
+    @property
+    def demonstration(self) -> Demonstration | None:
+        """The one that is open."""
+        return self.view.demonstration
+
+    @property
+    def id(self) -> str:
+        """Of the open demonstration; ``""`` without one."""
+        return self.editor.demonstration
+
+    @property
+    def author(self) -> str:
+        """The coder whose track is edited."""
+        return self.editor.author
+
+    @property
+    def coding_blind(self) -> bool:
+        """Whether the labels of others are hidden from the coder here."""
+        if self.project is None or not self.id:
+            return False
+        return self.project.coding.is_blind(self.id, self.author)
+
+    # Projects and demonstrations
 
     def open_project(self, path: Path) -> None:
         """Open a project in place of the one that is open.
@@ -88,52 +237,51 @@ class Document(Reviewing):
         """Close the project; nothing is lost, as everything is stored already."""
         if self.project is None:
             return
-        self.set_playing(False)
+        self.view.set_playing(False)
         self.project.close()
         self.project = None
         self.infos = ()
-        self.outcome = self.examined = None
+        self.review.run = self.review.examined = None
         self._renamings.clear()
-        self._put_down()
+        self._close_demonstration()
         self.project_changed.emit()
         self.listing_changed.emit()
-        self.outcome_changed.emit()
-        self.examined_changed.emit()
+        self.review.run_changed.emit()
+        self.review.examined_changed.emit()
 
-    def _put_down(self) -> None:
-        """No demonstration is open any more."""
-        self.set_playing(False)
-        self._look_anew(None)
-        self._take_up("", None)
-        self.others = {}
+    def _close_demonstration(self) -> None:
+        self.view.set_playing(False)
+        self.view.reset(None)
+        self._edit_track(_NoTrack(self.author))
+        self.other_tracks = {}
         self._list_actions(Vocabulary())
         self.demonstration_changed.emit()
         self.vocabulary_changed.emit()
 
     def open_demonstration(self, id_: str) -> bool:
-        """Open a demonstration of the project; gives whether that could be done."""
+        """Open a demonstration of the project; returns whether that succeeded."""
         if self.project is None:
             return False
         with self._reporting_errors() as errors:
             demonstration = self.project.demonstrations.load(id_)
             if demonstration.id == self.id:
                 return True
-            labelling = Labelling(self.project, demonstration.id, self.author)
-            seen = self._seen_by(self.author, demonstration)
-            if self.id:  # what was painted there a moment ago is told only now
+            editor = self._editor_of(self.project, demonstration.id, self.author)
+            labels = self._visible_labels(self.author, demonstration)
+            if self.id:  # what was painted in the previous one enters the list only now
                 with suppress(InputError):  # removed elsewhere meanwhile
-                    self._take_in_info(self.project)
+                    self._update_info(self.project)
         if errors:
             return False
-        self.set_playing(False)
-        self._look_anew(demonstration)
-        self._take_up(demonstration.id, labelling)
-        self._take_in(seen)
+        self.view.set_playing(False)
+        self.view.reset(demonstration)
+        self._edit_track(editor)
+        self._show_labels(labels)
         self.demonstration_changed.emit()
         self.vocabulary_changed.emit()
         self.tracks_changed.emit()
-        self.span_changed.emit(self.start, self.end)
-        self.cursor_moved.emit(self.cursor)
+        self.view.span_changed.emit(self.view.start, self.view.end)
+        self.view.cursor_moved.emit(self.view.cursor)
         return True
 
     def set_author(self, name: str) -> None:
@@ -142,18 +290,19 @@ class Document(Reviewing):
         if not name or name == self.author:
             return
         if is_model(name):
-            self.say(f"'{name}' is a model's name; use a person's.", True)
+            self.show_message(f"'{name}' is a model's name; use a person's.", True)
             return
         if self.project is not None and self.demonstration is not None:
             with self._reporting_errors() as errors:
-                labelling = Labelling(self.project, self.id, name)
-                seen = self._seen_by(name, self.demonstration)
-            if errors:  # whose labels are not there must not seem to be the one who paints
+                editor = self._editor_of(self.project, self.id, name)
+                labels = self._visible_labels(name, self.demonstration)
+            if errors:  # the coder shown must be the one whose labels are shown
                 return
-            self._take_up(self.id, labelling)
-            self._take_in(seen)
-        self.author = name
-        self._look_away()
+            self._edit_track(editor)
+            self._show_labels(labels)
+        else:
+            self._edit_track(_NoTrack(name))
+        self._hide_examined()
         self.selection_changed.emit()
         self.stroke_changed.emit()
         self.author_changed.emit()
@@ -171,10 +320,10 @@ class Document(Reviewing):
             old = self.demonstration
             self._behind = not self.reread()
             if old is not None and self.demonstration is None:
-                self.say(f"'{old.name}' was removed elsewhere.")
+                self.show_message(f"'{old.name}' was removed elsewhere.")
 
     def refresh_listing(self) -> bool:
-        """Read the list of demonstrations again; gives whether that could be done."""
+        """Read the list of demonstrations again; returns whether that succeeded."""
         if self.project is None:
             return False
         with self._reporting_errors() as errors:
@@ -183,70 +332,43 @@ class Document(Reviewing):
         return not errors
 
     def refresh_info(self) -> None:
-        """Read again what the list tells of the open demonstration, and of no other one."""
+        """Read the list's row of the open demonstration again."""
         if self.project is not None and self.id:
             with self._reporting_errors():
-                self._take_in_info(self.project)
+                self._update_info(self.project)
             self.listing_changed.emit()
 
-    def _take_in_info(self, project: Project) -> None:
-        """What the project tells of the open demonstration."""
+    def _update_info(self, project: Project) -> None:
         new = project.demonstrations.info(self.id)
         self.infos = tuple(new if info.id == new.id else info for info in self.infos)
 
     def reread(self) -> bool:
         """Take over what is stored by now: names, videos, assignments, labels, actions.
 
-        Gives whether all of it could be read.
+        Returns whether all of it could be read.
         """
         listed = self.refresh_listing()
-        if self.project is None or self.demonstration is None or self._labelling is None:
+        if self.project is None or self.demonstration is None:
             return listed
         if all(info.id != self.id for info in self.infos):  # a recording that was discarded
-            self._put_down()
+            self._close_demonstration()
             return listed
         old = self.demonstration
         with self._reporting_errors() as errors:
             new = self.project.demonstrations.load(self.id)
-            seen = self._seen_by(self.author, new)
-            if self._labelling.refresh():
+            labels = self._visible_labels(self.author, new)
+            if self.editor.refresh():
                 self.select(None)
         if errors:
             return False
-        self._take_in(seen)
-        self._look_away()
+        self._show_labels(labels)
+        self._hide_examined()
         if (old.name, old.task, old.video) != (new.name, new.task, new.video):
-            self.demonstration = new
+            self.view.demonstration = new
             self.demonstration_changed.emit()
         self.vocabulary_changed.emit()
         self.tracks_changed.emit()
         return listed
-
-    def rename_action(
-        self, old: str, new: str, tasks: Collection[str] | None = None, *, merge: bool = False
-    ) -> bool:
-        """Rename an action in all of the coder's tracks, or merge it into another one."""
-        if self.project is None:
-            return False
-        with self._reporting_errors() as errors:
-            before = self.project.actions.vocabularies()
-            done = self.project.actions.rename(self.author, old, new, tasks, merge=merge)
-            after = self.project.actions.vocabularies()
-        if errors:
-            return False
-        for task in done.tasks:
-            one, other = before.get(task, Vocabulary()), after[task]
-            if {*one.names} ^ {*other.names} <= {old, new}:  # nobody else changed them just then
-                self._renamings += [(task, one, other), (task, other, one)]
-        chosen, brush, stroke = self.selected, self.action, self.stroke
-        self.reread()
-        self.select(chosen)  # as many segments as before
-        if brush == old:
-            self.set_action(new)
-        if stroke is not None and stroke.action == old:
-            self.begin_stroke(new, stroke.start)
-        self.say(done.sentences(done=True))
-        return True
 
     def set_video_clock(self, clock: ClockMap) -> bool:
         """Map the video's clock onto the force clock anew."""
@@ -254,7 +376,7 @@ class Document(Reviewing):
             return False
         with self._reporting_errors() as errors:
             self.project.media.set_video_clock(self.id, clock)
-            self.demonstration = self.project.demonstrations.load(self.id)
+            self.view.demonstration = self.project.demonstrations.load(self.id)
         if not errors:
             self.demonstration_changed.emit()
         return not errors
@@ -269,84 +391,529 @@ class Document(Reviewing):
         self.reread()
         if not errors:
             shown = "Marked as done; the labels of others are shown."
-            self.say(shown if blind else "Marked as done.")
+            self.show_message(shown if blind else "Marked as done.")
         return not errors
 
+    # Messages
+
+    def show_message(self, text: str, error: bool = False) -> None:
+        """Show one sentence in the status line."""
+        self.message_shown.emit(text, error)
+
+    def show_local_message(self, text: str, error: bool = False) -> None:
+        """Show a sentence about the open demonstration, which goes when another one is opened."""
+        self.local_message = text
+        self.show_message(text, error)
+
+    @contextmanager
+    def _reporting_errors(self) -> Iterator[list[str]]:
+        """Show an error in the status line; yields a list that holds it then.
+
+        A track that was changed elsewhere is read anew.
+        """
+        errors: list[str] = []
+        self.refused = False
+        try:
+            try:
+                yield errors
+            except StaleTrackError:
+                self.editor.refresh()
+                self.select(None)
+                self.tracks_changed.emit()
+                raise
+        except ForcelabError as error:
+            self.refused = True
+            errors.append(str(error))
+            self.show_message(str(error), True)
+            if error.__cause__ is not None:  # the disk or the store refused, not what was asked for
+                self.store_failed.emit(str(error))
+
+    # Tracks of others
+
     def other_authors(self) -> tuple[str, ...]:
-        """Whose tracks there are besides the coder's; nobody's while coding blind."""
+        """Whose tracks exist besides the coder's; none while coding blind."""
         if self.project is None or not self.id or self.coding_blind:
             return ()
         authors = [track.author for track in self.project.tracks.of(self.id)]
-        if self.outcome is not None and self.reviewed is not None:
-            authors.append(self.outcome.proposer)
+        if self.review.run is not None and self.review.reviewed is not None:
+            authors.append(self.review.run.proposer)
         return tuple(author for author in authors if author != self.author)
 
-    def set_outcome(self, outcome: Outcome | None) -> None:
-        """Review another outcome; its prediction stands below the open demonstration's tracks."""
-        self.outcome = outcome
-        self.examined = None
-        if self.demonstration is not None:
-            self._look_again(self.demonstration)
-            self.vocabulary_changed.emit()
-        self.outcome_changed.emit()
-        self.examined_changed.emit()
-
-    def examine(self, place: Interval) -> bool:
-        """Go to a place: open its demonstration, show it with its surroundings, mark it."""
-        if place.demonstration != self.id and not self.open_demonstration(place.demonstration):
-            return False
-        margin = max(AROUND * place.duration, LEAST_AROUND)
-        self.set_span(place.start - margin, place.end + margin)
-        self.seek(place.start)
-        self.set_range(place.start, place.end)
-        self.examined = place
-        self.examined_changed.emit()
-        return True
-
     def set_hidden_authors(self, authors: frozenset[str]) -> None:
-        """Leave these tracks away from the screen."""
+        """Hide these authors' tracks."""
         if authors != self.hidden_authors:
             self.hidden_authors = authors
-            if self.demonstration is not None:
-                self._look_again(self.demonstration)
+            self.reread_tracks()
 
-    # Inside
+    def reread_tracks(self) -> None:
+        """Read again the tracks that the coder may see."""
+        if self.demonstration is not None:
+            with self._reporting_errors():
+                self._show_labels(self._visible_labels(self.author, self.demonstration))
+            self.tracks_changed.emit()
 
-    def _bring_back(self, reverted: UndoResult) -> None:
-        """Follow what an undo or a redo changed, in other demonstrations, too."""
-        super()._bring_back(reverted)
-        if len(reverted.edits) > 1:
-            self.refresh_listing()
-
-    def _look_away(self) -> None:
-        """Examine nothing while coding blind: a place tells where others begin and end."""
-        if self.examined is not None and self.coding_blind:
-            self.examined = None
-            self.clear_range()
-            self.examined_changed.emit()
-
-    def _look_again(self, demonstration: Demonstration) -> None:
-        """Show what may be seen by now."""
-        with self._reporting_errors():
-            self._take_in(self._seen_by(self.author, demonstration))
-        self.tracks_changed.emit()
-
-    def _seen_by(self, author: str, demonstration: Demonstration) -> VisibleLabels:
-        """What a coder may see of a demonstration.
+    def _visible_labels(self, author: str, demonstration: Demonstration) -> _VisibleLabels:
+        """What a coder may see; what is hidden does not show in actions either.
 
         Raises
         ------
         ForcelabError
             If it cannot be read.
         """
-        assert self.project is not None
-        return visible_to(author, demonstration, self.project, self.outcome)
+        project, run = self.project, self.review.run
+        assert project is not None
+        tracks = project.tracks.of(demonstration.id)
+        blind = project.coding.is_blind(demonstration.id, author)
+        if blind:
+            tracks = tuple(track for track in tracks if track.author == author)
+        painted = tuple(action for track in tracks for action in track.actions)
+        others = {track.author: track.segments for track in tracks if track.author != author}
+        reviewed = None if run is None else run.find(demonstration.id)
+        if run is not None and reviewed is not None and not blind:
+            predicted = spelt_as_coded(reviewed.predicted, run, reviewed)
+            others[run.proposer] = predicted
+            painted += tuple(segment.action for segment in predicted)
+        listed, styles = project.actions.vocabulary(demonstration.task), Vocabulary()
+        if run is not None and any(action not in listed for action in painted):
+            # Runs are not loaded where none is reviewed.
+            from forcelab.review.run_result import vocabulary_of
 
-    def _take_in(self, seen: VisibleLabels) -> None:
-        """Show what may be seen; nobody is told yet."""
-        self.others = {
+            styles = vocabulary_of(project, run)
+        return _VisibleLabels(others, listed, painted, styles)
+
+    def _show_labels(self, labels: _VisibleLabels) -> None:
+        """Show what the coder may see; emits no signal."""
+        self.other_tracks = {
             author: segments
-            for author, segments in seen.others.items()
+            for author, segments in labels.tracks.items()
             if author not in self.hidden_authors
         }
-        self._list_actions(seen.listed, seen.painted, seen.like)
+        self._list_actions(labels.listed, labels.painted, labels.styles)
+
+    def _hide_examined(self) -> None:
+        """Examine nothing while coding blind: an interval shows where others begin and end."""
+        if self.review.examined is not None and self.coding_blind:
+            self.review.examined = None
+            self.view.clear_range()
+            self.review.examined_changed.emit()
+
+    # Actions
+
+    def set_action(self, name: str | None) -> None:
+        """Take up a brush, or put it down."""
+        if name != self.action:
+            self.action = name
+            self.action_changed.emit()
+
+    def set_vocabulary(self, vocabulary: Vocabulary) -> bool:
+        """Replace the actions of the open demonstration's task, unless others changed them."""
+        if self.project is None or self.demonstration is None:
+            return False
+        task, done = self.demonstration.task, False
+        with self._reporting_errors():
+            done = self.project.actions.set_vocabulary(task, vocabulary, before=self._listed)
+            if done:
+                self._list_actions(vocabulary)
+            else:
+                shown = self.vocabulary
+                self._list_actions(self.project.actions.vocabulary(task), shown.names, shown)
+                message = "The actions were changed elsewhere; look at them and repeat it."
+                self.show_message(message, True)
+            self.vocabulary_changed.emit()
+        return done
+
+    def add_actions(self, *names: str) -> bool:
+        """Make sure that the vocabulary has these actions; those that others add stay."""
+        if all(name in self.vocabulary for name in names):
+            return True
+        if self.project is None or self.demonstration is None:
+            return False
+        with self._reporting_errors() as errors:
+            wider = self.vocabulary.with_actions(*names)
+            self._list_actions(self.project.actions.add(self.demonstration.task, wider.names))
+            self.vocabulary_changed.emit()
+        return not errors
+
+    def rename_action(
+        self, old: str, new: str, tasks: Collection[str] | None = None, *, merge: bool = False
+    ) -> bool:
+        """Rename an action in all of the coder's tracks, or merge it into another one."""
+        if self.project is None:
+            return False
+        with self._reporting_errors() as errors:
+            before = self.project.actions.vocabularies()
+            renamed = self.project.actions.rename(self.author, old, new, tasks, merge=merge)
+            after = self.project.actions.vocabularies()
+        if errors:
+            return False
+        for task in renamed.tasks:
+            previous, current = before.get(task, Vocabulary()), after[task]
+            if {*previous.names} ^ {*current.names} <= {old, new}:  # no other change just then
+                self._renamings += [(task, previous, current), (task, current, previous)]
+        selected, brush, stroke = self.selected, self.action, self.stroke
+        self.reread()
+        self.select(selected)  # as many segments as before
+        if brush == old:
+            self.set_action(new)
+        if stroke is not None and stroke.action == old:
+            self.begin_stroke(new, stroke.start)
+        self.show_message(renamed.sentences(done=True))
+        return True
+
+    def _list_actions(
+        self, listed: Vocabulary, painted: tuple[str, ...] = (), styles: Iterable[Action] = ()
+    ) -> None:
+        """Offer the stored actions, and painted ones besides; emits no `vocabulary_changed`."""
+        self._listed = listed
+        self.vocabulary = listed.with_actions(*painted, like=styles)
+        if self.action is not None and self.action not in self.vocabulary:
+            self.set_action(None)
+
+    def _restore_actions(self, result: UndoResult) -> None:
+        """Offer what an undo or a redo brought back, which may have left the list since.
+
+        Where a renaming was reverted, actions get back the look and the key that they had.
+        """
+        project = self.project
+        if project is None:
+            return
+        open_task = None if self.demonstration is None else self.demonstration.task
+        with self._reporting_errors():
+            for task, (gone, back) in result.actions.items():
+                listed = project.actions.vocabulary(task)  # which others may have changed just now
+                restored = self._before_renaming(task, listed, gone, back, result)
+                if restored is None or not project.actions.set_vocabulary(
+                    task, restored, before=listed
+                ):
+                    wider = listed.with_actions(*sorted(back))
+                    restored = listed if wider == listed else project.actions.add(task, wider.names)
+                if task == open_task and restored != self._listed:
+                    shown = self.vocabulary
+                    unlisted = tuple(name for name in shown.names if name not in self._listed)
+                    self._list_actions(restored, unlisted, shown)
+                    self.vocabulary_changed.emit()
+
+    def _before_renaming(
+        self, task: str, listed: Vocabulary, gone: set[str], back: set[str], result: UndoResult
+    ) -> Vocabulary | None:
+        """The actions of a task on the other side of a renaming that was reverted.
+
+        None if there was none, or the task still needs an action that it would remove. Where
+        nothing comes back, as others kept the old action, the result shows that there was one.
+        """
+        assert self.project is not None
+        # A coder of the task who is blind would learn from the list whether others use an action.
+        blind = task in self.project.coding.blind_tasks(result.edits[0].author)
+        for renamed_task, current, previous in self._renamings:
+            leaving, coming = {*current.names} - {*previous.names}, back - {*current.names}
+            fits = leaving <= gone and (coming or result.renames) and back <= {*previous.names}
+            if not fits or (renamed_task, current) != (task, listed):
+                continue
+            if not leaving or not (blind or leaving & self.project.actions.painted(task)):
+                return previous
+        return None
+
+    # The coder's track
+
+    def _editor_of(self, project: Project, id_: str, author: str) -> TrackEditor:
+        return TrackEditor(project, id_, author, self._perform_edit)
+
+    def _edit_track(self, editor: TrackEditor) -> None:
+        """Edit another track from now on; emits no signal."""
+        self.editor = editor
+        self.selected: int | None = None
+        self.stroke: Stroke | None = None
+        self._nudges: _NudgeRun | None = None
+
+    def _perform_edit(self, verb: Callable[[], Result]) -> Result:
+        """Carry out a verb of the editor; the store has the edit before a view learns of it."""
+        result = None
+        selected = None if self.selected is None else self.editor.segments[self.selected]
+        with self._reporting_errors() as errors:
+            result = verb()
+        if result is None:
+            if self.editor.unchanged and not errors:
+                self.show_local_message(self.editor.unchanged)
+            return None
+        latest = result.edits[0] if isinstance(result, UndoResult) else result
+        if selected is not None:
+            self.select(self._index_after(selected, latest))
+        if isinstance(result, UndoResult):
+            self._restore_actions(result)
+            if len(result.edits) > 1:  # in other demonstrations, too
+                self.refresh_listing()
+            self.tracks_changed.emit()
+            self.show_local_message(result.sentence())
+            self._reveal(latest)
+        else:
+            listed = self.add_actions(*(segment.action for segment in latest.inserted))
+            self.tracks_changed.emit()
+            if listed:
+                self.show_local_message(latest.what)
+        return result
+
+    def _reveal(self, edit: Edit) -> None:
+        """Bring what an edit changed into view, if none of it is."""
+        view, changed = self.view, set(edit.removed) ^ set(edit.inserted)
+        start = min((segment.start for segment in changed), default=view.start)
+        end = max((segment.end for segment in changed), default=view.end)
+        if end <= view.start or start >= view.end:
+            margin = max(view.end - view.start - (end - start), end - start) / 2
+            view.set_span(start - margin, end + margin)
+
+    def _index_after(self, segment: Segment, edit: Edit) -> int | None:
+        """Where a segment is after an edit, also one that another window had made before."""
+        if (index := self.editor.index_of(segment)) is not None:
+            return index
+        before, after = set(edit.removed), set(edit.inserted)
+        gone = [removed for removed in edit.removed if removed not in after]
+        new = [inserted for inserted in edit.inserted if inserted not in before]
+        if segment not in gone or len(gone) != len(new):
+            return None
+        return self.editor.index_of(new[gone.index(segment)])
+
+    def origins(self) -> Mapping[Segment, Origin]:
+        """Which of the coder's segments a model proposed; looked up anew only after edits."""
+        if self.project is None or not self.id:
+            return {}
+        try:
+            return self.project.tracks.origins(self.id, self.author)
+        except ForcelabError:  # a busy store is reported where labels are read or written
+            return {}
+
+    def select(self, index: int | None) -> None:
+        """Select one of the coder's segments, or none."""
+        if index is not None and not 0 <= index < len(self.editor.segments):
+            index = None
+        if index != self.selected:
+            self.selected = index
+            self.selection_changed.emit()
+
+    def _leave_selection(self) -> None:
+        """Select nothing once the cursor has left the selected segment, but not in playback."""
+        if self.selected is not None and not self.view.playing:
+            segment = self.editor.segments[self.selected]
+            if not segment.start - 1e-6 <= self.view.cursor <= segment.end + 1e-6:
+                self.select(None)
+
+    def nudge(self, index: int, what: Literal["start", "end", "both"], step: float) -> bool:
+        """Move an edge of a segment, or all of it, by a step in seconds; the cursor goes with it.
+
+        Steps that follow each other are one edit: one undo takes all of them back.
+        """
+        run = self._nudges
+        if run is not None and self._continues(run, index, what):
+            index, before, time, replacing = run.index, run.before, run.time, run.edit
+        else:
+            before, replacing = self.editor.segments[index], None
+            time = before.end if what == "end" else before.start
+        low, high = self.view.bounds
+        high -= before.duration if what == "both" else 0
+        time = min(max(round(time + step, DIGITS), low), high)
+        if what == "both":
+            edit = self.editor.move_segment(index, time, replacing)
+        else:
+            edit = self.editor.move_edge(index, what, time, replacing)
+        if edit is None:
+            return False
+        self.view.seek(time)
+        # Segments that it grew over may have gone, which changes its index.
+        edge = _end if what == "end" else _start
+        self.select(bisect_left(self.editor.segments, time - DUST, key=edge))
+        self._nudges = None
+        if edit.kind == "paint" and self.selected is not None:
+            after, deadline = self.editor.segments[self.selected], monotonic() + NUDGE_PAUSE
+            self._nudges = _NudgeRun(index, what, before, time, edit, after, deadline)
+        return True
+
+    def _continues(self, run: _NudgeRun, index: int, what: str) -> bool:
+        """Whether a step continues a run: of the same kind, at once, and nothing in between."""
+        if self.project is None:
+            return False
+        segments = self.editor.segments
+        if (run.what, run.after) != (what, segments[index]) or monotonic() > run.deadline:
+            return False
+        try:
+            head = self.project.tracks.head(self.id, self.author)
+        except ForcelabError:  # a busy store is reported where labels are written
+            return False
+        edit = run.edit
+        return (edit.demonstration, edit.author, edit.id) == (self.id, self.author, head)
+
+    def begin_stroke(self, action: str, at: float) -> None:
+        """Begin a segment that :meth:`end_stroke` ends."""
+        low, high = self.view.bounds
+        self.stroke = Stroke(action, min(max(at, low), high))
+        self.stroke_changed.emit()
+
+    def end_stroke(self, at: float) -> bool:
+        """Paint the stroke up to `at`, which may lie before its beginning.
+
+        Where the store refuses, the stroke goes on, to be ended once more.
+        """
+        if self.stroke is None:
+            return False
+        stroke, self.stroke = self.stroke, None
+        low, high = self.view.bounds
+        at = min(max(at, low), high)
+        self.stroke_changed.emit()
+        if at == stroke.start:
+            message = "A segment needs time: move the cursor before you end it."
+            self.show_message(message, True)
+            return False
+        start, end = sorted((stroke.start, at))
+        painted = self.editor.paint(start, end, stroke.action) is not None
+        if not painted and self.refused:
+            self.begin_stroke(stroke.action, stroke.start)
+        return painted
+
+    def cancel_stroke(self) -> None:
+        """Forget the stroke."""
+        if self.stroke is not None:
+            self.stroke = None
+            self.stroke_changed.emit()
+
+
+class ReviewState(QObject):
+    """The predictions that are shown, and what is taken over from them; never a coder's track.
+
+    Attributes
+    ----------
+    run : Outcome or None
+        The run that is reviewed.
+    examined : Interval or None
+        The interval that is being looked at.
+    training : bool
+        Whether a recogniser is being trained.
+    """
+
+    run_changed = Signal()
+    examined_changed = Signal()
+    training_changed = Signal()
+
+    def __init__(self, document: Document) -> None:
+        super().__init__(document)
+        self._document = document
+        self.run: Outcome | None = None
+        self.examined: Interval | None = None
+        self.training = False
+
+    def set_training(self, training: bool) -> None:
+        """Set the training flag."""
+        if training != self.training:
+            self.training = training
+            self.training_changed.emit()
+
+    def set_run(self, run: Outcome | None) -> None:
+        """Review another run; its prediction stands below the open demonstration's tracks."""
+        self.run = run
+        self.examined = None
+        if self._document.demonstration is not None:
+            self._document.reread_tracks()
+            self._document.vocabulary_changed.emit()
+        self.run_changed.emit()
+        self.examined_changed.emit()
+
+    def examine(self, interval: Interval) -> bool:
+        """Open an interval's demonstration, show the interval with its surroundings, mark it."""
+        document, id_ = self._document, interval.demonstration
+        if id_ != document.id and not document.open_demonstration(id_):
+            return False
+        margin = max(MARGIN * interval.duration, SHORTEST_MARGIN)
+        document.view.set_span(interval.start - margin, interval.end + margin)
+        document.view.seek(interval.start)
+        document.view.set_range(interval.start, interval.end)
+        self.examined = interval
+        self.examined_changed.emit()
+        return True
+
+    @property
+    def reviewed(self) -> Reviewed | None:
+        """The open demonstration in the run; None while coding blind, or if it is not in it."""
+        if self.run is None or not self._document.id or self._document.coding_blind:
+            return None
+        return self.run.find(self._document.id)
+
+    @property
+    def prediction(self) -> Segments:
+        """What is predicted for the open demonstration; empty while coding blind."""
+        reviewed = self.reviewed
+        return () if reviewed is None else reviewed.predicted
+
+    # Accepting
+
+    def accept_here(self) -> bool:
+        """Accept the predicted segment at the cursor, and go to the next one to accept."""
+        view, time = self._document.view, self._document.view.cursor
+        accepted = self.accept(time, math.nextafter(time, math.inf))
+        if accepted and not view.playing:
+            view.seek(self._next_to_accept(time))
+        return accepted
+
+    def accept_in_view(self) -> bool:
+        """Accept all predictions in view, wherever the coder has labelled nothing."""
+        view = self._document.view
+        return self.accept(view.start, view.end, replace=False)
+
+    def accept(
+        self, start: float, end: float, at_least: float = 0.0, *, replace: bool = True
+    ) -> bool:
+        """Copy predicted segments into the coder's track, as one edit that can be undone.
+
+        Every predicted segment that overlaps ``[start, end)`` is taken as a whole, if its mean
+        probability is `at_least` that; `replace` says whether what the coder has labelled there is
+        painted over.
+        """
+        document, reviewed, run = self._document, self.reviewed, self.run
+        if reviewed is None or run is None:
+            blind = "Predictions are hidden until you are done; nothing accepted."
+            missing = "There is no prediction to accept here; train a recogniser."
+            document.show_message(blind if document.coding_blind else missing, True)
+            return False
+        # It brings what proposes demonstrations to label, which takes long to load.
+        from forcelab.review.active_learning import acceptable
+
+        if at_least and reviewed.certainty is None:
+            message = "This run kept no probabilities; train again to have them."
+            document.show_message(message, True)
+            return False
+        segments = acceptable(reviewed, start, end, at_least)
+        if not segments:
+            document.show_message("Nothing is predicted here that could be accepted.")
+            return False
+        return self.adopt(*spelt_as_coded(segments, run, reviewed), replace=replace)
+
+    def adopt(self, *segments: Segment, replace: bool = True) -> bool:
+        """Paint what the recogniser proposes, in the coder's spelling.
+
+        Each segment remembers which recogniser it was.
+        """
+        if self.run is None:
+            return False
+        editor = self._document.editor
+        return editor.accept(segments, self.run.proposer, replace=replace) is not None
+
+    def _next_to_accept(self, time: float) -> float:
+        """The start of the next prediction that the track differs from; else this one's end."""
+        reviewed, run = self.reviewed, self.run
+        if reviewed is None or run is None:
+            return time
+        end = time
+        for segment in spelt_as_coded(reviewed.predicted, run, reviewed):
+            if segment.start > time and not self._is_labelled(segment):
+                return segment.start
+            if segment.start <= time < segment.end:
+                end = segment.end
+        return end
+
+    def _is_labelled(self, segment: Segment) -> bool:
+        """Whether the coder's track has this action all along."""
+        segments = self._document.editor.segments
+        index = bisect_right(segments, segment.start + SLIVER, key=_end)
+        own = segments[index] if index < len(segments) else None
+        return (
+            own is not None
+            and own.action == segment.action
+            and own.start <= segment.start + SLIVER
+            and segment.end <= own.end + SLIVER
+        )

@@ -19,7 +19,7 @@ from forcelab.formats.export import FORMATS, exporting
 from forcelab.gui.document import Document
 from forcelab.gui.file_dialogs import ask_folder
 from forcelab.gui.jobs import Jobs
-from forcelab.gui.layout import ProgressBar, copyable
+from forcelab.gui.layout import ProgressBar, copyable, set_enabled_with_reason
 from forcelab.gui.widgets import ElidedComboBox
 
 
@@ -86,7 +86,7 @@ class ExportDialog(QDialog):
         project = self._document.project
         if project is None:
             return
-        self.go.setEnabled(False)
+        set_enabled_with_reason(self.go, "Wait until this is written.")
         self._bar.setVisible(True)
         self._report_label.clear()
         job = exporting(
@@ -106,7 +106,8 @@ class ExportDialog(QDialog):
 
     def _match(self) -> None:
         """An archive holds the whole project."""
-        self.which.setEnabled(self.form.currentData() != "archive")
+        archive = self.form.currentData() == "archive"
+        set_enabled_with_reason(self.which, "An archive holds all labels." if archive else "")
 
     def _choose(self) -> None:
         """Let the user choose a folder."""
@@ -126,5 +127,5 @@ class ExportDialog(QDialog):
     def _report(self, text: str) -> None:
         """Say what became of it."""
         self._bar.setVisible(False)
-        self.go.setEnabled(True)
+        set_enabled_with_reason(self.go, "")
         self._report_label.setText(text)

@@ -102,8 +102,8 @@ def save_picture(figure: Figure, path: Path, document: Document, jobs: Jobs) -> 
     saved = f"Saved '{path.name}'."
     jobs.run(
         _saving(figure, path),
-        lambda _: document.say(saved),
-        lambda error: document.say(str(error), True),
+        lambda _: document.show_message(saved),
+        lambda error: document.show_message(str(error), True),
         key=f"saving {path}",
     )
 

@@ -41,7 +41,13 @@ from forcelab.gui.figures.text import NAMES
 from forcelab.gui.file_dialogs import accept_as_copy, ask_file, ask_files
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.key_events import ignore_wheel
-from forcelab.gui.layout import ProgressBar, copyable, resize_on_screen, set_tone
+from forcelab.gui.layout import (
+    ProgressBar,
+    copyable,
+    resize_on_screen,
+    set_enabled_with_reason,
+    set_tone,
+)
 from forcelab.gui.text import settle_name
 from forcelab.gui.theme import colours
 
@@ -252,6 +258,9 @@ def _format(path: Path) -> str:
         return ""  # what is wrong is told when the file is read
 
 
+_GOES_ON = "Wait until this is imported."
+
+
 class ImportDialog(QDialog):
     """Files, their task, the coder of their labels; then the import itself and what became of it.
 
@@ -454,7 +463,8 @@ class ImportDialog(QDialog):
     def _changed(self) -> None:
         """Other files are to be imported than before."""
         files = self._chosen()
-        self._go.setEnabled(bool(files) and self._bar.isHidden())
+        reason = "" if files else "Add files first."
+        set_enabled_with_reason(self._go, reason if self._bar.isHidden() else _GOES_ON)
         self._show_report("")  # it was of files that were in the list before
         self.columns.show_first([Path(name) for name in files])
 
@@ -475,7 +485,7 @@ class ImportDialog(QDialog):
             videos=self.videos.isChecked(),
         )
         options, files = self.columns.options(options), self._chosen()
-        self._go.setEnabled(False)
+        set_enabled_with_reason(self._go, _GOES_ON)
         self._bar.setVisible(True)
         self._show_report("")
         self._jobs.run(
@@ -519,7 +529,7 @@ class ImportDialog(QDialog):
     def _failed(self, error: Exception) -> None:
         """Say what stands in the way; nothing was imported. Select the files that it is about."""
         self._bar.setVisible(False)
-        self._go.setEnabled(True)
+        set_enabled_with_reason(self._go, "")
         lines = [str(error)]
         unread = set(map(str, error.files)) if isinstance(error, InputError) else set()
         self._select(unread)

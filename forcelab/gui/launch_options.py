@@ -17,7 +17,7 @@ class LaunchOptions:
     demonstration : str
         Name or id; by default the first one.
     workspace : str
-        ``"label"``, ``"review"``, ``"capture"`` or ``"tradeoff"``.
+        ``"label"``, ``"review"``, ``"capture"``, or ``"tradeoff"`` for that page of the review.
     at : float, optional
         Where the cursor is, in seconds.
     span : float, optional

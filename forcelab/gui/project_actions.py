@@ -69,7 +69,7 @@ class ProjectActions(QObject):
         try:
             self._document.open_project(path)
         except ForcelabError as error:
-            self._document.say(str(error), True)
+            self._document.show_message(str(error), True)
             self.refused.emit(str(error))
             return False
         self._take_coder(path)
@@ -106,7 +106,7 @@ class ProjectActions(QObject):
         if settings.is_folder(path):
             return True
         self.refused.emit(_not_found(path))
-        self._document.say(_not_found(path), True)
+        self._document.show_message(_not_found(path), True)
         return False
 
     def _locate(self, path: Path) -> bool:
@@ -130,7 +130,7 @@ class ProjectActions(QObject):
             self._author = ""
         self._document.set_author(name)
         if (there := name_alike(name, known)) is not None:
-            self._document.say(f"'{name}' is a new coder beside '{there}'.")
+            self._document.show_message(f"'{name}' is a new coder beside '{there}'.")
 
     def remember_demonstration(self) -> None:
         """Keep which demonstration is open, for the next time."""
@@ -159,11 +159,11 @@ class ProjectActions(QObject):
             if self._document.project is None:
                 self.open(path)
             else:
-                self._document.say(f"The sample project is ready: {path}")
+                self._document.show_message(f"The sample project is ready: {path}")
 
         def failed(error: Exception) -> None:
             over(None)
-            self._document.say(str(error), True)
+            self._document.show_message(str(error), True)
 
         self._unasked = not asked
         self.sampling.emit(Progress(0, 1, "making the sample project"))
@@ -207,7 +207,7 @@ class ProjectActions(QObject):
         try:
             Project.create(path).close()
         except ForcelabError as error:
-            self._document.say(str(error), True)
+            self._document.show_message(str(error), True)
             return
         self.open(path)
 
@@ -216,7 +216,9 @@ class ProjectActions(QObject):
         from forcelab.gui.import_dialog import ImportDialog
 
         if self._document.project is None:
-            self._document.say("Open or make a project first; recordings go into it.", True)
+            self._document.show_message(
+                "Open or make a project first; recordings go into it.", True
+            )
             return
         dialog = ImportDialog(self._document, self._jobs, self._window, files)
         dialog.exec()

@@ -83,7 +83,7 @@ def _image(window: Window, start: LaunchOptions, path: Path, patience: float) ->
         if trouble:
             troubles.append(sentence)
 
-    window.document.said.connect(hear)
+    window.document.message_shown.connect(hear)
     window.resize(*(start.size or (1280, 800)))
     window.show()
     there = window.begin(start)

@@ -62,7 +62,7 @@ class StatusLine(QStatusBar):
         super().__init__()
         self._document, self._trouble, self._said = document, False, ""
         self.messageChanged.connect(self._shown)
-        document.said.connect(self.say)
+        document.message_shown.connect(self.say)
         document.demonstration_changed.connect(self._forget_former)
         theme.themes().changed.connect(self._colour)
 
@@ -87,5 +87,5 @@ class StatusLine(QStatusBar):
 
     def _forget_former(self) -> None:
         """Say of another demonstration no more what was said of the one before."""
-        if self.currentMessage() == self._document.said_here:
+        if self.currentMessage() == self._document.local_message:
             self.clearMessage()

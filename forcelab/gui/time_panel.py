@@ -122,10 +122,14 @@ class TimePanel(QWidget):
         self._panning: QPointF | None = None
         #: The stretches of pixels that cursor, hint, range and stroke are drawn on.
         self._drawn_over: tuple[TimeSpan | None, ...] = ()
-        document.span_changed.connect(self.invalidate)
+        document.view.span_changed.connect(self.invalidate)
         document.demonstration_changed.connect(self.invalidate)
-        document.cursor_moved.connect(self._marks_moved)
-        for signal in (document.range_changed, document.stroke_changed, document.hint_changed):
+        document.view.cursor_moved.connect(self._marks_moved)
+        for signal in (
+            document.view.range_changed,
+            document.stroke_changed,
+            document.view.hint_changed,
+        ):
             signal.connect(self._marks_moved)
         themes().changed.connect(self.invalidate)
 
@@ -141,21 +145,21 @@ class TimePanel(QWidget):
     def seconds_per_pixel(self) -> float:
         """How much time one pixel is."""
         width = max(self.width() - self.GUTTER - self.RIGHT, 1)
-        return (self.document.end - self.document.start) / width
+        return (self.document.view.end - self.document.view.start) / width
 
     @property
     def axis(self) -> Axis:
         """From seconds to pixels."""
         plot = self.plot
-        return Axis(self.document.start, self.document.end, plot.left(), plot.right())
+        return Axis(self.document.view.start, self.document.view.end, plot.left(), plot.right())
 
     def x_at(self, time: float) -> float:
         """The pixel of a time in seconds."""
-        return self.GUTTER + (time - self.document.start) / self.seconds_per_pixel
+        return self.GUTTER + (time - self.document.view.start) / self.seconds_per_pixel
 
     def time_at(self, x: float) -> float:
         """The time in seconds of a pixel; it may lie outside the demonstration."""
-        return self.document.start + (x - self.GUTTER) * self.seconds_per_pixel
+        return self.document.view.start + (x - self.GUTTER) * self.seconds_per_pixel
 
     # What a panel draws
 
@@ -228,10 +232,12 @@ class TimePanel(QWidget):
         notches = (angle.y() or angle.x()) / 120.0
         shifted = bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)
         if shifted or abs(angle.x()) > abs(angle.y()):
-            self.document.pan(-notches * PAN_STEP * (self.document.end - self.document.start))
+            self.document.view.pan(
+                -notches * PAN_STEP * (self.document.view.end - self.document.view.start)
+            )
         else:
             x = min(max(event.position().x(), self.plot.left()), self.plot.right())
-            self.document.zoom(ZOOM_STEP**-notches, self.time_at(x))
+            self.document.view.zoom(ZOOM_STEP**-notches, self.time_at(x))
         event.accept()
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
@@ -246,13 +252,13 @@ class TimePanel(QWidget):
         """Mark a range, or pan."""
         here = event.position()
         if self._panning is not None:
-            self.document.pan((self._panning.x() - here.x()) * self.seconds_per_pixel)
+            self.document.view.pan((self._panning.x() - here.x()) * self.seconds_per_pixel)
             self._panning = here
         elif self._press is not None:
             far = abs(here.x() - self._press.x()) >= QApplication.startDragDistance()
             self._marking = self._marking or far
             if self._marking:
-                self.document.set_range(self.time_at(self._press.x()), self.time_at(here.x()))
+                self.document.view.set_range(self.time_at(self._press.x()), self.time_at(here.x()))
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
         """A click seeks, and forgets the range."""
@@ -261,9 +267,9 @@ class TimePanel(QWidget):
             self.unsetCursor()
         elif event.button() == Qt.MouseButton.LeftButton and self._press is not None:
             if not self._marking:
-                self.document.clear_range()
+                self.document.view.clear_range()
                 if event.position().x() >= self.plot.left():
-                    self.document.seek(self.time_at(event.position().x()))
+                    self.document.view.seek(self.time_at(event.position().x()))
             self._press = None
 
     # Inside
@@ -290,18 +296,18 @@ class TimePanel(QWidget):
     def _paint_range(self, painter: QPainter, plot: QRectF) -> None:
         """Draw the marked range and the unfinished stroke as bands."""
         document, now = self.document, colours()
-        if document.range is not None:
-            left, right = (self.x_at(time) for time in document.range)
+        if document.view.range is not None:
+            left, right = (self.x_at(time) for time in document.view.range)
             self._band(painter, left, right, QColor(now.range))
-        elif document.range_in is not None:
+        elif document.view.range_start is not None:
             painter.setPen(QPen(QColor(now.range), 1, Qt.PenStyle.DashLine))
-            x = round(self.x_at(document.range_in)) + 0.5
+            x = round(self.x_at(document.view.range_start)) + 0.5
             painter.drawLine(QLineF(x, plot.top(), x, plot.bottom()))
         stroke = document.stroke
         if stroke is not None:
             known = stroke.action in document.vocabulary
             colour = document.vocabulary[stroke.action].colour if known else now.accent
-            begin, here = self.x_at(stroke.start), self.x_at(document.cursor)
+            begin, here = self.x_at(stroke.start), self.x_at(document.view.cursor)
             self._band(painter, min(begin, here), max(begin, here), QColor(colour))
 
     def _band(self, painter: QPainter, left: float, right: float, colour: QColor) -> None:
@@ -320,12 +326,12 @@ class TimePanel(QWidget):
         document, now = self.document, colours()
         if document.demonstration is None:
             return
-        if document.hint is not None:
+        if document.view.hint is not None:
             painter.setPen(QPen(QColor(now.hint), 1, Qt.PenStyle.DashLine))
-            x = round(self.x_at(document.hint.time)) + 0.5
+            x = round(self.x_at(document.view.hint.time)) + 0.5
             painter.drawLine(QLineF(x, plot.top(), x, plot.bottom()))
         painter.setPen(QPen(QColor(now.cursor), 1))
-        x = round(self.x_at(document.cursor)) + 0.5
+        x = round(self.x_at(document.view.cursor)) + 0.5
         if plot.right() < x < plot.right() + 1:  # at the very end it would fall off the panel
             x -= 1
         painter.drawLine(QLineF(x, plot.top(), x, plot.bottom()))
@@ -333,11 +339,11 @@ class TimePanel(QWidget):
     def _marks(self) -> tuple[TimeSpan | None, ...]:
         """Where cursor, hint, range and stroke are, in pixels; None for what there is not."""
         document = self.document
-        here = self.x_at(document.cursor)
-        hint = None if document.hint is None else self.x_at(document.hint.time)
-        marked, stroke = document.range, document.stroke
-        if marked is None and document.range_in is not None:
-            marked = (document.range_in, document.range_in)
+        here = self.x_at(document.view.cursor)
+        hint = None if document.view.hint is None else self.x_at(document.view.hint.time)
+        marked, stroke = document.view.range, document.stroke
+        if marked is None and document.view.range_start is not None:
+            marked = (document.view.range_start, document.view.range_start)
         return (
             (here, here),
             None if hint is None else (hint, hint),

@@ -34,8 +34,6 @@ from forcelab.gui.project_actions import ProjectActions, sample_place
 from forcelab.gui.review.tab import BACKGROUND_JOBS, ReviewTab
 from forcelab.gui.shortcuts import bind
 from forcelab.gui.status_bar import StatusLine
-from forcelab.gui.tradeoff.measuring import MEASURING
-from forcelab.gui.tradeoff.tab import TradeoffTab
 from forcelab.gui.welcome import SampleProgress, Welcome
 from forcelab.jobs import Progress
 from forcelab.runtime import return_memory
@@ -43,7 +41,7 @@ from forcelab.runtime import return_memory
 __all__ = ["Window"]
 
 #: The workspaces in the order of their tabs, as the command line names them.
-WORKSPACES = ("label", "review", "capture", "tradeoff")
+WORKSPACES = ("label", "review", "capture")
 #: The layout's version: a layout of another one is not restored.
 LAYOUT = 1
 #: Milliseconds between two looks at what other windows and processes have changed, and from an
@@ -80,7 +78,6 @@ class Window(DockedWindow):
         self.label = LabelWorkspace(self.document, self.jobs, self)
         self.review = ReviewTab(self.document, self.jobs, self.label)
         self.capture = CaptureTab(self.document, self.jobs)
-        self.tradeoff = TradeoffTab(self.document, self.jobs, self.review.learning)
         self.demonstrations = DemonstrationList(self.document)
         self._welcome, self._coders = Welcome(), AuthorChoice(self.document)
         self._sample = SampleProgress()
@@ -93,7 +90,7 @@ class Window(DockedWindow):
         self._tabs.setAccessibleName("Workspaces")
         self._tabs.tabBar().setAccessibleName("Workspaces")
         switches = [self.commands[f"workspace_{name}"] for name in WORKSPACES]
-        pages = (self.label, self.review, self.capture, self.tradeoff)
+        pages = (self.label, self.review, self.capture)
         for page, switch in zip(pages, switches, strict=True):
             self._tabs.addTab(page, switch.text())
         follow_tabs(self._tabs, switches)
@@ -114,10 +111,10 @@ class Window(DockedWindow):
         # There from the start: nothing moves when it first says something.
         self.setStatusBar(self._line)
         self.statusBar().addPermanentWidget(self._sample)
-        self.statusBar().addPermanentWidget(self.review.standing)
+        self.statusBar().addPermanentWidget(self.review.indicator)
         self.statusBar().addPermanentWidget(self.capture.line)
         self.capture.line.clicked.connect(partial(self.show_workspace, "capture"))
-        self.review.standing.clicked.connect(partial(self.show_workspace, "review"))
+        self.review.indicator.clicked.connect(partial(self.show_workspace, "review"))
         self._standard = self.saveState(LAYOUT)
         self._listing = QTimer(self, singleShot=True, interval=LIST_MS)
         self._look, self._tidy = QTimer(self), QTimer(self, interval=TIDY_MS)
@@ -140,16 +137,22 @@ class Window(DockedWindow):
                 self.opening.make_sample(sample_place(), asked=False)
         if project is None or not self.opening.open(project, start.demonstration):
             return False
-        low, high = self.document.bounds
+        low, high = self.document.view.bounds
         at = low if start.at is None else min(max(start.at, low), high)
         if start.span is not None:
-            self.document.set_span(at - start.span / 2, at + start.span / 2)
-        self.document.seek(at)
+            self.document.view.set_span(at - start.span / 2, at + start.span / 2)
+        self.document.view.seek(at)
         return True
 
     def show_workspace(self, name: str) -> None:
-        """Bring a workspace to the front: ``"label"``, ``"review"``, ``"capture"``, ..."""
-        self._tabs.setCurrentIndex(WORKSPACES.index(name))
+        """Bring a workspace to the front: ``"label"``, ``"review"`` or ``"capture"``.
+
+        ``"tradeoff"``, which was one of them, is a page of the review.
+        """
+        page = name == "tradeoff"
+        self._tabs.setCurrentIndex(WORKSPACES.index("review" if page else name))
+        if page:
+            self.review.workspace.show_list("tradeoff")
 
     def restore_layout(self) -> None:
         """Look as when the window was last closed."""
@@ -157,6 +160,7 @@ class Window(DockedWindow):
             self.restoreGeometry(QByteArray(geometry))
         if state := settings.data("window/layout"):
             self._shared_out = self.restoreState(QByteArray(state), LAYOUT)
+            self.recall_widths(settings.strings("window/widths"))
         self._dock.setVisible(self.document.project is not None)
         self.label.restore_layout()
 
@@ -167,9 +171,9 @@ class Window(DockedWindow):
         A training goes on behind it, and so does a measurement; what they bring comes when they
         are done.
         """
-        behind = BACKGROUND_JOBS | ENDLESS | {MEASURING}
+        behind = BACKGROUND_JOBS | ENDLESS
         quiet = behind.issuperset(self.jobs.busy)
-        return quiet and self.label.settled and self.tradeoff.settled
+        return quiet and self.label.settled
 
     def at_rest(self, patience: float) -> bool:
         """Whether nothing works in the background any more, once it is closed.
@@ -247,7 +251,7 @@ class Window(DockedWindow):
         document.demonstration_changed.connect(self._title)
         document.demonstration_changed.connect(self._focus_tracks)
         document.tracks_changed.connect(self._listing.start)
-        document.snapping_changed.connect(self._check_snapping)
+        document.view.snapping_changed.connect(self._check_snapping)
         self.capture.recording_changed.connect(self._recording_changed)
         self.capture.label_wanted.connect(partial(self.show_workspace, "label"))
         self.jobs.trouble.connect(partial(self._line.say, trouble=True))
@@ -291,7 +295,7 @@ class Window(DockedWindow):
             "reset_layout": self._reset_layout,
             "next_camera": self.label.cameras.show_next,
         }
-        for name in WORKSPACES:
+        for name in (*WORKSPACES, "tradeoff"):
             handlers[f"workspace_{name}"] = partial(self.show_workspace, name)
         choices: tuple[theme.Choice, ...] = ("light", "dark", "system")
         for choice in choices:
@@ -315,7 +319,6 @@ class Window(DockedWindow):
         name = WORKSPACES[index]
         self.review.come_to_front(name == "review")
         self.capture.come_to_front(name == "capture")
-        self.tradeoff.come_to_front(name == "tradeoff")
         follow_view(self.commands, name in ("label", "review"))
         # Panels that were put back have handed the keyboard on, to whatever came next.
         if name == "label":
@@ -376,7 +379,7 @@ class Window(DockedWindow):
 
     def _check_snapping(self) -> None:
         """Show in the menu whether snapping is on."""
-        self.commands["snapping"].setChecked(self.document.snapping)
+        self.commands["snapping"].setChecked(self.document.view.snapping)
 
     def _set_theme(self, choice: theme.Choice) -> None:
         """Put on another theme and remember it."""
@@ -394,6 +397,7 @@ class Window(DockedWindow):
         """Keep the layout for the next time."""
         settings.store("window/geometry", bytes(self.saveGeometry().data()))
         settings.store("window/layout", bytes(self.saveState(LAYOUT).data()))
+        settings.store("window/widths", self.widths)
         self.label.take_back()  # its layout is the one in which nothing is lent
         self.label.remember_layout()
         self.review.remember_layout()
@@ -405,7 +409,6 @@ class Window(DockedWindow):
         self._dock.setVisible(self.document.project is not None)
         self.label.reset_layout()
         self.review.reset_layout()
-        self.tradeoff.reset_layout()
 
     def _share_out(self) -> None:
         """Give the list a fifth of the width, and no more than any workspace leaves it."""

@@ -23,7 +23,7 @@ from PySide6.QtCore import QTimer
 from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
 from forcelab.gui.jobs import Job
-from forcelab.gui.review.training_backend import BACKGROUND
+from forcelab.gui.review.training_backend import Backend
 from forcelab.gui.window import Window
 from forcelab.jobs import Progress
 from forcelab.labels import Segment, Track
@@ -208,7 +208,7 @@ class _Bench:
         """Begin a training just as the window does."""
         trail: list[Any] = []
         job = self._window.jobs.run(
-            BACKGROUND.train(
+            Backend().train(
                 self._path, lambda: (_settings(classifier), Choice((TASK,))), TASK, trail
             ),
             lambda _: None,
@@ -224,7 +224,7 @@ class _Bench:
         self._until(lambda: not job.running)
         if job.error is not None:
             raise job.error
-        self._window.document.set_outcome(cast(Outcome, job.result))
+        self._window.document.review.set_run(cast(Outcome, job.result))
 
     def _cancel(self, job: Job) -> float:
         """Cancel a training; gives the seconds until it is gone."""
@@ -245,9 +245,9 @@ class _Bench:
             does is not in them.
         """
         document = self._window.document
-        low, high = document.bounds
+        low, high = document.view.bounds
         start, step = low, MOVED * VISIBLE
-        document.set_span(start, start + VISIBLE)
+        document.view.set_span(start, start + VISIBLE)
         rest(1.0)  # the window never settles while it trains
         end, own = time.perf_counter() + self._wanted.seconds, []
         with Lateness() as lateness:
@@ -256,7 +256,7 @@ class _Bench:
                 if not low <= start + step <= high - VISIBLE:
                     step = -step
                 start += step
-                document.set_span(start, start + VISIBLE)
+                document.view.set_span(start, start + VISIBLE)
                 rest(max(0.001, PACE - (time.perf_counter() - begin)))
                 own.append(time.thread_time() - worked)
         return tuple(lateness.samples), tuple(own)

@@ -471,7 +471,7 @@ def measuring_panning(
         with Painted(panels) as painted:
             for i, zoom in enumerate(ranges):
                 yield Progress(i, 2 * len(ranges), f"{setting} samples: {zoom.name}")
-                taken = _frames(zoom, whole, gestures, window.document.set_span, painted)
+                taken = _frames(zoom, whole, gestures, window.document.view.set_span, painted)
                 where = f"{setting}, {zoom.name}"
                 rows.append(Latency(PAN, where, taken, FRAME, alternative=PLAIN_PLOTS))
                 late = _lateness(window, zoom, whole, gestures)
@@ -514,7 +514,7 @@ def _lateness(window: Window, zoom: Zoom, whole: Span, times: int) -> tuple[floa
     for _ in range(times):
         settle(window)
         with Lateness() as lateness:
-            window.document.set_span(*zoom.gesture(whole, 1, random)[0])
+            window.document.view.set_span(*zoom.gesture(whole, 1, random)[0])
             settle(window)
         samples += lateness.samples
     return tuple(samples)
@@ -588,7 +588,7 @@ def measuring_strokes(
     """
     rows = []
     with shown(project, size) as window:
-        whole = window.document.bounds
+        whole = window.document.view.bounds
         looks = {"all visible": whole[1] - whole[0], "10 s visible": 10.0}
         for i, (words, length) in enumerate(looks.items()):
             yield Progress(i, len(looks), f"{PAINTING}, {segments} segments, {words}")
@@ -604,31 +604,33 @@ def _strokes(
 ) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Seconds of some strokes, and how late the event loop is once they are done."""
     document, label = window.document, window.label
-    (low, high), actions = document.bounds, tuple(document.vocabulary)
+    (low, high), actions = document.view.bounds, tuple(document.vocabulary)
     # The overview follows a moment later; what it takes is in the lateness afterwards.
     lists: list[QWidget] = [label.tracks, label.segments.table.viewport()]
     random, taken = np.random.default_rng(5), []
     with Painted([widget for widget in lists if widget.isVisible()]) as painted:
         for _ in range(times):
             start = float(random.uniform(low, high - 0.05 * length))
-            document.set_span(start - 0.4 * length, start + 0.6 * length)
-            document.seek(start)
+            document.view.set_span(start - 0.4 * length, start + 0.6 * length)
+            document.view.seek(start)
             # An action that is there already would change nothing.
-            row = _row(document.segments, start)
-            there = {segment.action for segment in document.segments[max(row - 2, 0) : row + 2]}
+            row = _row(document.editor.segments, start)
+            there = {
+                segment.action for segment in document.editor.segments[max(row - 2, 0) : row + 2]
+            }
             action = next(action for action in actions if action.name not in there)
             key = Qt.Key(ord(action.key.upper()))
             target = QApplication.focusWidget() or label.tracks
             QTest.keyClick(target, key)
-            document.seek(start + float(random.uniform(*LASTING)))
+            document.view.seek(start + float(random.uniform(*LASTING)))
             _scroll(window, row)
             settle(window)
-            before = document.segments
+            before = document.editor.segments
             taken.append(painted.seconds(partial(QTest.keyPress, target, key)))
             QTest.keyRelease(target, key)
-            if document.segments == before:
+            if document.editor.segments == before:
                 raise InputError("A key painted nothing; the measurement means nothing then.")
-            document.undo()  # so that there are as many segments the next time
+            document.editor.undo_everywhere()  # so that there are as many segments the next time
     with Lateness() as lateness:
         rest(AFTERWARDS)
     return tuple(taken), tuple(lateness.samples)
@@ -707,8 +709,8 @@ def measuring_scalograms(
 def _look(window: Window, span: int, *, phase: bool) -> None:
     """Show so many samples from the middle of the recording, and wait for all that is computed."""
     document, half = window.document, 0.5 * span / RATE
-    middle = 0.5 * (document.bounds[0] + document.bounds[1])
-    document.set_span(middle - half, middle + half)
+    middle = 0.5 * (document.view.bounds[0] + document.view.bounds[1])
+    document.view.set_span(middle - half, middle + half)
     window.label.scalogram.set_phase(phase)
     settle(window)
 
@@ -735,10 +737,10 @@ def _never(window: Window, names: Iterator[str]) -> Taken:
 def _before(window: Window) -> Taken:
     """Of a span a little shorter than the one before, of a channel of which all is known."""
     document, panel = window.document, window.label.scalogram
-    start, end = document.start, document.end
-    nearer = partial(document.set_span, start, end - NEARER * (end - start))
+    start, end = document.view.start, document.view.end
+    nearer = partial(document.view.set_span, start, end - NEARER * (end - start))
     taken = _taken(panel, nearer)
-    document.set_span(start, end)
+    document.view.set_span(start, end)
     settle(window)
     return taken
 
@@ -978,11 +980,11 @@ class _Watch:
         """Seek into a frame, somewhere after its beginning."""
         after = self.stamps[min(number + 1, len(self.stamps) - 1)]
         at = self.stamps[number] + 0.4 * max(after - self.stamps[number], 1e-3)
-        self.window.document.seek(float(at))
+        self.window.document.view.seek(float(at))
 
     def step(self, number: int) -> None:
         """Go one frame on or back."""
-        self.window.document.step(1 if number > self.window.label.video.shown_index else -1)
+        self.window.document.view.step(1 if number > self.window.label.video.shown_index else -1)
 
     def measured(
         self, numbers: Iterable[int], act: Callable[[int], None], *, sharp: bool = True
@@ -1008,7 +1010,7 @@ class _Watch:
         video, taken, wrong = self.window.label.video, [], 0
         first, *others = numbers
         # Onto the frame itself: from within it, a step back leads to its beginning.
-        self.window.document.seek(float(self.stamps[first]))
+        self.window.document.view.seek(float(self.stamps[first]))
         settle(self.window)
         for number in others:
             if number == video.shown_index:

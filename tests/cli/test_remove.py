@@ -12,7 +12,7 @@ from forcelab.labels import Segment
 from forcelab.project import LabelsUsed, Project, Verdict
 from forcelab.project.demonstrations import DemonstrationStore
 from forcelab.project.runs import RunStore
-from forcelab.project.track_editor import Labelling
+from forcelab.project.track_editor import TrackEditor
 
 MADE = {"settings": {"preset": "fast"}, "seed": None, "versions": {}}
 
@@ -122,7 +122,7 @@ def test_what_people_said_and_accepted_of_a_run_stays(forcelab, project, runs):
         id_ = opened.demonstrations.load("foam-01").id
         result = Verdict(id_, "bert", "anna", 0.0, 0.1, "grab", "slip", "model", run=1)
         opened.coding.add_verdict(result)
-        labelling = Labelling(opened, id_, "anna")
+        labelling = TrackEditor(opened, id_, "anna")
         labelling.accept((Segment(0.2, 0.3, "slip"),), "model fast 1")
         segments, origins = labelling.segments, opened.tracks.origins(id_, "anna")
     sentence = forcelab("remove", project, "--run", 1).sentence
@@ -130,7 +130,7 @@ def test_what_people_said_and_accepted_of_a_run_stays(forcelab, project, runs):
     assert "1 edit" in sentence
     forcelab("remove", project, "--run", 1, "--yes")
     with Project.open(project) as opened:
-        assert Labelling(opened, id_, "anna").segments == segments
+        assert TrackEditor(opened, id_, "anna").segments == segments
         assert opened.tracks.origins(id_, "anna") == origins
         assert [origin.proposer for origin in origins.values()] == ["model fast 1"]
         (kept,) = opened.coding.verdicts()

@@ -57,17 +57,17 @@ class Answering(QObject):
 
     def state(self):
         document = self.window.document
-        learning, video = self.window.review.learning, self.window.label.video
-        place = document.examined
+        trainer, video = self.window.review.trainer, self.window.label.video
+        place = document.review.examined
         return {
             "id": document.id,
-            "cursor": document.cursor,
-            "span": [document.start, document.end],
-            "range": document.range,
+            "cursor": document.view.cursor,
+            "span": [document.view.start, document.view.end],
+            "range": document.view.range,
             "selected": document.selected,
             "action": document.action,
             "stroke": document.stroke and document.stroke.action,
-            "playing": document.playing,
+            "playing": document.view.playing,
             "settled": self.window.settled,
             "title": self.window.windowTitle(),
             "popup": QApplication.activePopupWidget() is not None,
@@ -75,10 +75,10 @@ class Answering(QObject):
             "per_pixel": self.window.label.tracks.seconds_per_pixel,
             "focus": type(QApplication.focusWidget()).__name__,
             "window": int(self.window.winId()),
-            "training": learning.training,
-            "fold": learning.step.fold if learning.step is not None else 0,
-            "run": document.outcome.number if document.outcome is not None else 0,
-            "edits": learning.edits,
+            "training": trainer.training,
+            "fold": trainer.step.fold if trainer.step is not None else 0,
+            "run": document.review.run.number if document.review.run is not None else 0,
+            "edits": trainer.edits,
             "examined": place and [place.start, place.end, place.human, place.predicted],
             "frame": video.shown_index if video.isVisible() else -1,
             "reviewing": self.window.review.isVisible(),
@@ -126,7 +126,7 @@ class Answering(QObject):
         """Drag on the track for ever, telling each segment once it has been painted."""
         document, tracks = self.window.document, self.window.label.tracks
         document.set_action(document.vocabulary.names[0])
-        document.set_snapping(False)
+        document.view.set_snapping(False)
         number = 0
         while True:
             number += 1
@@ -160,7 +160,7 @@ def watch_painting():
 
     def watched(panel, painter: QPainter, plot):
         draw(panel, painter, plot)
-        Painted.seen = panel.document.segments
+        Painted.seen = panel.document.editor.segments
 
     TrackPanel.paint_content = watched
 

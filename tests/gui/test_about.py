@@ -82,6 +82,6 @@ def test_wide_output_is_broken_and_tables_stand_apart(app):
 def test_where_no_manual_is_installed_it_is_said(app, monkeypatch):
     monkeypatch.setattr(help_module, "manual", lambda: "")
     document, said = Document("Ada"), []
-    document.said.connect(lambda sentence, trouble: said.append((sentence, trouble)))
+    document.message_shown.connect(lambda sentence, trouble: said.append((sentence, trouble)))
     dialogs.show_manual(document, None)
     assert said == [("The manual is not installed here.", True)]

@@ -30,6 +30,7 @@ from forcelab.gui.document import Document
 from forcelab.gui.removal_dialog import Removal, removal_of
 from forcelab.labels import Segment, Track
 from forcelab.project import DemonstrationInfo, Incoming, Project
+from forcelab.project.tracks import TrackStore
 from forcelab.text import natural_order
 
 MEMORY = "/dev/shm" if os.access("/dev/shm", os.W_OK) else None
@@ -97,7 +98,7 @@ def listing(document):
 def said(document):
     """What the status line says, and whether that is trouble."""
     told = []
-    document.said.connect(lambda *what: told.append(what))
+    document.message_shown.connect(lambda *what: told.append(what))
     return told
 
 
@@ -193,18 +194,19 @@ def test_painting_past_the_end_is_not_more_than_everything():
 
 def test_what_is_painted_is_soon_in_the_list(listing, document, until):
     document.open_demonstration(id_of(document, "pen-10"))
-    before = document.project.demonstrations
-    document.project.demonstrations = lambda: pytest.fail("the whole list was read")
-    assert document.paint(0.0, 2.0, "grab")
+    demonstrations = document.project.demonstrations
+    before = demonstrations.infos
+    demonstrations.infos = lambda: pytest.fail("the whole list was read")
+    assert document.editor.paint(0.0, 2.0, "grab")
     until(lambda: row(listing, "pen-10").share == pytest.approx(0.2))
-    assert document.undo()
+    assert document.editor.undo_everywhere()
     until(lambda: row(listing, "pen-10").share == 0.0)
-    assert document.paint(0.0, 3.0, "grab")
+    assert document.editor.paint(0.0, 3.0, "grab")
     document.refresh_info()
     document.open_demonstration(id_of(document, "pen-2"))
     document.listing_changed.emit()
     assert row(listing, "pen-10").share == pytest.approx(0.3)
-    document.project.demonstrations = before
+    demonstrations.infos = before
 
 
 def test_a_click_opens_and_a_click_on_a_task_folds_it(listing, document):
@@ -273,7 +275,7 @@ def test_what_the_coder_labelled_last_comes_first_with_its_task(listing, documen
     sort(listing, "edit")
     document.open_demonstration(id_of(document, "pen-10"))
     before = shown(listing)
-    document.paint(1.0, 2.0, "grab")
+    document.editor.paint(1.0, 2.0, "grab")
     document.refresh_info()
     assert shown(listing) == before  # nothing moves below the hand
     document.open_demonstration(id_of(document, "sponge"))
@@ -404,7 +406,7 @@ def show(listing: DemonstrationList, what: str) -> None:
 def test_what_is_half_labelled_is_never_lost(listing, document, until):
     show(listing, "unlabelled")
     document.open_demonstration(id_of(document, "pen-10"))
-    document.paint(0.0, 2.0, "grab")
+    document.editor.paint(0.0, 2.0, "grab")
     until(lambda: row(listing, "pen-10").share > 0)
     document.refresh_info()
     assert shown(listing)["stylus"] == ["pen-10"]
@@ -436,12 +438,12 @@ def test_a_filtered_list_highlights_only_what_is_open(listing, document):
 def test_a_blind_coder_learns_nothing_of_the_others(listing, document, answers):
     id_ = id_of(document, "pen-2")
     document.open_demonstration(id_)
-    assert "bert" in document.others
+    assert "bert" in document.other_tracks
     assert listing.menu.assign([id_], "anna")
     document.project.coding.assign(id_, "bert")
     document.refresh_listing()
     assert document.coding_blind
-    assert document.others == {}
+    assert document.other_tracks == {}
     assert row(listing, "pen-2").blind
     index = listing.model.index_of(id_)
     for role in (Qt.ItemDataRole.AccessibleTextRole, Qt.ItemDataRole.ToolTipRole):
@@ -454,7 +456,7 @@ def test_a_blind_coder_learns_nothing_of_the_others(listing, document, answers):
     assert document.coding_blind
     answers("Mark as done")
     entries(listing, [row(listing, "pen-2")])["Mark as done"].trigger()
-    assert "bert" in document.others
+    assert "bert" in document.other_tracks
     assert row(listing, "pen-2").done
     assert row(listing, "pen-2").others == (("bert", 0.25),)
 
@@ -541,10 +543,10 @@ def test_several_are_removed_at_once_or_none_of_them(listing, document, said, mo
     assert "the labels of bert (on 1)" in asked[0].text.text()
     assert "bert" in asked[0].others.text()
     assert {one.id for one in document.infos} >= set(ids)
-    project, head = document.project, type(document.project).head
+    head = TrackStore.head
     with monkeypatch.context() as stale:  # bert has gone on labelling one of them meanwhile
         stale.setattr(
-            type(project), "head", lambda self, *at: head(self, *at) - (at == (ids[0], "bert"))
+            TrackStore, "head", lambda self, *at: head(self, *at) - (at == (ids[0], "bert"))
         )
         action.trigger()
     assert len(asked) == 2
@@ -747,7 +749,7 @@ def test_an_index_that_is_nowhere_is_nothing(app):
 
 def test_what_was_painted_just_before_another_one_is_opened_stays_told(document, listing):
     document.open_demonstration(id_of(document, "pen-10"))
-    document.paint(0.0, 5.0, "grab")
+    document.editor.paint(0.0, 5.0, "grab")
     document.open_demonstration(id_of(document, "block"))
     document.refresh_info()  # as the window does a moment later
     assert row(listing, "pen-10").share == pytest.approx(0.5, abs=0.01)

@@ -61,9 +61,8 @@ class Heard(QObject):
         super().__init__()
         self.sentences = []
         self.events = []
-        document.said.connect(lambda text, trouble: self.sentences.append((text, trouble)))
-        for name in ("tracks_changed", "selection_changed", "cursor_moved", "span_changed"):
-            getattr(document, name).connect(lambda *_, name=name: self.events.append(name))
+        document.message_shown.connect(lambda text, trouble: self.sentences.append((text, trouble)))
+        document.tracks_changed.connect(lambda: self.events.append("tracks_changed"))
 
 
 def stored(document, author="Ada"):
@@ -73,32 +72,34 @@ def stored(document, author="Ada"):
 
 def test_a_view_that_hears_of_an_edit_finds_it_in_the_store(document):
     seen = []
-    document.tracks_changed.connect(lambda: seen.append(stored(document) == document.segments))
-    assert document.paint(5, 6, "hold")
-    assert document.move_edge(1, "end", 6.5)
-    assert document.undo()
-    assert document.redo()
+    document.tracks_changed.connect(
+        lambda: seen.append(stored(document) == document.editor.segments)
+    )
+    assert document.editor.paint(5, 6, "hold")
+    assert document.editor.move_edge(1, "end", 6.5)
+    assert document.editor.undo_everywhere()
+    assert document.editor.redo_everywhere()
     assert seen == [True] * 4
     assert stored(document) == (Segment(1, 2, "grab"), Segment(5, 6.5, "hold"))
 
 
 def test_what_an_undo_changes_comes_into_view(document):
-    assert document.paint(5, 6, "hold")
-    document.set_span(0, 2)
-    assert document.undo()
-    assert document.start <= 5
-    assert document.end >= 6
-    assert document.end - document.start == pytest.approx(2)
-    document.set_span(4.5, 9)
-    assert document.redo()
-    assert (document.start, document.end) == (4.5, 9)  # it is in view already
+    assert document.editor.paint(5, 6, "hold")
+    document.view.set_span(0, 2)
+    assert document.editor.undo_everywhere()
+    assert document.view.start <= 5
+    assert document.view.end >= 6
+    assert document.view.end - document.view.start == pytest.approx(2)
+    document.view.set_span(4.5, 9)
+    assert document.editor.redo_everywhere()
+    assert (document.view.start, document.view.end) == (4.5, 9)  # it is in view already
 
 
 def test_what_stands_in_the_way_is_said_and_nothing_changes(document):
     heard = Heard(document)
-    assert not document.paint(3, 3, "hold")
-    assert not document.split(8)
-    assert not document.move_edge(0, "start", 2.5)
+    assert not document.editor.paint(3, 3, "hold")
+    assert not document.editor.split(8)
+    assert not document.editor.move_edge(0, "start", 2.5)
     assert [trouble for _, trouble in heard.sentences] == [True] * 3
     assert "tracks_changed" not in heard.events
     assert stored(document) == (Segment(1, 2, "grab"),)
@@ -106,23 +107,23 @@ def test_what_stands_in_the_way_is_said_and_nothing_changes(document):
 
 def test_an_edit_from_elsewhere_is_not_written_over_but_shown(document):
     with Project.open(document.project.path) as other:
-        other.tracks.edit(document.id, "Ada", document.segments, (), "emptied")
+        other.tracks.edit(document.id, "Ada", document.editor.segments, (), "emptied")
     heard = Heard(document)
-    assert not document.paint(1, 3, "hold")
+    assert not document.editor.paint(1, 3, "hold")
     assert heard.sentences[-1][1]
-    assert document.segments == ()
-    assert document.paint(1, 3, "hold")
+    assert document.editor.segments == ()
+    assert document.editor.paint(1, 3, "hold")
     assert stored(document) == (Segment(1, 3, "hold"),)
 
 
 def test_what_another_process_painted_appears_when_one_looks(document):
-    assert document.others == {"Ben": (Segment(3, 4, "pull"),)}
+    assert document.other_tracks == {"Ben": (Segment(3, 4, "pull"),)}
     with Project.open(document.project.path) as other:
         other.tracks.edit(document.id, "Ben", (Segment(3, 4, "pull"),), (), "emptied")
         other.tracks.edit(document.id, "Cleo", (), (Segment(0, 1, "wobble"),), "painted")
     heard = Heard(document)
     document.refresh()
-    assert document.others == {"Ben": (), "Cleo": (Segment(0, 1, "wobble"),)}
+    assert document.other_tracks == {"Ben": (), "Cleo": (Segment(0, 1, "wobble"),)}
     assert "wobble" in document.vocabulary
     assert heard.events.count("tracks_changed") == 1
     document.refresh()
@@ -131,7 +132,7 @@ def test_what_another_process_painted_appears_when_one_looks(document):
 
 def test_a_new_action_gets_a_look_and_the_others_keep_theirs(document):
     before = {action.name: action for action in document.vocabulary}
-    document.paint(5, 6, "polish")
+    document.editor.paint(5, 6, "polish")
     assert all(document.vocabulary[name] == action for name, action in before.items())
     with Project.open(document.project.path) as project:
         assert "polish" in project.actions.vocabulary("stylus")
@@ -141,69 +142,69 @@ def test_while_coding_blind_nobody_elses_labels_can_be_reached(document):
     document.project.coding.assign(document.id, "Ada", blind=True)
     document.open_demonstration("pen 2")
     document.open_demonstration("pen 1")
-    assert document.others == {}
-    assert not document.copy_from("Ben", 0, 9)
-    assert document.segments == (Segment(1, 2, "grab"),)
+    assert document.other_tracks == {}
+    assert not document.editor.copy_from("Ben", 0, 9)
+    assert document.editor.segments == (Segment(1, 2, "grab"),)
     assert document.set_done()
-    assert document.others == {"Ben": (Segment(3, 4, "pull"),)}
+    assert document.other_tracks == {"Ben": (Segment(3, 4, "pull"),)}
 
 
 def test_the_selection_stays_with_its_segment(document):
     for start in (3, 5, 7):
-        document.paint(start, start + 1, "hold")
+        document.editor.paint(start, start + 1, "hold")
     document.select(2)
-    document.paint(0, 0.5, "still")
-    assert document.segments[document.selected] == Segment(5, 6, "hold")
-    document.delete(0)
-    assert document.segments[document.selected] == Segment(5, 6, "hold")
-    document.paint(7, 7.5, "pull")
-    assert document.segments[document.selected] == Segment(5, 6, "hold")
-    document.delete(document.selected)
+    document.editor.paint(0, 0.5, "still")
+    assert document.editor.segments[document.selected] == Segment(5, 6, "hold")
+    document.editor.delete(0)
+    assert document.editor.segments[document.selected] == Segment(5, 6, "hold")
+    document.editor.paint(7, 7.5, "pull")
+    assert document.editor.segments[document.selected] == Segment(5, 6, "hold")
+    document.editor.delete(document.selected)
     assert document.selected is None
 
 
 def test_the_selection_ends_where_the_cursor_leaves_it(document):
     document.select(0)
-    document.seek(1.5)
+    document.view.seek(1.5)
     assert document.selected == 0
-    document.seek(2.5)
+    document.view.seek(2.5)
     assert document.selected is None
 
 
 def test_the_span_stays_inside_and_zooms_about_the_pointer(document):
-    document.set_span(2, 4)
-    document.zoom(0.5, 2.5)
-    assert (document.start, document.end) == pytest.approx((2.25, 3.25))
-    document.pan(-100)
-    assert (document.start, document.end) == pytest.approx((0, 1))
-    document.zoom(1000, 0.5)
-    assert (document.start, document.end) == document.bounds
-    document.zoom(1e-12, 5)
+    document.view.set_span(2, 4)
+    document.view.zoom(0.5, 2.5)
+    assert (document.view.start, document.view.end) == pytest.approx((2.25, 3.25))
+    document.view.pan(-100)
+    assert (document.view.start, document.view.end) == pytest.approx((0, 1))
+    document.view.zoom(1000, 0.5)
+    assert (document.view.start, document.view.end) == document.view.bounds
+    document.view.zoom(1e-12, 5)
     period = document.demonstration.period
-    assert document.end - document.start == pytest.approx(5 * period)  # a few samples
-    document.seek(9)
-    assert document.start <= 9 <= document.end
+    assert document.view.end - document.view.start == pytest.approx(5 * period)  # a few samples
+    document.view.seek(9)
+    assert document.view.start <= 9 <= document.view.end
 
 
 def test_a_step_is_a_sample_or_with_video_a_frame(document):
-    document.seek(2.0005)
-    document.step(1)
-    assert document.cursor == pytest.approx(2.001)
-    document.seek(2.0005)
-    document.step(-1)
-    assert document.cursor == pytest.approx(2.0)
-    document.set_frame_times(np.array([0.1, 0.5, 3.0, 3.2]))
-    document.seek(0.7)
-    document.step(1)
-    assert document.cursor == 3.0
-    document.step(-1)
-    assert document.cursor == 0.5
-    document.step(-5)
-    assert document.cursor == 0.1
+    document.view.seek(2.0005)
+    document.view.step(1)
+    assert document.view.cursor == pytest.approx(2.001)
+    document.view.seek(2.0005)
+    document.view.step(-1)
+    assert document.view.cursor == pytest.approx(2.0)
+    document.view.set_frame_times(np.array([0.1, 0.5, 3.0, 3.2]))
+    document.view.seek(0.7)
+    document.view.step(1)
+    assert document.view.cursor == 3.0
+    document.view.step(-1)
+    assert document.view.cursor == 0.5
+    document.view.step(-5)
+    assert document.view.cursor == 0.1
 
 
 def test_outside_the_video_a_step_is_a_sample_and_never_goes_the_other_way(document):
-    document.set_frame_times(np.array([2.0, 2.5, 8.0]))
+    document.view.set_frame_times(np.array([2.0, 2.5, 8.0]))
     for start, count, end in (
         (9, 1, 9.001),
         (9, -1, 8.0),
@@ -213,28 +214,28 @@ def test_outside_the_video_a_step_is_a_sample_and_never_goes_the_other_way(docum
         (2, -1, 1.999),
         (9, 10, 9.010),
     ):
-        document.seek(start)
-        document.step(count)
-        assert document.cursor == pytest.approx(end)
-    document.seek(0)
-    document.step(-1)
-    assert document.cursor == 0
+        document.view.seek(start)
+        document.view.step(count)
+        assert document.view.cursor == pytest.approx(end)
+    document.view.seek(0)
+    document.view.step(-1)
+    assert document.view.cursor == 0
 
 
 def test_a_range_is_marked_from_either_side(document):
-    document.seek(4)
-    document.mark_in()
-    assert (document.range, document.range_in) == (None, 4)
-    document.seek(6)
-    document.mark_out()
-    assert document.range == (4, 6)
-    document.seek(3)
-    document.mark_out()
-    assert document.range is None
-    document.set_range(8, 7)
-    assert document.range == (7, 8)
-    document.clear_range()
-    assert document.range is None
+    document.view.seek(4)
+    document.view.mark_in()
+    assert (document.view.range, document.view.range_start) == (None, 4)
+    document.view.seek(6)
+    document.view.mark_out()
+    assert document.view.range == (4, 6)
+    document.view.seek(3)
+    document.view.mark_out()
+    assert document.view.range is None
+    document.view.set_range(8, 7)
+    assert document.view.range == (7, 8)
+    document.view.clear_range()
+    assert document.view.range is None
 
 
 def test_a_stroke_may_run_backwards_and_needs_time(document):
@@ -251,14 +252,14 @@ def test_a_stroke_may_run_backwards_and_needs_time(document):
 
 def test_what_was_changed_elsewhere_is_read_once_the_store_can_be_read(document, monkeypatch):
     with Project.open(document.project.path) as other:
-        other.tracks.edit(document.id, "Ada", document.segments, (), "emptied")
+        other.tracks.edit(document.id, "Ada", document.editor.segments, (), "emptied")
         other.demonstrations.rename(document.infos[1].id, "pen 3")
     for verbs in (("infos", "load"), ("infos",)):
         with monkeypatch.context() as failing:
             for verb in verbs:
                 failing.setattr(DemonstrationStore, verb, refusing)
             document.refresh()
-        assert bool(document.segments) == ("load" in verbs)
+        assert bool(document.editor.segments) == ("load" in verbs)
         assert [info.name for info in document.infos] == ["pen 1", "pen 2"]
     document.refresh()
     assert [info.name for info in document.infos] == ["pen 1", "pen 3"]
@@ -274,15 +275,15 @@ def test_a_coder_cannot_take_a_models_name(document):
     assert document.author == "Ada"
     assert heard.sentences[-1][1]
     document.set_author("Ben")
-    assert document.segments == (Segment(3, 4, "pull"),)
-    assert set(document.others) == {"Ada"}
+    assert document.editor.segments == (Segment(3, 4, "pull"),)
+    assert set(document.other_tracks) == {"Ada"}
 
 
 def test_a_project_that_cannot_be_opened_leaves_the_open_one(document, tmp_path):
     with pytest.raises(Exception, match="holds no project|no project|There is no"):
         document.open_project(tmp_path / "nothing")
     assert document.project is not None
-    assert document.segments
+    assert document.editor.segments
 
 
 def test_what_only_a_model_predicts_looks_as_in_the_review(document):
@@ -290,7 +291,7 @@ def test_what_only_a_model_predicts_looks_as_in_the_review(document):
     tested = reviewed(document.id, (), [(1, 2, "polish"), (3, 4, "grab")], task="stylus")
     # Of the other actions of the run none is predicted here, yet they come first.
     made = outcome_of([tested], ("grab", "twist", "tear", "polish"))
-    document.set_outcome(replace(made, tasks=("stylus",)))
+    document.review.set_run(replace(made, tasks=("stylus",)))
     seen = reviewed_vocabulary(document)
     assert "twist" not in document.vocabulary
     assert document.vocabulary["polish"].look == seen["polish"].look

@@ -6,6 +6,7 @@ import gc
 import os
 import re
 import shutil
+import tempfile
 from collections import Counter
 from collections.abc import Iterator
 from contextlib import suppress
@@ -42,7 +43,8 @@ COUNT, FIRST = 300, 60
 @pytest.fixture
 def study(tmp_path):
     """Three hundred demonstrations, every fifth one filmed."""
-    path = Path(painting_bench.MEMORY or tmp_path) / f"{tmp_path.name}-day.forcelab"
+    folder = tempfile.mkdtemp(dir=painting_bench.MEMORY or tmp_path)  # of this run alone
+    path = Path(folder) / "day.forcelab"
     film = films.write_with_opencv(tmp_path / "film.avi", "MJPG", 10)
     plain = painting_bench.demonstration()
     with Project.create(path) as project:
@@ -54,7 +56,7 @@ def study(tmp_path):
             )
             project.demonstrations.add(one, [Track("Ann", HUMAN)])
     yield path
-    shutil.rmtree(path)
+    shutil.rmtree(folder)
 
 
 def drive(steps: Iterator[None]) -> None:
@@ -122,7 +124,7 @@ def test_three_hundred_demonstrations_leave_nothing_behind(app, study, until):
         for i in document.infos
     )
     now = datetime.now(timezone.utc)
-    document.set_outcome(
+    document.review.set_run(
         Outcome(0, now, "foam", ("foam",), None, "Ann", False, Settings(), ACTIONS, (), tested)
     )
     window.show_workspace("review")
@@ -133,7 +135,7 @@ def test_three_hundred_demonstrations_leave_nothing_behind(app, study, until):
         for number, info in enumerate(document.infos):
             assert document.open_demonstration(info.id)
             yield
-            assert document.paint(8.0, 9.0, ACTIONS[number % 3])
+            assert document.editor.paint(8.0, 9.0, ACTIONS[number % 3])
             document.select(0)
             yield
             if number % 3 == 0:
@@ -144,7 +146,7 @@ def test_three_hundred_demonstrations_leave_nothing_behind(app, study, until):
             if number % 6:
                 continue
             window.show_workspace("review")
-            document.examine(Interval(info.id, 3.0, 6.0, "hold", "release"))
+            document.review.examine(Interval(info.id, 3.0, 6.0, "hold", "release"))
             queue.judge("human")
             yield
             window.show_workspace("label")

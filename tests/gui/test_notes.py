@@ -207,7 +207,7 @@ def test_who_codes_blind_learns_nothing_of_the_notes_of_others(window, path, unt
 
 def test_what_could_not_be_stored_is_said_and_stays_typed(window, path, until, monkeypatch):
     said = []
-    window.document.said.connect(lambda *what: said.append(what))
+    window.document.message_shown.connect(lambda *what: said.append(what))
     window.document.project._db.execute("PRAGMA busy_timeout = 20")
     QTest.keyClick(window.label.tracks, Qt.Key.Key_N, CTRL_SHIFT)
     dialog, line = the_dialog(window, until)
@@ -231,7 +231,7 @@ def test_what_could_not_be_stored_is_said_and_stays_typed(window, path, until, m
 
 def test_without_a_demonstration_there_is_nothing_to_note_on(window):
     said = []
-    window.document.said.connect(lambda *what: said.append(what))
+    window.document.message_shown.connect(lambda *what: said.append(what))
     window.document.close()
     window.demonstrations.ask_note()
     assert said == [("Open a demonstration first; a note belongs to one.", True)]

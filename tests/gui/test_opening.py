@@ -104,7 +104,7 @@ def test_a_new_project_does_not_label_as_the_coder_of_another(make, tmp_path, mo
 
 def test_a_key_offers_the_coders(app, document, make, tmp_path):
     told = []
-    document.said.connect(lambda text, _: told.append(text))
+    document.message_shown.connect(lambda text, _: told.append(text))
     choice = AuthorChoice(document)
     choice.choose()  # there is no project, and so the choice is not on screen
     assert told == ["Open a project first."]
@@ -133,7 +133,7 @@ def test_who_is_to_label_blind_is_found_under_the_name_that_was_assigned_to(
     assert asked == ["There is 'Bert' already."]
     assert document.author == "Bert"
     said = []
-    document.said.connect(lambda text, _: said.append(text))
+    document.message_shown.connect(lambda text, _: said.append(text))
     make(document, author="bert").open(path)
     assert said == ["'bert' is a new coder beside 'Bert'."]
     choice.deleteLater()

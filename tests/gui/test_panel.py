@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from forcelab.gui.document import Snap
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.label.workspace import LabelWorkspace
 from forcelab.gui.time_panel import TimePanel
+from forcelab.gui.view_state import Snap
 from forcelab.labels import Segment
 from tests.painting_bench import opened
 
@@ -49,19 +49,19 @@ def whole_paint(app, workspace):
 
 def moves(document, random):
     """What moves cursor, hint, range and stroke, one at a time."""
-    at = lambda: float(random.uniform(*document.bounds))  # noqa: E731
+    at = lambda: float(random.uniform(*document.view.bounds))  # noqa: E731
     return [
-        lambda: document.seek(at()),
-        lambda: document.step(int(random.integers(-3, 4))),
-        lambda: document.set_range(at(), at()),
-        document.clear_range,
-        document.mark_in,
-        lambda: document.set_hint(Snap(at(), "edge")),
-        lambda: document.set_hint(None),
+        lambda: document.view.seek(at()),
+        lambda: document.view.step(int(random.integers(-3, 4))),
+        lambda: document.view.set_range(at(), at()),
+        document.view.clear_range,
+        document.view.mark_in,
+        lambda: document.view.set_hint(Snap(at(), "edge")),
+        lambda: document.view.set_hint(None),
         lambda: document.begin_stroke("grab", at()),
         document.cancel_stroke,
-        lambda: document.zoom(float(random.uniform(0.5, 1.5)), at()),
-        document.fit,
+        lambda: document.view.zoom(float(random.uniform(0.5, 1.5)), at()),
+        document.view.fit,
     ]
 
 
@@ -90,11 +90,11 @@ def test_a_step_of_the_cursor_repaints_little_of_a_panel(app, workspace):
             return False
 
     document, panel, area = workspace.document, workspace.scalogram, Area()
-    document.seek(3.0)
+    document.view.seek(3.0)
     for _ in range(5):
         app.processEvents()
     panel.installEventFilter(area)
-    document.step(1)
+    document.view.step(1)
     for _ in range(3):
         app.processEvents()
     panel.removeEventFilter(area)
@@ -112,7 +112,7 @@ def test_a_gutter_that_is_kept_is_what_would_be_drawn(app, workspace, until):
         lambda: workspace.force.source.set_shown(workspace.force.source.names[0], False),
         lambda: workspace.scalogram.set_phase(True),
         lambda: workspace.scalogram.set_steady(False),
-        lambda: workspace.document.set_span(0.5, 0.7),
+        lambda: workspace.document.view.set_span(0.5, 0.7),
         lambda: workspace.resize(760, 480),
     ]
     for change in changes:
@@ -130,6 +130,6 @@ def test_panning_draws_no_gutter_anew(app, workspace):
         real = panel.paint_gutter
         panel.paint_gutter = lambda *given, real=real: drawn.append(real(*given))
     for start in (1.0, 1.2, 1.4):
-        workspace.document.set_span(start, start + 1.0)
+        workspace.document.view.set_span(start, start + 1.0)
         app.processEvents()
     assert not drawn

@@ -18,10 +18,10 @@ def test_a_track_is_hidden_and_shown_again(app):
         menu = ShownTracks(document)
         assert list(entries(menu)) == ["Ben", "Cleo"]
         entries(menu)["Ben"].trigger()
-        assert document.others == {"Cleo": HIS}
+        assert document.other_tracks == {"Cleo": HIS}
         assert not entries(menu)["Ben"].isChecked()
         entries(menu)["Ben"].trigger()
-        assert document.others == {"Ben": HERS, "Cleo": HIS}
+        assert document.other_tracks == {"Ben": HERS, "Cleo": HIS}
 
 
 def test_an_ampersand_in_a_name_is_no_mark_of_a_key(app):

@@ -13,7 +13,7 @@ from forcelab.errors import InputError
 from forcelab.gui.document import Document
 from forcelab.gui.label.segment_commands import erase_range, fill_range
 from forcelab.gui.label.segment_list import SegmentTable
-from forcelab.gui.label.tracks import own_menu
+from forcelab.gui.label.track_menus import own_menu
 from forcelab.labels import Segment, Track
 from forcelab.project import Project
 from forcelab.project.demonstrations import DemonstrationStore
@@ -82,13 +82,13 @@ def test_a_brush_that_the_next_task_has_is_kept(window):
 
 def test_who_cannot_be_labelled_as_is_not_shown_as_the_coder(window, monkeypatch):
     document = window()
-    monkeypatch.setattr(document.project, "track", broken)
+    monkeypatch.setattr(document.project.tracks, "get", broken)
     document.set_author("Ben")
     assert document.author == "Ada"
     monkeypatch.undo()
-    assert document.paint(7, 8, "pull")
+    assert document.editor.paint(7, 8, "pull")
     with Project.open(document.project.path) as project:
-        assert project.tracks.get(document.id, document.author).segments == document.segments
+        assert project.tracks.get(document.id, document.author).segments == document.editor.segments
 
 
 def test_a_project_whose_list_cannot_be_read_leaves_the_open_one(window, path, monkeypatch):
@@ -96,19 +96,19 @@ def test_a_project_whose_list_cannot_be_read_leaves_the_open_one(window, path, m
     monkeypatch.setattr(DemonstrationStore, "infos", broken)
     with pytest.raises(InputError):
         document.open_project(path)
-    assert document.segments == (ONE, TWO, THREE)
+    assert document.editor.segments == (ONE, TWO, THREE)
     assert document.infos
 
 
 def test_a_demonstration_that_cannot_be_read_leaves_the_open_one(window, monkeypatch):
     document = window()
     told = []
-    document.said.connect(lambda sentence, trouble: told.append((sentence, trouble)))
-    monkeypatch.setattr(document.project, "tracks", broken)
+    document.message_shown.connect(lambda sentence, trouble: told.append((sentence, trouble)))
+    monkeypatch.setattr(document.project.tracks, "of", broken)
     assert not document.open_demonstration("brick")
     assert told == [("The disk is gone.", True)]
     assert document.demonstration.name == "pen"
-    assert document.segments == (ONE, TWO, THREE)
+    assert document.editor.segments == (ONE, TWO, THREE)
 
 
 def test_nothing_of_a_closed_project_is_left(window):
@@ -120,9 +120,9 @@ def test_nothing_of_a_closed_project_is_left(window):
 
 def test_actions_that_two_windows_add_are_both_there(window):
     first, second = window(), window("Ben")
-    second.paint(7, 8, "slip")
+    second.editor.paint(7, 8, "slip")
     slip = second.vocabulary["slip"]
-    first.paint(8, 9, "drop")
+    first.editor.paint(8, 9, "drop")
     first.refresh()
     second.refresh()
     assert first.vocabulary["slip"] == second.vocabulary["slip"] == slip
@@ -143,17 +143,17 @@ def test_a_vocabulary_changed_elsewhere_is_not_written_over(window):
 def test_undoing_what_another_window_painted_keeps_the_selection(window):
     first, second = window(), window()
     first.select(2)
-    second.paint(0, 0.5, "still")
-    assert first.undo()
-    assert first.segments[first.selected] == THREE
+    second.editor.paint(0, 0.5, "still")
+    assert first.editor.undo_everywhere()
+    assert first.editor.segments[first.selected] == THREE
 
 
 def test_undoing_a_deletion_made_elsewhere_keeps_the_selection(window):
     first, second = window(), window()
-    second.delete(0)
+    second.editor.delete(0)
     first.select(1)
-    assert first.undo()
-    assert first.segments[first.selected] == TWO
+    assert first.editor.undo_everywhere()
+    assert first.editor.segments[first.selected] == TWO
 
 
 @pytest.mark.parametrize(("deleted", "left"), [(0, (THREE,)), (1, (ONE, THREE))])
@@ -161,10 +161,10 @@ def test_a_menu_means_the_segment_that_it_was_opened_on_if_it_is_there(window, d
     first, second = window(), window()
     holder = QWidget()
     menu = own_menu(holder, first, 3.5, lambda *_: None)
-    second.delete(deleted)
+    second.editor.delete(deleted)
     first.refresh()
     next(entry for entry in menu.actions() if entry.text() == "Delete").trigger()
-    assert first.segments == left
+    assert first.editor.segments == left
 
 
 def test_the_tables_menu_means_the_segment_that_it_was_opened_on(app, window):
@@ -173,10 +173,10 @@ def test_the_tables_menu_means_the_segment_that_it_was_opened_on(app, window):
     table.show()
     first.select(1)
     menu = table.menu()
-    second.delete(0)
+    second.editor.delete(0)
     first.refresh()
     next(entry for entry in menu.actions() if entry.text() == "Delete").trigger()
-    assert first.segments == (THREE,)
+    assert first.editor.segments == (THREE,)
     table.close()
 
 
@@ -191,18 +191,18 @@ def test_a_name_and_a_clock_given_elsewhere_are_taken_over(window, path, tmp_pat
     with Project.open(path) as other:
         other.media.set_video_clock(document.id, ClockMap(1.5))
         other.demonstrations.rename(document.id, "pencil")
-    document.seek(3)
+    document.view.seek(3)
     document.refresh()
     assert document.demonstration.video.clock.offset == 1.5
     assert document.demonstration.name == "pencil"
     assert heard == [document.id]
-    assert document.cursor == 3
+    assert document.view.cursor == 3
 
 
 def test_what_was_removed_elsewhere_is_put_down_and_said(window, path):
     document = window()
     told = []
-    document.said.connect(lambda sentence, _: told.append(sentence))
+    document.message_shown.connect(lambda sentence, _: told.append(sentence))
     with Project.open(path) as other:
         other.demonstrations.remove_all(
             {document.id: {"Ada": other.tracks.head(document.id, "Ada")}}
@@ -219,12 +219,12 @@ def test_blindness_given_elsewhere_hides_labels_and_their_actions(window, path):
         other.actions.set_vocabulary("stylus", Vocabulary().with_actions("grab"))
         other.coding.assign(document.id, "Ben", blind=True)
     document.refresh()
-    assert document.others == {}
+    assert document.other_tracks == {}
     assert document.vocabulary.names == ("grab",)
     document.set_done()
     assert "pull" in document.vocabulary
     document.set_author("Cleo")
-    assert set(document.others) == {"Ada"}
+    assert set(document.other_tracks) == {"Ada"}
     document.project.coding.set_done(document.id, "Ben", False)
     document.set_author("Ben")
     assert document.vocabulary.names == ("grab",)
@@ -232,11 +232,11 @@ def test_blindness_given_elsewhere_hides_labels_and_their_actions(window, path):
 
 def test_blindness_given_elsewhere_unmarks_the_place_that_is_examined(window, path):
     document = window("Ben")
-    document.examine(Interval(document.id, 1.0, 2.0))  # where Ada's segment begins and ends
+    document.review.examine(Interval(document.id, 1.0, 2.0))  # where Ada's segment begins and ends
     with Project.open(path) as other:
         other.coding.assign(document.id, "Ben", blind=True)
     document.refresh()
-    assert (document.examined, document.range) == (None, None)
+    assert (document.review.examined, document.view.range) == (None, None)
 
 
 def test_what_the_store_refuses_can_be_asked_once_more(window, monkeypatch):
@@ -244,30 +244,30 @@ def test_what_the_store_refuses_can_be_asked_once_more(window, monkeypatch):
     for action in ("grab", "slip"):  # known, and new
         document.begin_stroke(action, 7)
         with monkeypatch.context() as patched:
-            patched.setattr(document.project, "edit", broken)
-            patched.setattr(document.project, "add_actions", broken)
+            patched.setattr(document.project.tracks, "edit", broken)
+            patched.setattr(document.project.actions, "add", broken)
             assert not document.end_stroke(7.5)
-            document.set_range(1, 2)
+            document.view.set_range(1, 2)
             assert not erase_range(document)
-            assert document.range == (1, 2)
-            document.set_range(8, 9)
+            assert document.view.range == (1, 2)
+            document.view.set_range(8, 9)
             assert not fill_range(document, action)
-        assert document.segments[-1] == THREE
+        assert document.editor.segments[-1] == THREE
         assert document.end_stroke(7.5)
         assert fill_range(document, action)
-        assert (document.stroke, document.range) == (None, None)
-        document.erase(7, 9)
+        assert (document.stroke, document.view.range) == (None, None)
+        document.editor.erase(7, 9)
 
 
 def test_a_large_undo_with_a_selection_is_quick(window):
     document = window()
     many = tuple(Segment(n / 1000, (n + 0.5) / 1000, "grab") for n in range(5000))
     less = tuple(Segment(s.start, s.end + 1e-4, "grab") for s in many)
-    document.project.tracks.edit(document.id, "Ada", document.segments, many, "many")
+    document.project.tracks.edit(document.id, "Ada", document.editor.segments, many, "many")
     document.project.tracks.edit(document.id, "Ada", many, less, "less")
     document.reread()
     document.select(2500)
     began = time.thread_time()  # what other programs take does not count
-    assert document.undo()
+    assert document.editor.undo_everywhere()
     assert time.thread_time() - began < 1
     assert document.selected == 2500

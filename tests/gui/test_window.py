@@ -173,6 +173,23 @@ def test_lists_keep_the_widths_that_they_were_dragged_to(windows, study, until):
     until(lambda: list_widths(window) == dragged)
 
 
+def test_lists_of_a_window_that_was_closed_while_small_are_wide_when_it_is_enlarged(
+    windows, study, until
+):
+    window = windows(LaunchOptions(project=study))
+    window.resize(1440, 900)
+    until(lambda: len(list_widths(window)) == 3)
+    drag_border(window, window._dock, 60, until)
+    drag_border(window.label, window.label._docks["actions"], -60, until)
+    dragged = list_widths(window)
+    window.resize(window.minimumSizeHint())
+    until(lambda: max(list_widths(window)) < min(dragged))
+    window.close()
+    again = windows(LaunchOptions(project=study))
+    again.resize(1440, 900)
+    until(lambda: list_widths(again) == dragged)
+
+
 def click_on(window, control):
     """As a mouse does, which the system hands to the window."""
     spot = control.mapTo(window, control.rect().center())
@@ -207,6 +224,36 @@ def test_a_click_on_what_is_switched_off_says_why(windows, study, until):
             train, QHelpEvent(QEvent.Type.ToolTip, spot, train.mapToGlobal(spot))
         )
         assert (QToolTip.text() == "A training goes on.") == bool(obstacle)
+
+
+def test_a_menu_says_why_an_entry_is_switched_off(windows, study, until):
+    window = windows(LaunchOptions(project=study))
+    split = window.commands["split"]
+    (menu,) = [one for one in split.associatedObjects() if isinstance(one, QMenu)]
+    view = "This acts on the demonstration in view; go to Label or Review."
+    for workspace, reason in (("capture", view), ("label", "")):
+        window.show_workspace(workspace)
+        menu.popup(window.mapToGlobal(QPoint(0, 0)))
+        spot = menu.actionGeometry(split).center()
+        QToolTip.showText(QPoint(0, 0), "no reason")
+        asked = QHelpEvent(QEvent.Type.ToolTip, spot, menu.mapToGlobal(spot))
+        QApplication.sendEvent(menu, asked)
+        assert QToolTip.text() == (reason or "no reason")
+        QToolTip.showText(QPoint(0, 0), "no reason")
+        QTest.mouseClick(menu, Qt.MouseButton.LeftButton, pos=spot)
+        assert (QToolTip.text() == view) == bool(reason)
+        assert menu.isVisible() == bool(reason)
+    assert split.isEnabled()
+
+
+def test_redo_of_the_history_says_why_it_is_switched_off(windows, study, until):
+    window = windows(LaunchOptions(project=study))
+    history = window.label.history
+    window.label._docks["history"].raise_()
+    until(history.undo.isVisible)
+    QToolTip.hideText()
+    click_on(window, history.redo)
+    assert QToolTip.text() == "Nothing was undone here."
 
 
 def test_a_last_project_that_was_moved_is_not_replaced_by_another(
@@ -255,7 +302,7 @@ def test_a_hidden_scalogram_is_not_computed(windows, study, monkeypatch):
     monkeypatch.setattr("forcelab.gui.jobs.Jobs.run", lambda *_, key="", **__: asked.append(key))
     second = windows(LaunchOptions(project=study))
     assert not second.label.scalogram.isVisible()
-    second.document.set_span(1, 2)
+    second.document.view.set_span(1, 2)
     assert not [key for key in asked if "scalogram" in key]
     second.label.toggles["scalogram"].setChecked(True)
     assert second.label.scalogram.isVisible()
@@ -292,22 +339,22 @@ def test_the_demonstration_of_last_time_is_opened(windows, study):
 def test_two_coders_at_one_project_do_not_overwrite_each_other(windows, study):
     ann, cleo = windows(LaunchOptions(project=study)), windows(LaunchOptions(project=study), "Cleo")
     for number in range(5):
-        assert ann.document.paint(number, number + 0.5, "grab")
-        assert cleo.document.paint(number + 0.2, number + 0.9, "hold")
+        assert ann.document.editor.paint(number, number + 0.5, "grab")
+        assert cleo.document.editor.paint(number + 0.2, number + 0.9, "hold")
     ann.document.refresh()
-    assert ann.document.others == {"Ben": HIS, "Cleo": cleo.document.segments}
-    assert len(ann.document.segments) == len(cleo.document.segments) == 5
+    assert ann.document.other_tracks == {"Ben": HIS, "Cleo": cleo.document.editor.segments}
+    assert len(ann.document.editor.segments) == len(cleo.document.editor.segments) == 5
 
 
 def test_the_same_coder_in_two_windows_loses_nothing(windows, study):
     one, two = windows(LaunchOptions(project=study)), windows(LaunchOptions(project=study))
-    assert one.document.paint(1, 2, "grab")
-    assert not two.document.paint(1.5, 3, "hold")
+    assert one.document.editor.paint(1, 2, "grab")
+    assert not two.document.editor.paint(1.5, 3, "hold")
     assert two.statusBar().currentMessage().endswith("repeat it.")
-    assert two.document.segments == one.document.segments
-    assert two.document.paint(2, 3, "hold")
+    assert two.document.editor.segments == one.document.editor.segments
+    assert two.document.editor.paint(2, 3, "hold")
     one.document.refresh()
-    assert one.document.segments == (Segment(1, 2, "grab"), Segment(2, 3, "hold"))
+    assert one.document.editor.segments == (Segment(1, 2, "grab"), Segment(2, 3, "hold"))
 
 
 def test_the_first_time_the_sample_project_is_made_and_opened(windows, study, monkeypatch, until):
@@ -342,21 +389,21 @@ def test_a_blind_coder_sees_nobody_elses_labels_anywhere(windows, study, answers
     with Project.open(study) as project:
         project.coding.assign(project.demonstrations.infos()[0].id, "Ann")
     window = windows(LaunchOptions(project=study))
-    assert window.document.others == {}
+    assert window.document.other_tracks == {}
     model = window.demonstrations.findChild(QTreeView).model()
     row = model.index(0, 0, model.index(0, 0))
     roles = (Qt.ItemDataRole.DisplayRole, Qt.ItemDataRole.ToolTipRole)
     assert not any("Ben" in str(row.data(role)) for role in roles)
     asked = answers("Cancel")
     window.commands["done"].trigger()
-    assert window.document.others == {}
+    assert window.document.other_tracks == {}
     assert window.document.coding_blind
     assert len(asked) == 1
     assert "end blind coding" in asked[0]
     assert "labels and notes of others" in asked[0]
     answers("Mark as done")
     window.commands["done"].trigger()
-    assert window.document.others == {"Ben": HIS}
+    assert window.document.other_tracks == {"Ben": HIS}
 
 
 def dropped(window, paths):
@@ -424,7 +471,7 @@ def test_what_was_painted_is_no_longer_said_of_another_demonstration(windows, st
         )
     window = windows(LaunchOptions(project=study))
     document, bar = window.document, window.statusBar()
-    document.paint(1.0, 2.0, "grab")
+    document.editor.paint(1.0, 2.0, "grab")
     assert "grab" in bar.currentMessage()
     assert document.open_demonstration(second.id)
     assert bar.currentMessage() == ""
@@ -435,7 +482,7 @@ def test_what_was_painted_is_no_longer_said_of_another_demonstration(windows, st
         document.open_demonstration(document.infos[0].id)
         assert bar.currentMessage() == ""
     document.open_demonstration(second.id)
-    document.say("This is the last demonstration of the list.")
+    document.show_message("This is the last demonstration of the list.")
     document.open_demonstration(document.infos[0].id)
     assert "last demonstration" in bar.currentMessage()
 
@@ -529,7 +576,7 @@ def test_nothing_flashes_up_as_a_window_of_its_own(windows, study, app):
     app.installEventFilter(appearing)
     try:
         window = windows(LaunchOptions(project=study))
-        for name in ("review", "capture", "tradeoff"):
+        for name in ("review", "capture"):
             window.show_workspace(name)
         lists = window.review.workspace.lists
         for index in range(lists.count()):
@@ -635,7 +682,7 @@ def test_choose_all_means_the_list_that_the_keyboard_is_in(windows, study, app, 
     window.activateWindow()
     assert QTest.qWaitForWindowActive(window)
     chosen = window.demonstrations.view.selectionModel()
-    window.document.paint(1.0, 2.0, "grab")
+    window.document.editor.paint(1.0, 2.0, "grab")
     chosen.clear()
     for view in (window.label.segments.table, window.label.vocabulary.list):
         view.setFocus()

@@ -48,11 +48,11 @@ def window(kept, until):
         document.project.coding.unassign(assignment.demonstration, assignment.author)
     document.reread()
     kept.label.tracks.setFocus()
-    assert not document.segments
+    assert not document.editor.segments
 
 
 def ticked(window):
-    names = ("label", "review", "capture", "tradeoff")
+    names = ("label", "review", "capture")
     return [name for name in names if window.commands[f"workspace_{name}"].isChecked()]
 
 
@@ -76,7 +76,7 @@ def test_no_menu_is_a_long_list_without_a_line(window):
 
 def test_the_status_line_is_there_before_it_says_something(window):
     height = window.label.height()
-    window.document.say("something")
+    window.document.show_message("something")
     QTest.qWait(10)
     assert window.label.height() == height
 
@@ -100,7 +100,7 @@ def test_a_key_paints_while_the_demonstrations_have_the_focus(window):
 
 
 def test_a_key_does_not_paint_behind_a_workspace_without_the_track(window):
-    window.show_workspace("tradeoff")
+    window.show_workspace("capture")
     QTest.keyClick(window.demonstrations.view, Qt.Key.Key_1)
     assert window.document.stroke is None
 
@@ -121,7 +121,7 @@ def test_the_lists_stay_as_wide_when_there_is_no_video(window, until):
     assert wide >= 230
     with_video = replace(document.demonstration, video=VideoReference(Path("no.mp4"), ClockMap()))
     for other in (with_video, document.demonstration):
-        document.demonstration = other
+        document.view.demonstration = other
         document.demonstration_changed.emit()
         filmed = other.video is not None
         until(lambda filmed=filmed: lists["video"].isVisible() == filmed)
@@ -131,7 +131,7 @@ def test_the_lists_stay_as_wide_when_there_is_no_video(window, until):
 
 def test_what_is_not_done_yet_is_said_in_blind_coding(window, answers):
     document, said = window.document, []
-    document.said.connect(lambda sentence, _: said.append(sentence))
+    document.message_shown.connect(lambda sentence, _: said.append(sentence))
     document.project.coding.assign(document.id, "Ann")
     document.reread()
     window.commands["copy_from"].trigger()
@@ -144,14 +144,14 @@ def test_what_is_not_done_yet_is_said_in_blind_coding(window, answers):
 
 def test_saving_says_that_everything_is_saved(window):
     said = []
-    window.document.said.connect(lambda sentence, _: said.append(sentence))
+    window.document.message_shown.connect(lambda sentence, _: said.append(sentence))
     QTest.keyClick(window.label.tracks, Qt.Key.Key_S, Qt.KeyboardModifier.ControlModifier)
     assert said == ["Everything is saved already: each change is, as it is made."]
 
 
 def test_what_is_not_assigned_is_marked_as_done_without_a_question(window, answers):
     document, said = window.document, []
-    document.said.connect(lambda sentence, _: said.append(sentence))
+    document.message_shown.connect(lambda sentence, _: said.append(sentence))
     document.set_author("Nora")
     asked = answers("Mark as done")
     window.commands["done"].trigger()
@@ -194,6 +194,6 @@ def test_help_and_the_keys_tell_of_what_works_and_of_nothing_else(window):
 
 def test_where_nothing_is_painted_no_dialog_asks_for_gaps(window):
     said = []
-    window.document.said.connect(lambda sentence, _: said.append(sentence))
+    window.document.message_shown.connect(lambda sentence, _: said.append(sentence))
     window.commands["fill_gaps"].trigger()  # a dialog would wait here for ever
-    assert "no segments of yours" in said[-1]
+    assert "You have no segments" in said[-1]

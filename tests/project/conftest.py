@@ -16,7 +16,7 @@ from in_memory import folder_in_memory, labelling_in_memory
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.project import Project
 from forcelab.project.schema import APPLICATION_ID, MIGRATIONS, migrate
-from forcelab.project.track_editor import Labelling
+from forcelab.project.track_editor import TrackEditor
 
 Make = Callable[..., Demonstration]
 
@@ -62,7 +62,7 @@ def project(path: Path) -> Iterator[Project]:
 
 
 @pytest.fixture
-def labelling() -> Iterator[Labelling]:
+def labelling() -> Iterator[TrackEditor]:
     """Ada at work on ten seconds."""
     with labelling_in_memory() as labelling:
         yield labelling

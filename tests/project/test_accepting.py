@@ -12,7 +12,7 @@ from in_memory import labelling_in_memory, stored
 
 from forcelab.errors import ForcelabError, InputError
 from forcelab.labels import Segment
-from forcelab.project.track_editor import Labelling, free_parts, paint_all
+from forcelab.project.track_editor import TrackEditor, free_parts, paint_all
 from forcelab.segment_edits import paint
 
 MODEL = "model paper 12"
@@ -100,7 +100,7 @@ def test_what_cannot_be_accepted_leaves_nothing(labelling, replace):
         ("Ada", MODEL, (*good, Segment(0.5, 2.0, "hold")), "overlap"),
     ):
         with pytest.raises(InputError, match=told):
-            Labelling(labelling.project, labelling.demonstration, author).accept(
+            TrackEditor(labelling.project, labelling.demonstration, author).accept(
                 segments, proposer, replace
             )
     assert labelling.project.coding.authors() == ()
@@ -115,7 +115,7 @@ def test_an_author_who_predicted_may_propose_whatever_the_name(labelling):
     labelling.project.tracks.edit(labelling.demonstration, "mlp", (), given, "p", kind="predict")
     assert labelling.accept(given, "mlp").proposed_by == "mlp"
     with pytest.raises(InputError, match="'mlp' is a model in this project"):
-        Labelling(labelling.project, labelling.demonstration, "mlp").accept(
+        TrackEditor(labelling.project, labelling.demonstration, "mlp").accept(
             (Segment(2.0, 3.0, "grab"),), MODEL
         )
 

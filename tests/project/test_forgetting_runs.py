@@ -9,7 +9,7 @@ import pytest
 from forcelab.errors import InputError
 from forcelab.labels import Segment, Track
 from forcelab.project import LabelsUsed, Project, Verdict
-from forcelab.project.track_editor import Labelling
+from forcelab.project.track_editor import TrackEditor
 
 MADE = {"settings": {}, "seed": None, "versions": {}}
 PROPOSER = "model paper 1"
@@ -69,7 +69,7 @@ def test_a_run_that_was_judged_stays(project, train, said):
 
 def test_a_run_that_labels_were_accepted_from_stays_even_when_they_were_undone(project, train, id_):
     number, _ = train()
-    labelling = Labelling(project, id_, "anna")
+    labelling = TrackEditor(project, id_, "anna")
     labelling.accept((Segment(0.2, 0.3, "slip"),), PROPOSER)
     labelling.undo()
     assert not project.runs.forget(number, PROPOSER)
@@ -78,7 +78,7 @@ def test_a_run_that_labels_were_accepted_from_stays_even_when_they_were_undone(p
 
 def test_what_a_recogniser_that_is_named_with_a_number_proposed_is_no_runs(project, train, id_):
     number, _ = train()
-    labelling = Labelling(project, id_, "anna")
+    labelling = TrackEditor(project, id_, "anna")
     labelling.accept((Segment(0.2, 0.3, "slip"),), f"model trial {number}")
     assert project.runs.uses(number)[0].accepted == 0
     labelling.accept((Segment(0.3, 0.4, "slip"),), PROPOSER)

@@ -17,7 +17,7 @@ from forcelab.demonstration import VideoReference
 from forcelab.errors import InputError
 from forcelab.project import Project
 from forcelab.project.files import remove
-from forcelab.project.track_editor import Labelling
+from forcelab.project.track_editor import TrackEditor
 from forcelab.text import natural_order
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="links need rights there")
@@ -350,7 +350,7 @@ def test_rows_that_refer_across_demonstrations_end_a_removal_in_a_sentence(path,
             project.demonstrations.add(make(seed, name)).id for seed, name in ((1, "01"), (2, "02"))
         ]
         for id_ in ids:
-            Labelling(project, id_, "ada").paint(0.0, 0.1, "grab")
+            TrackEditor(project, id_, "ada").paint(0.0, 0.1, "grab")
     with closing(sqlite3.connect(path / "project.sqlite")) as store:
         (trigger,) = store.execute(
             "SELECT sql FROM sqlite_schema WHERE name = 'edit_is_not_changed'"

@@ -8,7 +8,7 @@ from in_memory import labelling_in_memory, stored
 from forcelab.errors import InputError, StaleTrackError
 from forcelab.labels import Segment
 from forcelab.project import Project
-from forcelab.project.track_editor import Labelling
+from forcelab.project.track_editor import TrackEditor
 
 
 def test_every_verb_is_in_the_store_with_a_line_people_can_read(labelling):
@@ -43,7 +43,7 @@ def test_what_changes_nothing_is_no_edit(labelling):
 def test_a_track_changed_elsewhere_is_not_written_over(labelling):
     labelling.paint(1, 2, "grab")
     with Project.open(labelling.project.path) as project:
-        Labelling(project, labelling.demonstration, "Ada").paint(3, 4, "hold")
+        TrackEditor(project, labelling.demonstration, "Ada").paint(3, 4, "hold")
     with pytest.raises(StaleTrackError):
         labelling.erase(0, 9)
     assert len(stored(labelling)) == 2
@@ -53,7 +53,7 @@ def test_a_track_changed_elsewhere_is_not_written_over(labelling):
 
 
 def test_copying_cuts_at_the_stretch_and_takes_the_unlabelled_too(labelling):
-    other = Labelling(labelling.project, labelling.demonstration, "Ben")
+    other = TrackEditor(labelling.project, labelling.demonstration, "Ben")
     other.paint(1, 2, "grab")
     other.paint(2, 3, "hold")
     other.split(1.6)

@@ -10,7 +10,7 @@ from painting_bench import MEMORY, demonstration
 
 from forcelab.labels import Segment
 from forcelab.project import Project
-from forcelab.project.track_editor import Labelling
+from forcelab.project.track_editor import TrackEditor
 from forcelab.recognition.settings import Settings
 from forcelab.review.differences import compared
 from forcelab.review.queue import queue
@@ -99,7 +99,7 @@ def test_if_the_model_is_right_the_change_makes_both_agree_and_undo_opens_it_aga
     before = queue(project, outcome)
     wrong = before.actions[0]
     assert (wrong.start, wrong.end, action_for(outcome, wrong)) == (3, 4.5, "release")
-    track = Labelling(project, outcome.tested[0].id, "Ann")
+    track = TrackEditor(project, outcome.tested[0].id, "Ann")
     track.paint(wrong.start, wrong.end, action_for(outcome, wrong))
     judge(project, outcome, wrong, "model", "Ann")
     after = queue(project, outcome)

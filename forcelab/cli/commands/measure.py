@@ -9,7 +9,7 @@ PyWavelets, ssqueezepy and fCWT where they are installed (extra 'peers').
 recognition: presets, scales, phase, classifiers, filters and decoders on each task of
 PROJECT (the sample project): 1 - F1@50 and the other scores, with demonstrations left
 out of training in four groups in turn, against the CPU time of features, training and
-recognition. The window's Trade-off workspace draws it.
+recognition. The page Accuracy and speed of the Review workspace draws it.
 all: all of these; what cannot be measured here is listed as skipped.
 
 for example:

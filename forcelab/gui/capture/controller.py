@@ -274,7 +274,7 @@ class CaptureController(QObject):
         """Say a sentence on the page and in the status line."""
         sentence = sentence.replace(LOOK, "press Look again")
         self.sentences.append((sentence, trouble))
-        self.document.say(sentence, trouble)
+        self.document.show_message(sentence, trouble)
         self.said.emit()
 
     def unsay(self) -> None:

@@ -141,7 +141,7 @@ class CaptureTab(QWidget):
         from forcelab.capture.save import unfinished
 
         if count := len(unfinished(project.path)):
-            self.document.say(
+            self.document.show_message(
                 f"{counted(count, 'recording')} cut off by a crash; open Capture to recover "
                 + ("it." if count == 1 else "them."),
                 True,
@@ -150,14 +150,14 @@ class CaptureTab(QWidget):
     def _record(self) -> None:
         """Record or stop, whichever workspace is in front."""
         if self._built is None:
-            self.document.say("Connect devices in the Capture workspace first.", True)
+            self.document.show_message("Connect devices in the Capture workspace first.", True)
         else:
             self._built.record()
 
     def _discard(self) -> None:
         """Discard what is being recorded."""
         if self._built is None:
-            self.document.say("Nothing is being recorded.")
+            self.document.show_message("Nothing is being recorded.")
         else:
             self._built.session.discard()
 
@@ -165,7 +165,7 @@ class CaptureTab(QWidget):
         """Open the recording that was kept last, to be looked at."""
         kept = None if self._built is None else self._built.session.last.kept
         if kept is None:
-            self.document.say("Nothing was recorded just now.")
+            self.document.show_message("Nothing was recorded just now.")
         else:
             self.document.open_demonstration(kept.added.id)
             self.label_wanted.emit()

@@ -294,7 +294,7 @@ class CaptureWorkspace(QWidget):
         self.session.changed.connect(self._changed)
         self.session.ticked.connect(self._show_whether_recording_can_begin)
         document.project_changed.connect(self._project_changed)
-        document.training_changed.connect(self.recogniser.refresh)
+        document.review.training_changed.connect(self.recogniser.refresh)
         keys().changed.connect(self._changed)
         self._changed()
 
@@ -488,7 +488,8 @@ class CaptureWorkspace(QWidget):
             "Make demonstrations of recordings that a crash or a power cut ended"
         )
         self.recover_button.setVisible(left > 0)
-        self.recover_button.setEnabled(phase in (CaptureState.APART, CaptureState.READY))
+        free = phase in (CaptureState.APART, CaptureState.READY)
+        set_enabled_with_reason(self.recover_button, "" if free else "Wait until this is done.")
 
     def _obstacle_to_connect(self, phase: CaptureState) -> str:
         """Why devices cannot be connected or disconnected now; empty where they can."""

@@ -12,7 +12,8 @@ from forcelab.gui.document import Document
 from forcelab.gui.key_events import is_typing
 from forcelab.gui.label import segment_commands
 from forcelab.gui.label.playback import Player
-from forcelab.gui.label.tracks import TrackPanel, ask_largest_gap, copy_menu
+from forcelab.gui.label.track_menus import ask_largest_gap, copy_menu
+from forcelab.gui.label.tracks import TrackPanel
 
 #: How many video frames a larger step is; without video it is this share of the visible span.
 JUMP_FRAMES = 10
@@ -28,22 +29,13 @@ def handlers(
 ) -> dict[str, Callable[[], object]]:
     """What commands do, by their id in the table (:mod:`forcelab.gui.commands`).
 
-    Parameters
-    ----------
-    document : Document
-        What is looked at and painted on.
-    tracks : TrackPanel
-        Where a drag may be on that is to be cancelled.
-    player : Player
-        Plays it.
-    window : QWidget
-        Above which dialogs and menus open.
+    Dialogs and menus open above `window`; cancelling ends a drag in `tracks`.
     """
     nudges: dict[str, Callable[[], object]] = {}
-    for what in ("start", "end", "both"):
-        name = "move" if what == "both" else what
-        nudges[f"{name}_earlier"] = partial(segment_commands.nudge, document, what, -1)
-        nudges[f"{name}_later"] = partial(segment_commands.nudge, document, what, 1)
+    for part in ("start", "end", "both"):
+        name = "move" if part == "both" else part
+        nudges[f"{name}_earlier"] = partial(segment_commands.nudge, document, part, -1)
+        nudges[f"{name}_later"] = partial(segment_commands.nudge, document, part, 1)
     return {
         **nudges,
         "previous_segment": partial(segment_commands.previous_segment, document),
@@ -59,32 +51,34 @@ def handlers(
         "slower": player.slower,
         "faster": player.faster,
         "normal_speed": player.normal_speed,
-        "zoom_in": lambda: document.zoom(1 / ZOOM, document.cursor),
-        "zoom_out": lambda: document.zoom(ZOOM, document.cursor),
-        "zoom_fit": document.fit,
-        "range_in": document.mark_in,
-        "range_out": document.mark_out,
-        "undo": document.undo,
-        "redo": document.redo,
-        "fine_nudges": lambda: segment_commands.set_fine_nudges(document, not document.fine_nudges),
-        "snapping": lambda: document.set_snapping(not document.snapping),
-        "split": lambda: document.split(document.cursor),
+        "zoom_in": lambda: document.view.zoom(1 / ZOOM, document.view.cursor),
+        "zoom_out": lambda: document.view.zoom(ZOOM, document.view.cursor),
+        "zoom_fit": document.view.fit,
+        "range_in": document.view.mark_in,
+        "range_out": document.view.mark_out,
+        "undo": partial(segment_commands.undo, document),
+        "redo": partial(segment_commands.redo, document),
+        "fine_nudges": lambda: segment_commands.set_fine_nudges(
+            document, not document.view.fine_nudges
+        ),
+        "snapping": lambda: document.view.set_snapping(not document.view.snapping),
+        "split": lambda: document.editor.split(document.view.cursor),
         "fill_gaps": partial(_fill_gaps, document, window),
         "copy_from": partial(_copy, document, tracks),
         "cancel": partial(_cancel, document, tracks),
-        "step_back": partial(document.step, -1),
-        "step_forward": partial(document.step, 1),
+        "step_back": partial(document.view.step, -1),
+        "step_forward": partial(document.view.step, 1),
         "leap_back": partial(_jump, document, -1),
         "leap_forward": partial(_jump, document, 1),
         "pan_left": partial(_pan, document, -PAN_SHARE),
         "pan_right": partial(_pan, document, PAN_SHARE),
-        "to_start": lambda: document.seek(document.bounds[0]),
-        "to_end": lambda: document.seek(document.bounds[1]),
+        "to_start": lambda: document.view.seek(document.view.bounds[0]),
+        "to_end": lambda: document.view.seek(document.view.bounds[1]),
     }
 
 
 def _cancel(document: Document, tracks: TrackPanel) -> None:
-    """Take back the last thing begun: typing, a drag, a stroke, a range, a selection, a brush."""
+    """Cancel the last thing begun: typing, a drag, a stroke, a range, a selection, a brush."""
     field = QApplication.focusWidget()
     if field is not None and is_typing(field):
         field.clearFocus()  # where keys are text, the next one would not paint
@@ -92,8 +86,8 @@ def _cancel(document: Document, tracks: TrackPanel) -> None:
         tracks.cancel_drag()
     elif document.stroke is not None:
         document.cancel_stroke()
-    elif document.range is not None or document.range_in is not None:
-        document.clear_range()
+    elif document.view.range is not None or document.view.range_start is not None:
+        document.view.clear_range()
     elif document.selected is not None:
         document.select(None)
     else:
@@ -101,35 +95,33 @@ def _cancel(document: Document, tracks: TrackPanel) -> None:
 
 
 def _fill_gaps(document: Document, window: QWidget) -> None:
-    """Ask how long a gap may be that is filled, if there is anything to fill."""
-    if document.segments:
+    """Ask for the longest gap to fill, if there is anything to fill."""
+    if document.editor.segments:
         ask_largest_gap(window, document)
     else:
-        document.say("There are no segments of yours to fill gaps between.")
+        document.show_message("You have no segments to fill gaps between.")
 
 
 def _jump(document: Document, direction: int) -> None:
-    """Make a larger step."""
-    demonstration, frames = document.demonstration, document.frame_times
+    demonstration, frames = document.demonstration, document.view.frame_times
     if demonstration is None:
         return
     count = JUMP_FRAMES
     if frames is None or not len(frames):
-        samples = JUMP_SHARE * (document.end - document.start) / demonstration.period
+        samples = JUMP_SHARE * (document.view.end - document.view.start) / demonstration.period
         count = max(count, round(samples))
-    document.step(direction * count)
+    document.view.step(direction * count)
 
 
 def _pan(document: Document, share: float) -> None:
-    """Show earlier or later time."""
-    document.pan(share * (document.end - document.start))
+    document.view.pan(share * (document.view.end - document.view.start))
 
 
 def _copy(document: Document, tracks: TrackPanel) -> None:
     """Copy from the only other author at once; from one of several, ask which."""
-    authors = tuple(document.others)
+    authors = tuple(document.other_tracks)
     if document.coding_blind:
-        document.say(
+        document.show_message(
             "Other labels are hidden until you are done; nothing copied.",
             True,
         )
@@ -137,12 +129,13 @@ def _copy(document: Document, tracks: TrackPanel) -> None:
     if len(authors) == 1:
         segment_commands.copy_from(document, authors[0])
     elif any(
-        segment_commands.copy_candidates(document, author, document.cursor) for author in authors
+        segment_commands.copy_candidates(document, author, document.view.cursor)
+        for author in authors
     ):
-        menu = copy_menu(tracks, document, document.cursor)
+        menu = copy_menu(tracks, document, document.view.cursor)
         tracks.show_menu(menu, tracks.mapToGlobal(QPoint(tracks.GUTTER, 0)))
     elif authors:
         sentence = "No other track has a segment at the cursor; mark a range to copy."
         segment_commands.report_refusal(document, sentence)
     else:
-        document.say("No other track is shown to copy from.", True)
+        document.show_message("No other track is shown to copy from.", True)

@@ -1,7 +1,7 @@
 """What menus, keys and lists do with one segment or one action.
 
-"The segment" is the selected one, or else the one under the cursor. Every verb says in the status
-line why it did nothing.
+"The segment" is the selected one, or else the one under the cursor. A command that does nothing
+says why in the status line.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from forcelab.gui.document import Document
 from forcelab.gui.label.track_gestures import SAME_TIME, index_at
 from forcelab.gui.text import escape_ampersands
 from forcelab.labels import Segment
+from forcelab.project import Edit, UndoResult
 from forcelab.project.actions import ActionRename
 
 
@@ -26,7 +27,7 @@ def rename_action(document: Document, name: str, new: str, parent: QWidget) -> b
     """Rename an action of the open demonstration's task in all of the coder's tracks.
 
     Asks first where it is merged into another action, and where the coder's segments in other
-    tasks have it too. What cannot be is told in the status line.
+    tasks have it too. Errors are shown in the status line.
     """
     project, demonstration = document.project, document.demonstration
     if project is None or demonstration is None:
@@ -37,46 +38,47 @@ def rename_action(document: Document, name: str, new: str, parent: QWidget) -> b
         if name not in project.actions.vocabulary(task) and name not in project.actions.painted(
             task
         ):
-            document.say(f"'{name}' is only predicted: train again, and it is gone.", True)
+            document.show_message(
+                f"'{name}' is only predicted; it disappears when you train again.", True
+            )
             return False
-        here = project.actions.preview_rename(document.author, name, new, (task,))
+        in_task = project.actions.preview_rename(document.author, name, new, (task,))
         everywhere = project.actions.preview_rename(document.author, name, new)
     except ForcelabError as error:
-        document.say(str(error), True)
+        document.show_message(str(error), True)
         return False
-    tasks: Collection[str] | None = here.tasks
-    if everywhere.merges or everywhere.tasks != here.tasks:
-        tasks = _confirm_rename(here, everywhere, parent)
+    tasks: Collection[str] | None = in_task.tasks
+    if everywhere.merges or everywhere.tasks != in_task.tasks:
+        tasks = _confirm_rename(in_task, everywhere, parent)
     if tasks is None:
         return False
     return document.rename_action(name, new, tasks, merge=everywhere.merges)
 
 
 def _confirm_rename(
-    here: ActionRename, everywhere: ActionRename, parent: QWidget
+    in_task: ActionRename, everywhere: ActionRename, parent: QWidget
 ) -> Collection[str] | None:
-    """Ask whether an action is to be renamed, and in which tasks; None where it is not."""
+    """Ask whether to rename an action, and in which tasks; None to leave it."""
     box = QMessageBox(parent)
     box.setIcon(QMessageBox.Icon.Question)
-    box.setTextFormat(Qt.TextFormat.PlainText)  # names are anybody's
-    told = everywhere.sentences(done=False)
+    box.setTextFormat(Qt.TextFormat.PlainText)  # a name is not markup
+    old, new = everywhere.old, everywhere.new
     if everywhere.merges:
         box.setWindowTitle("Merge actions")
-        title = "Merge '{0}' into '{1}'?"
+        box.setText(f"Merge '{old}' into '{new}'?")
     else:
         box.setWindowTitle("Rename action")
-        title = "Rename '{0}' to '{1}' in other tasks, too?"
-    box.setText(title.format(everywhere.old, everywhere.new))
-    box.setInformativeText(told)
+        box.setText(f"Rename '{old}' to '{new}' in other tasks, too?")
+    box.setInformativeText(everywhere.sentences(done=False))
     choices: dict[QAbstractButton, tuple[str, ...]] = {}
-    if everywhere.tasks != here.tasks:
-        task = here.tasks[0] or "no task"
+    if everywhere.tasks != in_task.tasks:
+        task = in_task.tasks[0] or "no task"
         only = f"Only in {escape_ampersands(task)}"
-        choices[box.addButton(only, QMessageBox.ButtonRole.AcceptRole)] = here.tasks
-        words = f"In all {len(everywhere.tasks)} tasks"
+        choices[box.addButton(only, QMessageBox.ButtonRole.AcceptRole)] = in_task.tasks
+        label = f"In all {len(everywhere.tasks)} tasks"
     else:
-        words = "Merge"
-    choices[box.addButton(words, QMessageBox.ButtonRole.AcceptRole)] = everywhere.tasks
+        label = "Merge"
+    choices[box.addButton(label, QMessageBox.ButtonRole.AcceptRole)] = everywhere.tasks
     box.setDefaultButton(box.addButton(QMessageBox.StandardButton.Cancel))
     box.exec()
     chosen = box.clickedButton()
@@ -97,21 +99,23 @@ def current_segment(document: Document) -> int | None:
     """The selected segment, or else the one under the cursor."""
     if document.selected is not None:
         return document.selected
-    return index_at(document.segments, document.cursor)
+    return index_at(document.editor.segments, document.view.cursor)
 
 
-def for_current_segment(document: Document, segment: Segment, verb: Callable[[int], bool]) -> bool:
-    """Do something to one of the coder's segments, whatever its number is by now."""
-    index = document.index_of(segment)
+def for_current_segment(
+    document: Document, segment: Segment, verb: Callable[[int], Edit | None]
+) -> bool:
+    """Apply a verb to one of the coder's segments by its current index, which may have changed."""
+    index = document.editor.index_of(segment)
     if index is None:
-        sentence = "That segment was changed elsewhere; look at it anew."
+        sentence = "That segment was changed elsewhere; check it again."
         return report_refusal(document, sentence)
-    return verb(index)
+    return verb(index) is not None
 
 
 def previous_segment(document: Document) -> bool:
     """Select the last segment that starts before the cursor, and go to its start."""
-    index = bisect_left(document.segments, document.cursor - SAME_TIME, key=_start) - 1
+    index = bisect_left(document.editor.segments, document.view.cursor - SAME_TIME, key=_start) - 1
     return _seek_to(document, index) or report_refusal(
         document, "There is no segment before the cursor."
     )
@@ -119,7 +123,7 @@ def previous_segment(document: Document) -> bool:
 
 def next_segment(document: Document) -> bool:
     """Select the first segment that starts after the cursor, and go to its start."""
-    index = bisect_right(document.segments, document.cursor + SAME_TIME, key=_start)
+    index = bisect_right(document.editor.segments, document.view.cursor + SAME_TIME, key=_start)
     # At first the cursor may stand on the first segment without having been sent there.
     if index and document.selected is None and _starts_at_cursor(document, index - 1):
         index -= 1
@@ -131,8 +135,8 @@ def next_segment(document: Document) -> bool:
 def delete_segment(document: Document) -> bool:
     """Delete the selected segment; with none selected, make the marked range unlabelled."""
     if document.selected is not None:
-        return document.delete(document.selected)
-    if document.range is not None:
+        return document.editor.delete(document.selected) is not None
+    if document.view.range is not None:
         return erase_range(document)
     return report_refusal(
         document,
@@ -142,31 +146,31 @@ def delete_segment(document: Document) -> bool:
 
 def erase_range(document: Document) -> bool:
     """Make the marked range unlabelled, and forget the range."""
-    if document.range is None:
+    if document.view.range is None:
         return report_refusal(document, "Mark the range to erase first, with [ and ].")
-    start, end = document.range
-    done = document.erase(start, end)
+    start, end = document.view.range
+    done = document.editor.erase(start, end) is not None
     if not document.refused:
-        document.clear_range()
+        document.view.clear_range()
     return done
 
 
 def fill_range(document: Document, action: str) -> bool:
     """Paint an action over the marked range, and forget the range."""
-    if document.range is None:
+    if document.view.range is None:
         return report_refusal(document, "Mark the range to fill first, with [ and ].")
-    start, end = document.range
-    done = document.paint(start, end, action)
+    start, end = document.view.range
+    done = document.editor.paint(start, end, action) is not None
     if not document.refused:
-        document.clear_range()
+        document.view.clear_range()
     return done
 
 
 def merge_segments(document: Document) -> bool:
-    """Make one of the segments in the marked range; without one, of the segment and the next."""
-    segments = document.segments
-    if document.range is not None:
-        start, end = document.range
+    """Merge the segments in the marked range; without one, the segment and the next."""
+    segments = document.editor.segments
+    if document.view.range is not None:
+        start, end = document.view.range
         first = bisect_right(segments, start + SAME_TIME, key=_end)
         last = bisect_left(segments, end - SAME_TIME, key=_start) - 1
         if last <= first:
@@ -174,13 +178,13 @@ def merge_segments(document: Document) -> bool:
                 document,
                 "The marked range must reach into two segments to merge.",
             )
-        return document.merge(first, last)
+        return document.editor.merge(first, last) is not None
     index = current_segment(document)
     if index is None:
         return report_refusal(document, "Select the first of the two segments to merge.")
     if index + 1 >= len(segments):
         return report_refusal(document, "There is no segment after this one to merge with.")
-    return document.merge(index, index + 1)
+    return document.editor.merge(index, index + 1) is not None
 
 
 def fill_gaps(document: Document, longest: float) -> bool:
@@ -188,8 +192,9 @@ def fill_gaps(document: Document, longest: float) -> bool:
 
     The segments on either side grow to the middle of the gap.
     """
-    done = document.fill_gaps(longest, None, document.range)
-    return done or report_refusal(
+    if document.editor.fill_gaps(longest, None, document.view.range) is not None:
+        return True
+    return report_refusal(
         document,
         f"There is no gap of at most {longest:g} s to fill.",
         trouble=False,
@@ -197,17 +202,17 @@ def fill_gaps(document: Document, longest: float) -> bool:
 
 
 def copy_candidates(document: Document, author: str, time: float) -> tuple[float, float] | None:
-    """What is taken over from another author at a time: start and end in seconds; None for nothing.
+    """The span (s) to copy from another author at a time; None for nothing.
 
-    That is the marked range. Without one it is everything while one's own track is empty; later on
-    what lies along the selected segment, and elsewhere the other author's segment there.
+    That is the marked range. Without one it is everything while the coder's track is empty; later
+    on what lies along the selected segment, and elsewhere the other author's segment there.
     """
-    other = document.others.get(author, ())
-    if document.range is not None:
-        return document.range
-    if other and not document.segments:
-        return document.bounds
-    chosen = None if document.selected is None else document.segments[document.selected]
+    other = document.other_tracks.get(author, ())
+    if document.view.range is not None:
+        return document.view.range
+    if other and not document.editor.segments:
+        return document.view.bounds
+    chosen = None if document.selected is None else document.editor.segments[document.selected]
     if chosen is None or not chosen.start - SAME_TIME <= time <= chosen.end + SAME_TIME:
         index = index_at(other, time)
         chosen = None if index is None else other[index]
@@ -215,88 +220,103 @@ def copy_candidates(document: Document, author: str, time: float) -> tuple[float
 
 
 def copy_from(document: Document, author: str) -> bool:
-    """Take over what another author has at the cursor (:func:`copy_candidates`)."""
-    stretch = copy_candidates(document, author, document.cursor)
+    """Copy what another author has at the cursor (:func:`copy_candidates`)."""
+    stretch = copy_candidates(document, author, document.view.cursor)
     if stretch is None:
         return report_refusal(
             document, f"{author} has no segment at the cursor; mark a range to copy."
         )
-    return document.copy_from(author, *stretch)
+    return copy_interval(document, author, *stretch)
+
+
+def copy_interval(document: Document, author: str, start: float, end: float) -> bool:
+    """Copy an interval of another track, and offer its author first from now on."""
+    document.view.copied_from = author
+    return document.editor.copy_from(author, start, end) is not None
+
+
+def undo(document: Document) -> UndoResult | None:
+    """Take back the latest edit of the track that is open then."""
+    return document.editor.undo_everywhere()
+
+
+def redo(document: Document) -> UndoResult | None:
+    """Take back the latest undo in the track that is open then."""
+    return document.editor.redo_everywhere()
 
 
 def start_to_cursor(document: Document) -> bool:
-    """Let the segment start at the cursor; on unlabelled time, the next segment."""
+    """Move the segment's start to the cursor; on unlabelled time, that of the next segment."""
     index = current_segment(document)
     if index is None:
-        index = bisect_right(document.segments, document.cursor, key=_start)
-    if index >= len(document.segments):
+        index = bisect_right(document.editor.segments, document.view.cursor, key=_start)
+    if index >= len(document.editor.segments):
         return report_refusal(document, "There is no segment after the cursor.")
-    return document.move_edge(index, "start", document.cursor)
+    return document.editor.move_edge(index, "start", document.view.cursor) is not None
 
 
 def end_to_cursor(document: Document) -> bool:
-    """Let the segment end at the cursor; on unlabelled time, the previous segment."""
+    """Move the segment's end to the cursor; on unlabelled time, that of the previous segment."""
     index = current_segment(document)
     if index is None:
-        index = bisect_right(document.segments, document.cursor, key=_end) - 1
+        index = bisect_right(document.editor.segments, document.view.cursor, key=_end) - 1
     if index < 0:
         return report_refusal(document, "There is no segment before the cursor.")
-    return document.move_edge(index, "end", document.cursor)
+    return document.editor.move_edge(index, "end", document.view.cursor) is not None
 
 
-def nudge(document: Document, what: Literal["start", "end", "both"], count: int) -> bool:
-    """Move an edge of the segment, or all of it, by a step."""
+def nudge(document: Document, part: Literal["start", "end", "both"], count: int) -> bool:
+    """Move an edge of the segment, or all of it, by a number of steps."""
     index = current_segment(document)
     if index is None:
         return report_refusal(
             document,
             "Select the segment to change: click it, or use K and L.",
         )
-    return document.nudge(index, what, count * (FINE_NUDGE if document.fine_nudges else NUDGE))
+    return document.nudge(index, part, count * (FINE_NUDGE if document.view.fine_nudges else NUDGE))
 
 
 def set_fine_nudges(document: Document, fine: bool) -> bool:
-    """Move edges and segments by finer steps from now on, or by the usual ones."""
-    document.fine_nudges = fine
+    """Switch between finer steps and the usual ones."""
+    document.view.fine_nudges = fine
     step = 1000 * (FINE_NUDGE if fine else NUDGE)
-    document.say_here(f"Edges move by {step:g} ms.")
+    document.show_local_message(f"Edges move by {step:g} ms.")
     return True
 
 
 def zoom_selection(document: Document) -> bool:
-    """Show the marked range, or else the segment, with something on either side."""
-    if document.range is not None:
-        zoom_to(document, *document.range)
+    """Zoom to the marked range, or else to the segment."""
+    if document.view.range is not None:
+        zoom_to(document, *document.view.range)
         return True
     index = current_segment(document)
     if index is None:
         return report_refusal(document, "Select a segment or mark a range to zoom to.")
-    zoom_to(document, document.segments[index].start, document.segments[index].end)
+    zoom_to(document, document.editor.segments[index].start, document.editor.segments[index].end)
     return True
 
 
 def zoom_to(document: Document, start: float, end: float) -> None:
-    """Show a stretch with something on either side."""
+    """Show a span (s) with a margin on either side."""
     margin = MARGIN * (end - start)
-    low, high = document.bounds
-    document.set_span(max(start - margin, low), min(end + margin, high))
+    low, high = document.view.bounds
+    document.view.set_span(max(start - margin, low), min(end + margin, high))
 
 
 def _seek_to(document: Document, index: int) -> bool:
     """Select a segment and go to its start, if there is one."""
-    if not 0 <= index < len(document.segments):
+    if not 0 <= index < len(document.editor.segments):
         return False
-    document.seek(document.segments[index].start)
+    document.view.seek(document.editor.segments[index].start)
     document.select(index)
     return True
 
 
 def _starts_at_cursor(document: Document, index: int) -> bool:
-    """Whether a segment starts where the cursor is."""
-    return abs(document.segments[index].start - document.cursor) <= SAME_TIME
+    return abs(document.editor.segments[index].start - document.view.cursor) <= SAME_TIME
 
 
 def report_refusal(document: Document, sentence: str, *, trouble: bool = True) -> bool:
     """Say why nothing was done; gives False."""
-    document.say_here(sentence, trouble)
+    document.show_local_message(sentence, trouble)
     return False

@@ -140,15 +140,15 @@ def test_keys_for_what_capture_hides_do_nothing_while_it_is_in_front(window, rec
     until(lambda: recording.session.phase is CaptureState.READY)
     window.commands["show_recording"].trigger()
     until(lambda: document.demonstration is not None)
-    document.paint(0.0, 0.01, "grab")
+    document.editor.paint(0.0, 0.01, "grab")
     window.show_workspace("capture")
     recording.live.setFocus()
     said = []
-    document.said.connect(lambda *told: said.append(told))
+    document.message_shown.connect(lambda *told: said.append(told))
     pressed(Qt.Key.Key_H, Qt.KeyboardModifier.ShiftModifier)
     pressed(Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier)
-    assert [segment.action for segment in document.segments] == ["grab"]
+    assert [segment.action for segment in document.editor.segments] == ["grab"]
     assert not said
     window.show_workspace("label")
     QTest.keyClick(window.label.tracks, Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier)
-    assert not document.segments
+    assert not document.editor.segments

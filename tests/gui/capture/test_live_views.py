@@ -223,11 +223,11 @@ def test_a_project_without_a_recogniser_says_how_to_get_one_and_offers_it_once_t
         assert choice.nothing.isVisible()
         assert "train one in Review" in choice.nothing.text()
         assert not choice.latency.isEnabled()
-        window.document.set_training(True)  # while one looks
+        window.document.review.set_training(True)  # while one looks
         window.document.project.runs.add_recogniser(
             "tiny", b"tiny", settings={}, seed=0, labels=[], versions={}
         )
-        window.document.set_training(False)
+        window.document.review.set_training(False)
         assert not choice.nothing.isVisible()
         assert choice.which.itemText(1) == "tiny"
     finally:

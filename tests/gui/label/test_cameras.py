@@ -52,17 +52,17 @@ def test_the_chosen_camera_is_shown_by_its_own_clock(document, until):
     panel.resize(320, 240)
     panel.show()
     until(lambda: panel.settled)
-    document.seek(2.0)
+    document.view.seek(2.0)
     until(lambda: panel.settled)
     assert panel.shown_index == np.searchsorted(FIRST + 0.1, 2.0 + 1e-9) - 1
     cameras.show(1)
     until(lambda: panel.settled and panel.shown_index >= 0)
-    np.testing.assert_allclose(document.frame_times, SECOND + 0.25, atol=1e-6)
+    np.testing.assert_allclose(document.view.frame_times, SECOND + 0.25, atol=1e-6)
     assert panel.shown_index == np.searchsorted(SECOND + 0.25, 2.0 + 1e-9) - 1
     document.open_demonstration("one")
     until(lambda: panel.settled)
     assert cameras.all == ()
-    np.testing.assert_allclose(document.frame_times, FIRST + 0.1, atol=1e-6)
+    np.testing.assert_allclose(document.view.frame_times, FIRST + 0.1, atol=1e-6)
     panel.close_video()
     panel.close()
 
@@ -116,8 +116,8 @@ def test_a_new_clock_of_the_first_camera_leaves_the_choice(document):
 
 
 def test_damaged_stamps_leave_the_first_video(document, folder):
-    said = []
-    document.said.connect(lambda sentence, trouble: said.append((sentence, trouble)))
+    messages = []
+    document.message_shown.connect(lambda sentence, trouble: messages.append((sentence, trouble)))
     two = document.project.demonstrations.load("two")
     stamps = folder / "demonstrations" / two.id / STAMPS
     whole = stamps.read_bytes()
@@ -126,7 +126,7 @@ def test_damaged_stamps_leave_the_first_video(document, folder):
     cameras = CameraSelection(document)
     stamps.write_bytes(whole)
     assert (cameras.all, cameras.video) == ((), document.demonstration.video)
-    ((sentence, trouble),) = said
+    ((sentence, trouble),) = messages
     assert trouble
     assert "damaged" in sentence
 
@@ -140,7 +140,7 @@ def test_nothing_steps_by_the_frames_of_a_camera_that_is_not_shown(document, unt
     gone = VideoReference(cameras.video.path.with_name("gone.mp4"), ClockMap())
     cameras.all = (cameras.all[0], Camera("right", gone))
     cameras.show(1)
-    until(lambda: panel.troubled)
-    assert document.frame_times is None
+    until(lambda: panel.failed)
+    assert document.view.frame_times is None
     panel.close_video()
     panel.close()

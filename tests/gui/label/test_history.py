@@ -8,7 +8,7 @@ from PySide6.QtCore import QModelIndex, Qt
 from PySide6.QtTest import QTest
 
 from forcelab.gui.label import history as history_module
-from forcelab.gui.label.history import EditState, HistoryView, clock, edit_states
+from forcelab.gui.label.history import EditState, HistoryView, edit_states, time_of_edit
 from forcelab.project.tracks import TrackStore
 
 DONE, UNDONE, ABANDONED = EditState.DONE, EditState.UNDONE, EditState.ABANDONED
@@ -28,47 +28,47 @@ def view(app, document):
 
 def paint(document, count, first=0):
     for n in range(first, first + count):
-        assert document.paint(n / 10, (n + 1) / 10, f"a{n}")
+        assert document.editor.paint(n / 10, (n + 1) / 10, f"a{n}")
 
 
 def rows(view):
     view.refresh()
     model = view.model
     return [
-        (model.rows[row].what.split()[0], model.standing(row)) for row in range(model.rowCount())
+        (model.rows[row].what.split()[0], model.state_of(row)) for row in range(model.rowCount())
     ]
 
 
 def by_stacks(edits):
     """What has become of edits, as two stacks have it."""
-    undo, redo, found = [], [], {}
+    undo, redo, states = [], [], {}
     for edit in edits:
         if edit.kind == "undo":
             redo.append(undo.pop())
-            found[redo[-1]] = UNDONE
+            states[redo[-1]] = UNDONE
         elif edit.kind == "redo":
             undo.append(redo.pop())
-            found[undo[-1]] = DONE
+            states[undo[-1]] = DONE
         else:
-            found.update(dict.fromkeys(redo, ABANDONED))
+            states.update(dict.fromkeys(redo, ABANDONED))
             undo.append(edit.id)
             redo.clear()
-            found[edit.id] = DONE
-    return found
+            states[edit.id] = DONE
+    return states
 
 
 def test_newest_first_and_what_became_of_it(document, view):
     paint(document, 3)
     assert rows(view) == [("a2", DONE), ("a1", DONE), ("a0", DONE)]
-    document.undo()
-    document.undo()
+    document.editor.undo_everywhere()
+    document.editor.undo_everywhere()
     assert rows(view) == [("a2", UNDONE), ("a1", UNDONE), ("a0", DONE)]
-    document.redo()
+    document.editor.redo_everywhere()
     assert rows(view) == [("a2", UNDONE), ("a1", DONE), ("a0", DONE)]
     paint(document, 1, first=7)
     assert rows(view) == [("a7", DONE), ("a2", ABANDONED), ("a1", DONE), ("a0", DONE)]
-    document.undo()
-    document.undo()
+    document.editor.undo_everywhere()
+    document.editor.undo_everywhere()
     assert rows(view) == [("a7", UNDONE), ("a2", ABANDONED), ("a1", UNDONE), ("a0", DONE)]
 
 
@@ -80,8 +80,8 @@ def test_standings_are_those_of_two_stacks_from_any_number_of_latest_edits(docum
         if verb == "paint":
             paint(document, 1, first=n)
         else:
-            getattr(document, verb)()
-    edits = document.history()
+            getattr(document.editor, f"{verb}_everywhere")()
+    edits = document.editor.history()
     expected = by_stacks(edits)
     newest_first = edits[::-1]
     for known in range(len(edits) + 1):
@@ -94,41 +94,41 @@ def test_standings_are_those_of_two_stacks_from_any_number_of_latest_edits(docum
 @pytest.mark.parametrize("seed", range(4))
 def test_double_click_goes_to_that_point_and_back(document, view, seed):
     paint(document, 8)
-    tracks = {f"a{n}": document.segments[: n + 1] for n in range(8)}
+    tracks = {f"a{n}": document.editor.segments[: n + 1] for n in range(8)}
     chance = random.Random(seed)
     for _ in range(6):
         row = chance.randrange(8)
         name = rows(view)[row][0]
         view.list.doubleClicked.emit(view.model.index(row))
-        assert document.segments == tracks[name]
+        assert document.editor.segments == tracks[name]
         assert [standing for _, standing in rows(view)] == [UNDONE] * row + [DONE] * (8 - row)
 
 
 def test_enter_is_a_double_click_and_what_was_left_behind_is_said(document, view):
     paint(document, 2)
-    document.undo()
+    document.editor.undo_everywhere()
     paint(document, 1, first=5)
     view.refresh()
     view.list.setCurrentIndex(view.model.index(1))
     QTest.keyClick(view.list, Qt.Key.Key_Return)
     assert "undone before a later edit" in document.told[-1][0]
-    assert len(document.segments) == 2
+    assert len(document.editor.segments) == 2
     view.list.setCurrentIndex(view.model.index(2))
     QTest.keyClick(view.list, Qt.Key.Key_Return)
-    assert len(document.segments) == 1
+    assert len(document.editor.segments) == 1
 
 
 def test_buttons_say_what_they_would_do(document, view, until):
     assert not view.undo.isEnabled()
     assert not view.redo.isEnabled()
-    assert "Nothing was edited" in view._pages.note.text()
+    assert "No edits yet" in view.pages.note.text()
     paint(document, 2)
     until(view.undo.isEnabled)
     view.undo.click()
     view.refresh()
     assert view.undo.toolTip().startswith("Undo: a0")
     assert view.redo.toolTip().startswith("Redo: a1")
-    assert view._reach.text() == "1 undone"
+    assert view.reach.text() == "1 undone"
     view.redo.click()
     view.refresh()
     assert not view.redo.isEnabled()
@@ -149,7 +149,7 @@ def test_hidden_it_reads_nothing(app, document, monkeypatch):
         asked.clear()
         paint(document, 1, first=5)
         assert asked == []
-        assert not view._soon.isActive()
+        assert not view._refresh_timer.isActive()
         assert view.model.rowCount() == 0
 
 
@@ -185,10 +185,11 @@ def test_another_coder_has_another_history(document, view):
 
 def test_time_of_day_today_and_else_the_date(document):
     paint(document, 1)
-    time = document.history()[-1].time
-    assert clock(time) == f"{time.astimezone():%H:%M:%S}"
+    time = document.editor.history()[-1].time
+    assert time_of_edit(time) == f"{time.astimezone():%H:%M:%S}"
     assert (
-        clock(time.replace(year=2020)) == f"{time.replace(year=2020).astimezone():%Y-%m-%d %H:%M}"
+        time_of_edit(time.replace(year=2020))
+        == f"{time.replace(year=2020).astimezone():%Y-%m-%d %H:%M}"
     )
 
 
@@ -206,13 +207,13 @@ def test_more_undos_than_a_page_holds_can_all_be_redone(document, view, monkeypa
     monkeypatch.setattr(history_module, "PAGE", 5)
     paint(document, 10)
     for _ in range(8):
-        document.undo()
+        document.editor.undo_everywhere()
     assert rows(view) == [(f"a{n}", UNDONE) for n in range(9, 1, -1)] + [
         (f"a{n}", DONE) for n in (1, 0)
     ]
     assert view.redo.isEnabled()
     view.go_to(0)
-    assert len(document.segments) == 10
+    assert len(document.editor.segments) == 10
 
 
 def test_an_edit_that_is_not_listed_any_more_is_not_gone_to(document, view, monkeypatch):
@@ -222,5 +223,5 @@ def test_an_edit_that_is_not_listed_any_more_is_not_gone_to(document, view, monk
     paint(document, 3)
     view.refresh()
     paint(document, 6, first=3)
-    view._chosen(view.model.index(2))
-    assert len(document.segments) == 9
+    view.list.doubleClicked.emit(view.model.index(2))
+    assert len(document.editor.segments) == 9

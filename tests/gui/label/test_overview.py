@@ -33,7 +33,7 @@ def document(app, tmp_path):
     document = Document("Ann")
     document.open_project(path)
     document.open_demonstration("one")
-    document.set_span(5.0, 10.0)
+    document.view.set_span(5.0, 10.0)
     yield document
     document.close()
 
@@ -61,7 +61,7 @@ def drag(overview, start, end):
 
 
 def span(overview):
-    return overview.document.start, overview.document.end
+    return overview.document.view.start, overview.document.view.end
 
 
 def near(expected):
@@ -74,8 +74,8 @@ def test_a_glitch_leaves_the_forces_to_be_seen_and_is_marked(overview):
     before = pixels(overview.grab().toImage()).astype(int)
     signals = np.array(plain.signals)
     signals[7000, 0] = 1e16
-    document.demonstration = Demonstration("g", "", plain.times, signals, CHANNELS)
-    document.id = "glitch"
+    document.view.demonstration = Demonstration("g", "", plain.times, signals, CHANNELS)
+    document.editor.demonstration = "glitch"
     document.demonstration_changed.emit()
     after = pixels(overview.grab().toImage()).astype(int)
     changed = np.flatnonzero((before != after).any(axis=(0, 2)))
@@ -90,7 +90,7 @@ def test_dragging_the_window_pans_and_stops_at_the_ends(overview):
     assert span(overview) == near((9.0, 14.0))
     drag(overview, x_at(overview, 10.0), 2000)
     assert span(overview) == near((15.0, 20.0))
-    assert overview.document.range is None
+    assert overview.document.view.range is None
 
 
 def test_dragging_an_edge_zooms(overview):
@@ -110,7 +110,7 @@ def test_dragging_elsewhere_shows_that_span(overview):
 
 
 def test_with_the_whole_visible_dragging_chooses_a_span(overview):
-    overview.document.fit()
+    overview.document.view.fit()
     drag(overview, x_at(overview, 4.0), x_at(overview, 6.0))
     assert span(overview) == near((4.0, 6.0))
 
@@ -118,14 +118,14 @@ def test_with_the_whole_visible_dragging_chooses_a_span(overview):
 def test_a_click_centres_the_window_and_moves_the_cursor(overview):
     QTest.mouseClick(overview, LEFT, pos=QPoint(x_at(overview, 15.0), 20))
     assert span(overview) == near((12.5, 17.5))
-    assert overview.document.cursor == near(15.0)
+    assert overview.document.view.cursor == near(15.0)
     QTest.mouseClick(overview, LEFT, pos=QPoint(x_at(overview, 0.5), 20))
     assert span(overview) == near((0.0, 5.0))
-    assert overview.document.cursor == near(0.5)
+    assert overview.document.view.cursor == near(0.5)
 
 
 def test_a_tiny_window_can_be_taken_hold_of_at_either_edge(overview):
-    overview.document.set_span(8.0, 8.001)
+    overview.document.view.set_span(8.0, 8.001)
     x = overview.axis.at(8.0)
     assert overview.handle_at(x - 5) == "start"
     assert overview.handle_at(x + 5) == "end"
@@ -153,7 +153,7 @@ def test_the_wheel_zooms_and_pans(overview):
 
 
 def test_the_track_and_the_shown_channels_are_seen(overview):
-    overview.document.fit()
+    overview.document.view.fit()
     image = pixels(overview.grab().toImage())
     row = image[round(HEIGHT - TRACK_HEIGHT / 2) - 3]
     for time, action in ((3.0, "grab"), (9.0, "hold")):
@@ -169,8 +169,8 @@ def test_the_track_and_the_shown_channels_are_seen(overview):
 def test_only_the_window_is_drawn_anew_when_the_span_changes(overview, monkeypatch):
     before = pixels(overview.grab().toImage())
     monkeypatch.setattr(overview, "_draw", lambda _: pytest.fail("drawn anew"))
-    overview.document.set_span(1.0, 3.0)
-    overview.document.seek(2.0)
+    overview.document.view.set_span(1.0, 3.0)
+    overview.document.view.seek(2.0)
     after = pixels(overview.grab().toImage())
     assert (before != after).any()
     cursor = np.array(QColor(colours().cursor).getRgb()[:3])
@@ -181,4 +181,4 @@ def test_without_a_demonstration_it_is_empty_and_nothing_can_be_dragged(overview
     overview.document.close()
     overview.grab()
     drag(overview, 200, 400)
-    assert overview.document.range is None
+    assert overview.document.view.range is None

@@ -20,7 +20,7 @@ def view(app, document):
 
 
 def actions(document):
-    return [segment.action for segment in document.segments]
+    return [segment.action for segment in document.editor.segments]
 
 
 def paint(project, demonstration, action):
@@ -65,8 +65,8 @@ def test_an_action_in_use_is_renamed_at_once_and_keeps_its_look_and_key(view, do
     assert (document.action, document.selected) == ("grip", 1)
     sentence = "'hold' is now 'grip' in 1 segment of Ada, in 1 demonstration of foam."
     assert document.told[-1] == (sentence, False)
-    document.undo()
-    assert document.segments == TRACK
+    document.editor.undo_everywhere()
+    assert document.editor.segments == TRACK
     assert "hold" in document.vocabulary
 
 
@@ -88,7 +88,7 @@ def test_merging_is_asked_with_how_much_it_changes(view, document, press, merged
         assert actions(document) == ["hold", "hold", "hold", "release"]
         assert document.vocabulary.names == ("hold", "release")
     else:
-        assert document.segments == TRACK
+        assert document.editor.segments == TRACK
         assert document.vocabulary.names == ("grab", "hold", "release")
 
 
@@ -118,10 +118,13 @@ def test_who_codes_blind_is_not_told_who_else_labelled(view, document):
 
 
 def test_what_is_only_predicted_is_not_renamed(view, document):
-    document.others = {}
+    document.other_tracks = {}
     document.vocabulary = document.vocabulary.with_actions("slip")
     assert rename(view, "slip", "slide") == []
-    assert document.told[-1] == ("'slip' is only predicted: train again, and it is gone.", True)
+    assert document.told[-1] == (
+        "'slip' is only predicted; it disappears when you train again.",
+        True,
+    )
 
 
 def test_another_window_follows(app, tmp_path):
@@ -135,10 +138,10 @@ def test_another_window_follows(app, tmp_path):
         for one in (other, ben):
             one.refresh()
             assert one.vocabulary == document.vocabulary
-        assert other.segments == document.segments
-        assert ben.others["Ada"] == document.segments
-        assert other.tracks.undo()
-        assert other.segments == TRACK
+        assert other.editor.segments == document.editor.segments
+        assert ben.other_tracks["Ada"] == document.editor.segments
+        assert other.editor.undo_everywhere()
+        assert other.editor.segments == TRACK
         other.close()
         ben.close()
 
@@ -150,10 +153,10 @@ def test_what_is_taken_back_looks_as_it_did_and_so_does_what_is_done_again(docum
     assert document.rename_action("grip", "clutch")
     again = document.vocabulary
     for verb, expected in (
-        (document.undo, renamed),
-        (document.undo, before),
-        (document.redo, renamed),
-        (document.redo, again),
+        (document.editor.undo_everywhere, renamed),
+        (document.editor.undo_everywhere, before),
+        (document.editor.redo_everywhere, renamed),
+        (document.editor.redo_everywhere, again),
     ):
         assert verb()
         assert document.vocabulary == document.project.actions.vocabulary("foam") == expected
@@ -162,7 +165,7 @@ def test_what_is_taken_back_looks_as_it_did_and_so_does_what_is_done_again(docum
 def test_a_merged_action_that_is_taken_back_has_its_key_again(document):
     before = document.vocabulary
     assert document.rename_action("grab", "hold", merge=True)
-    document.undo()
+    document.editor.undo_everywhere()
     assert document.vocabulary == document.project.actions.vocabulary("foam") == before
 
 
@@ -173,13 +176,13 @@ def test_what_the_task_still_needs_stays_when_a_renaming_is_taken_back(document)
     assert document.rename_action("hold", "grip")
     paint(project, other, "grab")
     grip = document.vocabulary["grip"]
-    document.undo()
+    document.editor.undo_everywhere()
     assert document.vocabulary["grip"] == grip
     assert document.vocabulary.names == ("grab", "grip", "release", "hold")
     assert document.rename_action("hold", "slip")
     with Project.open(project.path) as elsewhere:
         elsewhere.actions.add("foam", ["twist"])
-    document.undo()
+    document.editor.undo_everywhere()
     assert {"hold", "grip", "slip", "twist"} <= {*project.actions.vocabulary("foam").names}
 
 
@@ -199,13 +202,13 @@ def of(document, id_):
 def test_a_renaming_is_undone_and_redone_in_every_demonstration_as_one_step(document, other):
     before = document.vocabulary
     assert document.rename_action("hold", "grip")
-    assert document.undo()
-    assert document.segments == TRACK
+    assert document.editor.undo_everywhere()
+    assert document.editor.segments == TRACK
     assert of(document, other) == ["hold", "hold"]
     assert document.vocabulary == document.project.actions.vocabulary("foam") == before
     undone = "undo: hold is now grip in 3 segments of 2 demonstrations"
     assert document.told[-1] == (undone, False)
-    assert document.redo()
+    assert document.editor.redo_everywhere()
     assert actions(document) == ["grab", "grip", "grab", "release"]
     assert of(document, other) == ["grip", "grip"]
     assert "hold" not in document.project.actions.vocabulary("foam")
@@ -215,25 +218,25 @@ def test_a_renaming_is_undone_and_redone_in_every_demonstration_as_one_step(docu
 def test_where_something_was_edited_since_a_renaming_stays_and_that_is_told(document, other):
     document.rename_action("hold", "grip")
     paint(document.project, other, "grab")
-    document.undo()
-    assert document.segments == TRACK
+    document.editor.undo_everywhere()
+    assert document.editor.segments == TRACK
     assert of(document, other) == ["grip", "grip", "grab"]
     assert document.told[-1][0] == (
         "undo: hold is now grip in 1 segment; not in '02', where something else was edited since"
     )
     document.open_demonstration(other)
-    assert document.undo()
-    assert document.undo()
+    assert document.editor.undo_everywhere()
+    assert document.editor.undo_everywhere()
     assert of(document, other) == ["hold", "hold"]
 
 
 def test_going_back_past_a_renaming_tells_where_else_it_was_undone(app, document, other):
     document.rename_action("hold", "grip")
-    document.delete(0)
+    document.editor.delete(0)
     with shown(app, HistoryView(document), (320, 400)) as history:
         history.refresh()
         history.go_to(2)
-    assert document.segments == TRACK
+    assert document.editor.segments == TRACK
     assert of(document, other) == ["hold", "hold"]
     assert "hold is now grip in 3 segments of 2 demonstrations" in document.told[-1][0]
 
@@ -243,11 +246,11 @@ def test_other_tasks_have_their_actions_again_when_a_renaming_is_undone(document
     project.demonstrations.set_task(other, "sponge")
     before = project.actions.vocabularies()
     document.rename_action("hold", "grip")
-    document.undo()
+    document.editor.undo_everywhere()
     assert project.actions.vocabularies() == before
     with Project.open(project.path) as again:  # as after a restart: no look is remembered
         again.actions.rename("Ada", "hold", "grip")
-    document.undo()
+    document.editor.undo_everywhere()
     assert "hold" in project.actions.vocabulary("sponge")
     assert "hold" in project.actions.vocabulary("foam")
 
@@ -257,8 +260,8 @@ def test_what_undo_brings_back_is_an_action_again_though_it_was_renamed_elsewher
     with Project.open(project.path) as elsewhere:
         elsewhere.actions.rename("Ada", "hold", "grip")
     assert document.vocabulary == before  # the window has not looked yet
-    document.undo()
-    assert document.segments == TRACK
+    document.editor.undo_everywhere()
+    assert document.editor.segments == TRACK
     assert "hold" in project.actions.vocabulary("foam")
     assert document.vocabulary == project.actions.vocabulary("foam")
 
@@ -269,9 +272,9 @@ def test_the_new_name_leaves_the_actions_on_undo_where_others_kept_the_old_one(d
     document.rename_action("hold", "grip")
     renamed = document.vocabulary
     assert {"hold", "grip"} < {*renamed.names}
-    document.undo()
+    document.editor.undo_everywhere()
     assert document.vocabulary == document.project.actions.vocabulary("foam") == before
-    document.redo()
+    document.editor.redo_everywhere()
     assert document.vocabulary == document.project.actions.vocabulary("foam") == renamed
 
 
@@ -282,18 +285,20 @@ def test_who_codes_blind_does_not_find_out_by_undoing_a_renaming(document, other
     document.rename_action("hold", "grip")
     if used:
         project.tracks.edit(other, "Ben", (), (Segment(0, 1, "grip"),), "painted")
-    document.undo()
-    assert document.segments == TRACK
+    document.editor.undo_everywhere()
+    assert document.editor.segments == TRACK
     assert {"hold", "grip"} < {*document.vocabulary.names}
 
 
 def test_only_undoing_takes_a_renaming_back(document):
-    predicted = (Segment(document.segments[1].start, document.segments[1].end, "hold"),)
+    predicted = (
+        Segment(document.editor.segments[1].start, document.editor.segments[1].end, "hold"),
+    )
     document.project.tracks.edit(
         document.id, "model one", (), predicted, "predicted", kind="predict"
     )
     document.rename_action("hold", "grip")
-    assert document.copy_from("model one", predicted[0].start, predicted[0].end)
+    assert document.editor.copy_from("model one", predicted[0].start, predicted[0].end)
     assert {"hold", "grip"} <= {*document.vocabulary.names}
 
 
@@ -302,7 +307,7 @@ def test_a_name_that_is_free_again_may_be_another_actions(document):
     assert document.rename_action("twist", "turn")
     assert document.add_actions("twist")
     assert document.vocabulary.names == ("grab", "hold", "release", "turn", "twist")
-    document.delete(1)
+    document.editor.delete(1)
     assert document.rename_action("hold", "grip")
-    document.undo()  # the segment comes back; the list of actions is not what was edited
+    document.editor.undo_everywhere()  # the segment comes back; the list was not edited
     assert {"hold", "grip"} <= {*document.vocabulary.names}

@@ -22,8 +22,8 @@ def document(app):
     document = Document("Ann")
     times = np.arange(0.0, 20.0, 0.01)
     channels = (Channel("fx1", "N"),)
-    document.demonstration = Demonstration("one", "", times, times[:, np.newaxis], channels)
-    document.start, document.end = document.bounds
+    document.view.demonstration = Demonstration("one", "", times, times[:, np.newaxis], channels)
+    document.view.start, document.view.end = document.view.bounds
     return document
 
 
@@ -65,36 +65,36 @@ def test_numbers_in_minutes_have_room_and_stand_at_whole_steps(start, span, room
 def test_dragging_scrubs_the_cursor_and_marks_no_range(ruler, document):
     start = QPoint(round(ruler.x_at(5.0)), 10)
     QTest.mousePress(ruler, Qt.MouseButton.LeftButton, pos=start)
-    assert document.cursor == pytest.approx(5.0, abs=ruler.seconds_per_pixel)
+    assert document.view.cursor == pytest.approx(5.0, abs=ruler.seconds_per_pixel)
     QTest.mouseMove(ruler, QPoint(round(ruler.x_at(12.0)), 10))
-    assert document.cursor == pytest.approx(12.0, abs=ruler.seconds_per_pixel)
+    assert document.view.cursor == pytest.approx(12.0, abs=ruler.seconds_per_pixel)
     QTest.mouseRelease(ruler, Qt.MouseButton.LeftButton, pos=QPoint(300, 10))
-    assert document.range is None
+    assert document.view.range is None
 
 
 def test_scrubbing_past_the_end_stays_in_sight(ruler, document):
-    document.set_span(5.0, 10.0)
+    document.view.set_span(5.0, 10.0)
     QTest.mousePress(ruler, Qt.MouseButton.LeftButton, pos=QPoint(400, 10))
     QTest.mouseMove(ruler, QPoint(5000, 10))
-    assert document.cursor == pytest.approx(10.0)
-    assert (document.start, document.end) == (5.0, 10.0)
+    assert document.view.cursor == pytest.approx(10.0)
+    assert (document.view.start, document.view.end) == (5.0, 10.0)
 
 
 def test_the_cursors_time_stands_over_it_with_the_decimals_of_a_pixel(ruler, document):
-    document.seek(7.5)
+    document.view.seek(7.5)
     assert ruler.cursor_text() == "7.500 s"
     image = pixels(ruler.grab().toImage())
     tag = (image[4] == np.array(QColor(colours().cursor).getRgb()[:3])).all(axis=1)
     assert abs(np.flatnonzero(tag).mean() - ruler.x_at(7.5)) < 3
-    document.set_span(7.5, 7.501)  # never less than a few samples
+    document.view.set_span(7.5, 7.501)  # never less than a few samples
     assert ruler.cursor_text() == "7.50000 s"
 
 
 @pytest.mark.parametrize("width", [640, 696, 701, 767, 1003])
 def test_at_either_end_cursor_and_its_time_are_seen(document, ruler, width):
     ruler.resize(width, ruler.height())
-    for end in document.bounds:
-        document.seek(end)
+    for end in document.view.bounds:
+        document.view.seek(end)
         image = pixels(ruler.grab().toImage())
         red = (image == np.array(QColor(colours().cursor).getRgb()[:3])).all(axis=2)
         assert red[4].sum() > 20, (width, end)  # the tag
@@ -104,9 +104,9 @@ def test_at_either_end_cursor_and_its_time_are_seen(document, ruler, width):
 def test_a_long_span_is_told_in_minutes(document, ruler):
     times = np.arange(0.0, 300.0, 0.1)
     channels = (Channel("fx1", "N"),)
-    document.demonstration = Demonstration("long", "", times, times[:, np.newaxis], channels)
+    document.view.demonstration = Demonstration("long", "", times, times[:, np.newaxis], channels)
     document.demonstration_changed.emit()
-    document.fit()
-    document.seek(100.0)
+    document.view.fit()
+    document.view.seek(100.0)
     assert ruler.cursor_text() == "1:40.000"
     ruler.grab()

@@ -11,11 +11,11 @@ from PySide6.QtGui import QContextMenuEvent, QKeyEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
-from forcelab.gui.document import Snap
 from forcelab.gui.figures import text
 from forcelab.gui.key_events import kept_keys
-from forcelab.gui.label import tracks
+from forcelab.gui.label import track_menus, tracks
 from forcelab.gui.label.tracks import TrackPanel
+from forcelab.gui.view_state import Snap
 from forcelab.labels import Segment
 from forcelab.vocabulary import Vocabulary
 
@@ -53,7 +53,7 @@ def test_a_drag_with_a_brush_paints(document, hand):
     document.set_action("hold")
     hand.drag(3.5, 4.25)
     assert (3.5, 4.25, "hold") in shown(document)
-    assert len(document.history()) == 2
+    assert len(document.editor.history()) == 2
 
 
 def test_a_drag_backwards_paints_the_same(document, hand):
@@ -70,7 +70,7 @@ def test_a_brush_put_down_beside_a_segment_paints_right_up_to_it(document, hand,
     hand.drag(5.0 - beside, 4.5)
     assert shown(document) == [*TIMES[:2], (3.0, 4.0, "grab"), (4.5, 5.0, "grab"), TIMES[2]]
     hand.move(6.0 + beside, pressed=False)
-    assert document.hint == Snap(6.0, "edge")
+    assert document.view.hint == Snap(6.0, "edge")
     assert panel.cursor().shape() == Qt.CursorShape.CrossCursor
 
 
@@ -83,7 +83,7 @@ def test_an_edge_is_dragged_with_a_brush_from_within_its_segment(document, hand,
 def test_a_gap_beside_a_segment_can_still_be_left(document, hand, panel):
     document.set_action("grab")
     hand.drag(3.2, 4.0)
-    document.set_snapping(False)
+    document.view.set_snapping(False)
     hand.drag(6.0 + 4 * panel.seconds_per_pixel, 7.0)
     assert (3.2, 4.0, "grab") in shown(document)
     assert shown(document)[-1][0] > 6.0 + 2 * panel.seconds_per_pixel
@@ -101,16 +101,16 @@ def test_a_drag_over_a_segment_paints_over_it(document, hand):
 
 
 def test_while_an_edge_is_dragged_that_time_is_looked_at_and_the_cursor_stays(document, hand):
-    document.seek(8.0)
+    document.view.seek(8.0)
     hand.press(6.0)
     hand.move(6.4)
-    assert (document.seen, document.cursor) == (pytest.approx(6.4), 8.0)
+    assert (document.view.displayed_time, document.view.cursor) == (pytest.approx(6.4), 8.0)
     hand.release(6.4)
-    assert document.seen == 8.0
+    assert document.view.displayed_time == 8.0
     hand.press(6.4)
     hand.move(6.8)
     hand.panel.cancel_drag()
-    assert document.seen == 8.0
+    assert document.view.displayed_time == 8.0
     hand.release(6.8)
 
 
@@ -171,14 +171,14 @@ def test_a_drag_jumps_to_an_edge_nearby_and_says_so(document, hand):
     document.set_action("hold")
     hand.press(3.5)
     hand.move(4.94)
-    assert document.hint == Snap(5.0, "edge")
+    assert document.view.hint == Snap(5.0, "edge")
     hand.release(4.94)
     assert (3.5, 5.0, "hold") in shown(document)
 
 
 def test_a_drag_jumps_to_a_contact_event_before_a_frame(document, hand):
-    document.set_contacts(np.array([4.213]))
-    document.set_frame_times(np.arange(0, 10, 1 / 30))
+    document.view.contacts = np.array([4.213])
+    document.view.set_frame_times(np.arange(0, 10, 1 / 30))
     document.set_action("hold")
     hand.drag(3.5, 4.25)
     assert (3.5, 4.213, "hold") in shown(document)
@@ -188,20 +188,20 @@ def test_alt_bypasses_snapping(document, hand):
     document.set_action("hold")
     hand.press(3.5, ALT)
     hand.move(4.94, ALT)
-    assert document.hint is None
+    assert document.view.hint is None
     hand.release(4.94, ALT)
     assert (3.5, 4.94, "hold") in shown(document)
 
 
 def test_snapping_can_be_switched_off(document, hand):
-    document.set_snapping(False)
+    document.view.set_snapping(False)
     document.set_action("hold")
     hand.drag(3.5, 4.94)
     assert (3.5, 4.94, "hold") in shown(document)
 
 
 def test_times_that_snap_to_nothing_are_those_of_samples(document, hand):
-    document.set_span(3.2, 4.2)  # a pixel is 1 ms, a sample 10 pixels
+    document.view.set_span(3.2, 4.2)  # a pixel is 1 ms, a sample 10 pixels
     document.set_action("hold")
     hand.drag(3.5041, 3.8072)
     assert (3.5, 3.81, "hold") in shown(document)
@@ -217,19 +217,19 @@ def test_painting_stops_at_the_ends_of_the_demonstration(document, hand):
 
 def test_without_a_brush_a_drag_marks_a_range_and_asks_what_with(document, hand, panel):
     hand.drag(3.5, 4.25)
-    assert document.range == pytest.approx((3.5, 4.25))
+    assert document.view.range == pytest.approx((3.5, 4.25))
     assert shown(document) == TIMES
     entries = {action.text(): action for action in panel.menu.actions()}
     entries["&3  release"].trigger()
     assert (3.5, 4.25, "release") in shown(document)
-    assert document.range is None
+    assert document.view.range is None
 
 
 def test_what_to_do_with_a_marked_range_is_said_and_an_action_can_be_new(document, hand, panel):
-    said = []
-    document.said.connect(lambda sentence, _: said.append(sentence))
+    messages = []
+    document.message_shown.connect(lambda sentence, _: messages.append(sentence))
     hand.drag(3.5, 4.25)
-    assert said == ["Choose an action for the marked range, here or under Actions."]
+    assert messages == ["Choose an action for the marked range, here or under Actions."]
     entries = {action.text(): action for action in panel.menu.actions()}
     assert "Erase the range" not in entries, "there is nothing in it"
     entries["Another action…"].trigger()
@@ -263,12 +263,12 @@ def test_the_first_drag_of_all_paints_though_there_is_no_action_yet(app):
 
 
 def test_esc_while_marking_brings_the_former_range_back(document, hand, panel):
-    document.set_range(8.0, 9.0)
+    document.view.set_range(8.0, 9.0)
     hand.press(3.5)
     hand.move(4.2)
-    assert document.range == pytest.approx((3.5, 4.2))
+    assert document.view.range == pytest.approx((3.5, 4.2))
     QTest.keyClick(panel, Qt.Key.Key_Escape)
-    assert document.range == (8.0, 9.0)
+    assert document.view.range == (8.0, 9.0)
 
 
 def test_a_shared_edge_moves_for_both(document, hand):
@@ -328,10 +328,10 @@ def test_ctrl_lets_nothing_attract_while_a_segment_is_moved(document, hand):
 def test_a_click_selects_and_seeks(document, hand):
     hand.click(2.5)
     assert document.selected == 1
-    assert document.cursor == pytest.approx(2.5)
+    assert document.view.cursor == pytest.approx(2.5)
     hand.click(4.0)
     assert document.selected is None
-    assert document.cursor == pytest.approx(4.0)
+    assert document.view.cursor == pytest.approx(4.0)
     assert shown(document) == TIMES
 
 
@@ -347,7 +347,7 @@ def test_a_double_click_zooms_to_the_segment(document, hand, panel):
     QTest.mouseDClick(
         panel, Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier, hand.at(5.5)
     )
-    assert (document.start, document.end) == pytest.approx((4.75, 6.25))
+    assert (document.view.start, document.view.end) == pytest.approx((4.75, 6.25))
     assert shown(document) == TIMES
 
 
@@ -357,7 +357,7 @@ def test_on_anothers_track_one_only_seeks(document, panel):
     assert not panel.rows()[1].own
     assert panel.rows()[1].box.contains(hand.at(7.5))
     hand.click(7.5)
-    assert document.cursor == pytest.approx(7.5)
+    assert document.view.cursor == pytest.approx(7.5)
     assert document.selected is None
     assert shown(document) == TIMES
 
@@ -365,7 +365,7 @@ def test_on_anothers_track_one_only_seeks(document, panel):
 def test_a_change_from_elsewhere_ends_a_drag(document, hand, panel):
     hand.press(2.0)
     hand.move(2.4)
-    document.delete(0)
+    document.editor.delete(0)
     hand.release(2.4)
     assert not panel.dragging
     assert shown(document) == TIMES[1:]
@@ -385,9 +385,9 @@ def test_the_pointer_tells_what_a_press_would_do(document, hand, panel):
 
 def test_the_snap_target_is_offered_before_it_is_taken(document, hand):
     hand.move(7.08, pressed=False)
-    assert document.hint == Snap(7.03, "edge")
+    assert document.view.hint == Snap(7.03, "edge")
     hand.move(7.08, ALT, pressed=False)
-    assert document.hint is None
+    assert document.view.hint is None
 
 
 def menu_of(panel, time, y=20):
@@ -423,13 +423,13 @@ def test_the_menu_of_the_own_track(document, panel, time, entry, after):
 
 
 def test_the_menu_fills_and_erases_the_range(document, panel):
-    document.set_range(1.5, 5.5)
+    document.view.set_range(1.5, 5.5)
     menu_of(panel, 4.0)["Fill the range with/&2  hold"].trigger()
     assert shown(document) == [(1.0, 1.5, "grab"), (1.5, 5.5, "hold"), (5.5, 6.0, "release")]
-    document.set_range(2.0, 3.0)
+    document.view.set_range(2.0, 3.0)
     menu_of(panel, 4.0)["Erase the range"].trigger()
-    assert (2.0, 3.0) not in [(s.start, s.end) for s in document.segments]
-    assert document.range is None
+    assert (2.0, 3.0) not in [(s.start, s.end) for s in document.editor.segments]
+    assert document.view.range is None
 
 
 def test_the_menu_of_anothers_track_copies(document, panel):
@@ -438,10 +438,10 @@ def test_the_menu_of_anothers_track_copies(document, panel):
 
 
 def test_the_menu_asks_for_a_segment_to_be_played(panel):
-    heard = []
-    panel.play_requested.connect(lambda start, end: heard.append((start, end)))
+    requests = []
+    panel.play_requested.connect(lambda start, end: requests.append((start, end)))
     menu_of(panel, 1.5)["Play it"].trigger()
-    assert heard == [(1.0, 2.0)]
+    assert requests == [(1.0, 2.0)]
 
 
 def test_the_longest_gap_is_asked_for_and_filled(document, panel):
@@ -453,7 +453,7 @@ def test_the_longest_gap_is_asked_for_and_filled(document, panel):
 
 
 def test_the_menu_key_opens_the_menu_of_the_cursor(document, panel):
-    document.seek(1.5)
+    document.view.seek(1.5)
     where = QPoint(0, 0)
     event = QContextMenuEvent(QContextMenuEvent.Reason.Keyboard, where, where)
     QApplication.sendEvent(panel, event)
@@ -469,13 +469,13 @@ def test_an_action_picked_by_its_key_in_the_menu(document, hand, panel):
 
 
 def test_a_menu_does_not_keep_its_panel(document):
-    document.set_range(3.2, 3.7)
-    for made in (
+    document.view.set_range(3.2, 3.7)
+    for menu_of in (
         lambda panel: panel.menu_at(panel.rows()[0], 1.5),
-        lambda panel: tracks.range_menu(panel, document),
+        lambda panel: track_menus.range_menu(panel, document),
     ):
         panel = TrackPanel(document)
-        panel.menu, gone = made(panel), weakref.ref(panel)
+        panel.menu, gone = menu_of(panel), weakref.ref(panel)
         del panel
         gc.collect()
         assert gone() is None
@@ -484,7 +484,7 @@ def test_a_menu_does_not_keep_its_panel(document):
 def test_what_is_dragged_out_of_view_is_still_told_in_its_row(document, hand, panel, monkeypatch):
     plates = []
     monkeypatch.setattr(tracks, "draw_plate", lambda _, at, *__: plates.append(at.y()))
-    document.set_span(4.0, 8.0)
+    document.view.set_span(4.0, 8.0)
     hand.press(5.5, ALT)
     hand.move(2.0, ALT)
     panel.grab()
@@ -500,20 +500,22 @@ def test_an_action_of_a_very_long_name_fits_into_the_menu(document, hand, panel)
 
 
 def test_another_coder_is_not_painted_for_by_a_drag(document, hand, panel):
-    document.erase(0.0, 10.0)
+    document.editor.erase(0.0, 10.0)
     document.set_action("hold")
     hand.press(3.5)
     hand.move(4.0)
     document.set_author("Eva")  # whose track is as empty
     hand.release(4.2)
-    assert document.segments == ()
+    assert document.editor.segments == ()
     assert not panel.dragging
 
 
 def test_a_key_relabels_a_tiny_segment_that_was_clicked(document, hand):
-    document.paint(8.0012, 8.0041, "grab")
+    document.editor.paint(8.0012, 8.0041, "grab")
     hand.click(8.0)
-    assert document.segments[3].start <= document.cursor <= document.segments[3].end
+    assert (
+        document.editor.segments[3].start <= document.view.cursor <= document.editor.segments[3].end
+    )
     assert document.selected == 3
 
 
@@ -529,12 +531,12 @@ def test_a_change_of_another_author_does_not_end_a_drag(document, hand):
 
 def test_words_under_the_pointer_and_for_screen_readers(document, panel):
     def words(time, y):
-        return panel.words_at(QPointF(Hand(panel, y).at(time)))
+        return panel.tooltip_at(QPointF(Hand(panel, y).at(time)))
 
     assert words(1.5, 20) == "Ann: grab 1.000–2.000 s (1.000 s)"
     assert words(7.5, OTHER_ROW) == "Ines: hold 7.030–8.000 s (0.970 s)"
     assert words(4.0, 20) == ""
-    assert panel.words_at(QPointF(20, OTHER_ROW)) == "Ines"
+    assert panel.tooltip_at(QPointF(20, OTHER_ROW)) == "Ines"
     document.select(1)
     assert panel.accessibleDescription() == "hold 2.000–3.000 s (1.000 s)"
     document.select(None)
@@ -542,13 +544,13 @@ def test_words_under_the_pointer_and_for_screen_readers(document, panel):
 
 
 def test_the_pointer_tells_who_proposed_a_segment(document, panel):
-    document._edit(lambda t: t.accept((Segment(4.0, 5.0, "hold"),), "model paper 12"))
+    document.editor.accept((Segment(4.0, 5.0, "hold"),), "model paper 12")
     at = QPointF(Hand(panel, 20).at(4.5))
-    assert panel.words_at(at) == ("Ann: hold 4.000–5.000 s (1.000 s)\nproposed by model paper 12")
-    document.move_edge(document.index_of(Segment(4.0, 5.0, "hold")), "start", 4.2)
-    assert panel.words_at(at).endswith("proposed by model paper 12, changed since")
-    document.relabel(document.index_of(Segment(4.2, 5.0, "hold")), "release")
-    assert "proposed" not in panel.words_at(at)
+    assert panel.tooltip_at(at) == ("Ann: hold 4.000–5.000 s (1.000 s)\nproposed by model paper 12")
+    document.editor.move_edge(document.editor.index_of(Segment(4.0, 5.0, "hold")), "start", 4.2)
+    assert panel.tooltip_at(at).endswith("proposed by model paper 12, changed since")
+    document.editor.relabel(document.editor.index_of(Segment(4.2, 5.0, "hold")), "release")
+    assert "proposed" not in panel.tooltip_at(at)
 
 
 def test_an_empty_track_says_how_to_begin_until_the_first_stroke(app):
@@ -565,8 +567,8 @@ def test_an_empty_track_says_how_to_begin_until_the_first_stroke(app):
             return len({picture.pixel(x, y) for x in across for y in down})
 
         empty = inks()
-        document.begin_stroke("hold", document.bounds[0])
-        begun = inks()
+        document.begin_stroke("hold", document.view.bounds[0])
+        painted = inks()
         document.cancel_stroke()
         again = inks()
         hand = Hand(panel)
@@ -576,6 +578,6 @@ def test_an_empty_track_says_how_to_begin_until_the_first_stroke(app):
         dragged = inks()
         hand.release(0.5)
         assert empty == again > 3
-        assert begun < empty
+        assert painted < empty
         assert dragged < empty
         panel.close()

@@ -10,7 +10,8 @@ from PySide6.QtTest import QTest
 
 from forcelab.errors import InputError
 from forcelab.gui import settings, theme
-from forcelab.gui.label.playback import SPEEDS, Player, Transport
+from forcelab.gui.label.playback import SPEEDS, Player
+from forcelab.gui.label.transport import Transport
 from forcelab.project import Project
 from forcelab.project.tracks import TrackStore
 
@@ -31,24 +32,24 @@ def typed(bar, text):
 
 
 def test_buttons_move_the_cursor(bar, document):
-    document.set_frame_times(np.arange(10) / 2)
+    document.view.set_frame_times(np.arange(10) / 2)
     bar.buttons["step-forward"].click()
-    assert document.cursor == 0.5
+    assert document.view.cursor == 0.5
     bar.buttons["end"].click()
-    assert document.cursor == document.bounds[1]
+    assert document.view.cursor == document.view.bounds[1]
     bar.buttons["step-back"].click()
-    assert document.cursor == 4.5
+    assert document.view.cursor == 4.5
     bar.buttons["start"].click()
-    assert document.cursor == 0.0
+    assert document.view.cursor == 0.0
 
 
 def test_play_turns_into_pause(bar, document):
     play = bar.buttons["play"]
     play.click()
-    assert document.playing
+    assert document.view.playing
     assert play.accessibleName() == "Pause"
     play.click()
-    assert not document.playing
+    assert not document.view.playing
     assert play.accessibleName() == "Play"
 
 
@@ -59,10 +60,10 @@ def test_loop_and_speed_go_both_ways(bar, document):
     assert not bar.buttons["loop"].isChecked()
     assert bar.speed.itemText(len(SPEEDS) // 2) == "1×"
     bar.speed.activated.emit(1)
-    assert document.speed == 0.25
+    assert document.view.speed == 0.25
     bar.player.faster()
     assert bar.speed.currentText() == "0.5×"
-    document.set_speed(0.33)
+    document.view.set_speed(0.33)
     assert bar.speed.currentIndex() == -1
 
 
@@ -70,35 +71,35 @@ def test_loop_and_speed_go_both_ways(bar, document):
     ("text", "cursor"), [("3.25", 3.25), ("2 s", 2.0), ("0:04.5", 4.5), ("99", 10.0), ("-1", 0.0)]
 )
 def test_a_time_is_typed_to_jump(bar, document, text, cursor):
-    document.seek(1.0)
+    document.view.seek(1.0)
     typed(bar, text)
-    assert document.cursor == pytest.approx(min(cursor, document.bounds[1]))
-    assert bar.time.text() == f"{document.cursor:.3f}"
+    assert document.view.cursor == pytest.approx(min(cursor, document.view.bounds[1]))
+    assert bar.time.text() == f"{document.view.cursor:.3f}"
 
 
 def test_what_is_no_time_is_said_and_taken_back(bar, document):
-    document.seek(1.0)
+    document.view.seek(1.0)
     for text in ("soon", "nan", "inf"):
         typed(bar, text)
         assert "is no time" in document.told[-1][0]
-        assert (document.cursor, bar.time.text()) == (1.0, "1.000")
+        assert (document.view.cursor, bar.time.text()) == (1.0, "1.000")
 
 
 def test_readouts_follow(bar, document):
-    document.seek(1.2345)
+    document.view.seek(1.2345)
     assert bar.time.text() == "1.234"
     assert bar.length.text() == "/ 10.000 s"
     assert bar.frame.text() == ""
-    document.set_frame_times(np.arange(10) / 2 + 0.25)
+    document.view.set_frame_times(np.arange(10) / 2 + 0.25)
     assert bar.frame.text() == "frame 2"
-    document.seek(0.0)
+    document.view.seek(0.0)
     assert bar.frame.text() == "frame –"
-    document.set_range(1.2, 1.73)
+    document.view.set_range(1.2, 1.73)
     assert bar.range.text() == "range 1.200–1.730 s (0.530 s)"
-    document.clear_range()
+    document.view.clear_range()
     assert bar.range.text() == ""
-    document.seek(3.0)
-    document.mark_in()
+    document.view.seek(3.0)
+    document.view.mark_in()
     assert bar.range.text() == "range from 3.000 s"
 
 
@@ -106,31 +107,31 @@ def test_a_time_being_typed_is_not_overwritten_by_playback(bar, document):
     bar.time.setFocus()
     bar.time.selectAll()
     QTest.keyClicks(bar.time, "7.5")
-    document.seek(2.0)
+    document.view.seek(2.0)
     assert bar.time.text() == "7.5"
     QTest.keyClick(bar.time, Qt.Key.Key_Escape)
-    bar.time._leave()
+    bar.time.editingFinished.emit()
     assert bar.time.text() == "2.000"
 
 
 def test_snapping_goes_both_ways_and_the_reaction_time_is_remembered(bar, document):
-    assert bar.buttons["magnet"].isChecked() == document.snapping
+    assert bar.buttons["magnet"].isChecked() == document.view.snapping
     bar.buttons["magnet"].click()
-    assert not document.snapping
-    document.set_snapping(True)
+    assert not document.view.snapping
+    document.view.set_snapping(True)
     assert bar.buttons["magnet"].isChecked()
     bar.reaction.setValue(180)
     assert settings.reaction_ms() == 180
 
 
 def test_it_says_since_when_all_is_stored(bar, document, until):
-    document.paint(9.0, 9.5, "grab")
-    when = document.history()[-1].time.astimezone()
-    until(lambda: bar.stored.text == f"Stored {when:%H:%M:%S}")
+    document.editor.paint(9.0, 9.5, "grab")
+    when = document.editor.history()[-1].time.astimezone()
+    until(lambda: bar.saved.text == f"Stored {when:%H:%M:%S}")
     document.open_demonstration("02")
-    until(lambda: bar.stored.text == "All stored")
+    until(lambda: bar.saved.text == "All stored")
     document.close()
-    until(lambda: bar.stored.text == "")
+    until(lambda: bar.saved.text == "")
 
 
 def test_an_edit_that_the_disk_refused_is_told_until_one_is_stored(
@@ -141,35 +142,35 @@ def test_an_edit_that_the_disk_refused_is_told_until_one_is_stored(
 
     with monkeypatch.context() as patched:
         patched.setattr(TrackStore, "edit", full)
-        assert not document.paint(9.0, 9.5, "grab")
-    assert (bar.stored.text, bar.stored.trouble) == ("Not stored", "The disk is full.")
-    assert bar.stored.toolTip() == "The disk is full."
-    assert not document.paint(5.0, 4.0, "grab")  # wrong, but no trouble with the store
-    assert document.paint(9.0, 9.5, "grab")
-    until(lambda: bar.stored.text.startswith("Stored "))
-    assert bar.stored.trouble == ""
+        assert not document.editor.paint(9.0, 9.5, "grab")
+    assert (bar.saved.text, bar.saved.trouble) == ("Not stored", "The disk is full.")
+    assert bar.saved.toolTip() == "The disk is full."
+    assert not document.editor.paint(5.0, 4.0, "grab")  # wrong, but no trouble with the store
+    assert document.editor.paint(9.0, 9.5, "grab")
+    until(lambda: bar.saved.text.startswith("Stored "))
+    assert bar.saved.trouble == ""
 
 
 def test_trouble_stays_when_others_paint_and_not_the_coder(app, bar, document, until, monkeypatch):
-    until(lambda: bar.stored.text.startswith("Stored "))
+    until(lambda: bar.saved.text.startswith("Stored "))
     document.store_failed.emit("The disk is full.")
     with Project.open(document.project.path) as other:
-        other.tracks.edit(document.id, "Ben", (), document.segments, "painted")
+        other.tracks.edit(document.id, "Ben", (), document.editor.segments, "painted")
     document.refresh()
-    bar.stored.look()
-    assert bar.stored.trouble == "The disk is full."
-    document.paint(9.0, 9.5, "grab")
-    until(lambda: bar.stored.text.startswith("Stored "))
+    bar.saved.refresh()
+    assert bar.saved.trouble == "The disk is full."
+    document.editor.paint(9.0, 9.5, "grab")
+    until(lambda: bar.saved.text.startswith("Stored "))
 
 
 def test_a_mistake_is_no_trouble_of_the_store(bar, document):
-    assert not document.move_edge(0, "start", 3.0)
+    assert not document.editor.move_edge(0, "start", 3.0)
     assert document.told[-1][1]
-    assert bar.stored.trouble == ""
+    assert bar.saved.trouble == ""
 
 
 def test_narrow_it_stands_in_two_rows_and_cuts_nothing(app, bar, document):
-    document.set_range(1.2, 1.73)
+    document.view.set_range(1.2, 1.73)
     high = bar.sizeHint().height()
     bar.resize(500, 80)
     app.processEvents()
@@ -192,7 +193,7 @@ def test_without_a_demonstration_nothing_can_be_moved(bar, document):
 
 
 def test_everything_has_a_name_for_screen_readers(bar):
-    widgets = [*bar.buttons.values(), bar.speed, bar.time, bar.reaction, bar.stored]
+    widgets = [*bar.buttons.values(), bar.speed, bar.time, bar.reaction, bar.saved]
     assert all(widget.accessibleName() for widget in widgets)
 
 

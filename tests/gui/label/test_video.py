@@ -18,6 +18,7 @@ from forcelab.gui.label.picture_view import scaled
 from forcelab.gui.label.video import CameraSelection, VideoPanel
 from forcelab.gui.label.video_frames import VideoFrames
 from forcelab.gui.label.video_sync import VideoPreview
+from forcelab.gui.view_state import ViewState
 
 COUNT = 200
 ODD = films.odd_times(COUNT)
@@ -28,41 +29,30 @@ class Paper(QObject):
     """What the panel needs of a document."""
 
     demonstration_changed = Signal()
-    cursor_moved = Signal(float)
-    peeked = Signal()
 
     def __init__(self):
         super().__init__()
-        self.demonstration, self.id, self.project = None, "", None
-        self.cursor, self.peek, self.playing = 0.0, None, False
-        self.frame_times, self.said = None, []
+        self.view, self.id, self.project = ViewState(self), "", None
+        self.messages = []
+
+    @property
+    def demonstration(self):
+        return self.view.demonstration
 
     def show(self, video, clock=CLOCK, id_="a"):
         reference = None if video is None else VideoReference(video, clock)
         times = np.linspace(0, 30, 100)
-        self.demonstration = Demonstration(
+        demonstration = Demonstration(
             "a", "", times, times[:, None], (Channel("fz"),), video=reference
         )
+        if self.demonstration is None:
+            self.view.reset(demonstration)
+        self.view.demonstration = demonstration
         self.id = id_
         self.demonstration_changed.emit()
 
-    def seek(self, time):
-        self.cursor = time
-        self.cursor_moved.emit(time)
-
-    @property
-    def seen(self):
-        return self.cursor if self.peek is None else self.peek
-
-    def set_peek(self, time):
-        self.peek = time
-        self.peeked.emit()
-
-    def set_frame_times(self, times):
-        self.frame_times = times
-
-    def say(self, text, trouble=False):
-        self.said.append((text, trouble))
+    def show_message(self, text, error=False):
+        self.messages.append((text, error))
 
 
 @pytest.fixture(scope="module")
@@ -116,7 +106,7 @@ def on_screen(panel):
     rows = np.frombuffer(shot.constBits(), np.uint8).reshape(shot.height(), -1)
     pixels = rows[:, : 3 * shot.width()].reshape(shot.height(), -1, 3)
     ratio = shot.width() / panel.width()
-    box = panel._picture_box()
+    box = panel.picture_box()
     row = pixels[round(box.center().y() * ratio), :, 0]
     middles = box.left() + (np.arange(films.BITS) + 0.5) * box.width() / films.BITS
     return int(sum(1 << bit for bit in range(films.BITS) if row[round(middles[bit] * ratio)] > 128))
@@ -128,11 +118,11 @@ def expected(times, cursor):
 
 def test_after_any_seek_the_frame_at_the_cursor_is_on_the_screen(panel, document, video):
     document.show(video)
-    wait(lambda: panel.settled and document.frame_times is not None)
-    np.testing.assert_allclose(document.frame_times, CLOCK.to_force(ODD - ODD[0]), atol=1e-6)
+    wait(lambda: panel.settled and document.view.frame_times is not None)
+    np.testing.assert_allclose(document.view.frame_times, CLOCK.to_force(ODD - ODD[0]), atol=1e-6)
     random = np.random.default_rng(1)
     for cursor in random.uniform(1.3, 1.2 + ODD[-1], 10):
-        document.seek(cursor)
+        document.view.seek(cursor)
         wait(lambda: panel.settled)
         assert panel.shown_index == expected(ODD, cursor)
         assert on_screen(panel) == panel.shown_index
@@ -140,62 +130,62 @@ def test_after_any_seek_the_frame_at_the_cursor_is_on_the_screen(panel, document
 
 def test_steps_onto_the_frames_own_times_show_these_frames(panel, document, video):
     document.show(video)
-    wait(lambda: document.frame_times is not None)
+    wait(lambda: document.view.frame_times is not None)
     for number in [*range(100, 112), *range(112, 100, -1)]:
-        document.seek(float(document.frame_times[number]))
+        document.view.seek(float(document.view.frame_times[number]))
         wait(lambda: panel.settled)
-        assert panel.shown_index == number == number_of(panel._image)
+        assert panel.shown_index == number == number_of(panel.image)
 
 
 def test_of_many_requests_the_newest_wins(panel, document, video):
     document.show(video)
-    wait(lambda: document.frame_times is not None)
+    wait(lambda: document.view.frame_times is not None)
     shown = []
     panel.frame_shown.connect(shown.append)
     for cursor in np.random.default_rng(2).uniform(1.3, 1.2 + ODD[-1], 200):
-        document.seek(cursor)
+        document.view.seek(cursor)
     wait(lambda: panel.settled)
-    assert panel.shown_index == expected(ODD, document.cursor) == on_screen(panel)
+    assert panel.shown_index == expected(ODD, document.view.cursor) == on_screen(panel)
     assert len(shown) < 20
 
 
 def test_while_playing_no_frame_is_later_than_the_cursor_and_none_goes_back(panel, document, video):
     document.show(video)
-    wait(lambda: document.frame_times is not None)
-    document.seek(2.0)
+    wait(lambda: document.view.frame_times is not None)
+    document.view.seek(2.0)
     wait(lambda: panel.settled)
     shown = []
-    panel.frame_shown.connect(lambda number: shown.append((number, document.cursor)))
-    document.playing = True
+    panel.frame_shown.connect(lambda number: shown.append((number, document.view.cursor)))
+    document.view.playing = True
     began = time.monotonic()
     while len(shown) < 8:
         played = time.monotonic() - began
         assert played < 10
-        document.seek(2.0 + played)
+        document.view.seek(2.0 + played)
         breathe()
-    document.playing = False
+    document.view.playing = False
     wait(lambda: panel.settled)
     numbers = [number for number, _ in shown]
     assert numbers == sorted(numbers)
-    assert all(document.frame_times[number] <= cursor + 1e-6 for number, cursor in shown)
-    assert panel.shown_index == expected(ODD, document.cursor)
+    assert all(document.view.frame_times[number] <= cursor + 1e-6 for number, cursor in shown)
+    assert panel.shown_index == expected(ODD, document.view.cursor)
 
 
 def test_a_video_that_begins_a_little_late_is_opened_at_its_first_frame(panel, document, video):
     document.show(video, ClockMap(offset=0.3, rate=1.0), id_="late")
-    wait(lambda: document.frame_times is not None and panel.settled)
-    assert document.cursor == document.frame_times[0] > 0
+    wait(lambda: document.view.frame_times is not None and panel.settled)
+    assert document.view.cursor == document.view.frame_times[0] > 0
     assert panel.message == ""
 
 
 def test_before_the_first_frame_is_said_when_the_video_begins(panel, document, video):
     document.show(video)
-    wait(lambda: document.frame_times is not None)
-    document.seek(0.5)
+    wait(lambda: document.view.frame_times is not None)
+    document.view.seek(0.5)
     wait(lambda: panel.settled)
     assert panel.message == "The video begins at 1.234 s"
     assert panel.shown_index == -1
-    document.seek(1e3)
+    document.view.seek(1e3)
     wait(lambda: panel.settled and panel.shown_index == COUNT - 1)
     assert panel.message == ""
     assert panel.caption.startswith(f"frame {COUNT} of {COUNT} · ")
@@ -208,7 +198,7 @@ def test_before_the_first_frame_is_said_when_the_video_begins(panel, document, v
 
 def test_without_a_video_there_is_no_thread_and_no_panel(panel, document):
     document.show(None)
-    assert not panel.wanted
+    assert not panel.has_video
     assert panel.isHidden()
     assert panel.settled
     assert panel._frames is None
@@ -220,9 +210,9 @@ def test_another_demonstration_gets_its_own_video_and_one_without_gets_none(
     other = films.write_with_opencv(folder / "mp4v.mp4", "mp4v", 90)
     document.show(video)
     document.show(other, ClockMap(), "b")
-    document.seek(2.0)
-    wait(lambda: document.frame_times is not None and panel.settled)
-    np.testing.assert_allclose(document.frame_times, np.arange(90) / 30, atol=1e-6)
+    document.view.seek(2.0)
+    wait(lambda: document.view.frame_times is not None and panel.settled)
+    np.testing.assert_allclose(document.view.frame_times, np.arange(90) / 30, atol=1e-6)
     assert panel.shown_index == 60 == on_screen(panel)
     document.show(None, id_="c")
     assert panel.shown_index == -1
@@ -231,15 +221,15 @@ def test_another_demonstration_gets_its_own_video_and_one_without_gets_none(
 
 def test_a_new_clock_is_followed_without_reading_the_video_again(panel, document, video):
     document.show(video)
-    wait(lambda: document.frame_times is not None)
-    document.seek(5.0)
+    wait(lambda: document.view.frame_times is not None)
+    document.view.seek(5.0)
     wait(lambda: panel.settled)
     before = panel.shown_index
     decoder = panel._frames._decoder
     document.show(video, ClockMap(offset=3.0))
     wait(lambda: panel.settled)
     assert panel._frames._decoder is decoder
-    np.testing.assert_allclose(document.frame_times, ODD - ODD[0] + 3.0, atol=1e-6)
+    np.testing.assert_allclose(document.view.frame_times, ODD - ODD[0] + 3.0, atol=1e-6)
     assert panel.shown_index == int(np.flatnonzero(ODD - ODD[0] <= 2.0 + 1e-6)[-1]) != before
 
 
@@ -260,16 +250,16 @@ def test_what_cannot_be_shown_is_said_in_the_panel(
     document.show(path)
     wait(lambda: panel.message)
     assert panel.settled
-    assert panel.troubled
+    assert panel.failed
     assert path.name in panel.message
     assert panel.message.count(". ") == 0
     assert panel.grab().toImage().height() > 0
     # The rest works: the next one is shown.
     monkeypatch.undo()
     document.show(video, id_="b")
-    document.seek(4.0)
+    document.view.seek(4.0)
     wait(lambda: panel.shown_index >= 0)
-    assert not panel.troubled
+    assert not panel.failed
 
 
 def test_a_video_that_is_cut_short_is_shown_as_far_as_it_goes(panel, document, tmp_path):
@@ -277,9 +267,9 @@ def test_a_video_that_is_cut_short_is_shown_as_far_as_it_goes(panel, document, t
     content = whole.read_bytes()
     (tmp_path / "cut.mkv").write_bytes(content[: len(content) * 6 // 10])
     document.show(tmp_path / "cut.mkv")
-    wait(lambda: document.said)
-    assert "cut short" in document.said[0][0]
-    document.seek(2.5)
+    wait(lambda: document.messages)
+    assert "cut short" in document.messages[0][0]
+    document.view.seek(2.5)
     wait(lambda: panel.settled)
     assert on_screen(panel) == panel.shown_index > 20
 
@@ -290,9 +280,9 @@ def test_a_film_in_the_store_is_told_of_by_the_name_of_its_demonstration(panel, 
     stored = tmp_path / "video-0123456789abcdef.mkv"
     stored.write_bytes(content[: len(content) * 6 // 10])
     document.show(stored)
-    wait(lambda: document.said)
-    assert document.said[0][0].startswith("The video of 'a' is cut short: it ends at ")
-    assert panel.toolTip() == document.said[0][0]
+    wait(lambda: document.messages)
+    assert document.messages[0][0].startswith("The video of 'a' is cut short: it ends at ")
+    assert panel.toolTip() == document.messages[0][0]
     stored = tmp_path / "video-fedcba9876543210.mkv"
     document.show(stored)
     wait(lambda: panel.message)
@@ -301,10 +291,10 @@ def test_a_film_in_the_store_is_told_of_by_the_name_of_its_demonstration(panel, 
 
 def test_hidden_it_asks_for_nothing_and_shown_again_it_is_right(panel, document, video):
     document.show(video)
-    wait(lambda: document.frame_times is not None and panel.settled)
+    wait(lambda: document.view.frame_times is not None and panel.settled)
     panel.hide()
     before = panel.shown_index
-    document.seek(6.0)
+    document.view.seek(6.0)
     QTest.qWait(50)
     assert panel.shown_index == before
     assert panel.settled
@@ -315,25 +305,25 @@ def test_hidden_it_asks_for_nothing_and_shown_again_it_is_right(panel, document,
 
 def test_zoom_keeps_the_point_under_the_pointer_and_double_click_fits(panel, document, video):
     document.show(video)
-    document.seek(3.0)
+    document.view.seek(3.0)
     wait(lambda: panel.shown_index >= 0)
-    whole = panel._picture_box()
+    whole = panel.picture_box()
     about = QPointF(90, 80)
     panel.zoom_by(4.0, about)
-    box = panel._picture_box()
+    box = panel.picture_box()
     assert box.width() == pytest.approx(4 * whole.width())
     assert (about.x() - box.left()) / 4 == pytest.approx(about.x() - whole.left())
     QTest.mousePress(panel, Qt.MouseButton.LeftButton, pos=QPointF(200, 80).toPoint())
     QTest.mouseMove(panel, QPointF(150, 80).toPoint())
     QTest.mouseRelease(panel, Qt.MouseButton.LeftButton, pos=QPointF(150, 80).toPoint())
-    assert panel._picture_box().left() == pytest.approx(box.left() - 50)
+    assert panel.picture_box().left() == pytest.approx(box.left() - 50)
     QTest.mouseDClick(panel, Qt.MouseButton.LeftButton, pos=QPointF(150, 80).toPoint())
-    assert panel._picture_box() == whole
+    assert panel.picture_box() == whole
 
 
 def test_the_frame_can_be_copied(panel, document, video):
     document.show(video)
-    document.seek(7.0)
+    document.view.seek(7.0)
     wait(lambda: panel.settled and panel.shown_index >= 0)
     copy = next(action for action in panel.menu().actions() if action.text() == "Copy frame")
     copy.trigger()
@@ -365,11 +355,11 @@ def test_neighbours_are_decoded_while_nothing_is_asked_for(app, video, monkeypat
     frames = VideoFrames()
     frames.frame_ready.connect(lambda number, _: ready.append(number))
     frames.open(video)
-    frames.want(150)
+    frames.request_frame(150)
     wait(lambda: ready == [150])
-    wait(lambda: frames.want(151, 1) is not None)
+    wait(lambda: frames.request_frame(151, 1) is not None)
     wait(lambda: all(readers[0].kept(number) is not None for number in range(148, 164)))
-    wait(lambda: frames.want(152, 1) is not None)
+    wait(lambda: frames.request_frame(152, 1) is not None)
     breathe()
     # What was given at once is not told again; of the first neighbour it depends on who was first.
     assert ready in ([150], [150, 151])
@@ -387,10 +377,10 @@ def test_a_step_to_a_neighbour_scales_nothing_in_the_gui_s_thread(
             lambda *given: scaling.append(threading.current_thread()) or scaled(*given),
         )
     document.show(video)
-    wait(lambda: document.frame_times is not None)
+    wait(lambda: document.view.frame_times is not None)
 
     def seek(number):
-        document.seek(float(document.frame_times[number]))
+        document.view.seek(float(document.view.frame_times[number]))
 
     for number in (20, 100):  # at the first the decoder is told in which size
         seek(number)
@@ -428,7 +418,7 @@ def test_a_video_that_was_left_keeps_no_pictures_and_one_that_was_deleted_ends(a
     frames.open(video)
     decoder = frames._decoder
     wait(lambda: decoder._sketches is not None and len(decoder._sketches) > 0)
-    frames.leave()
+    frames.abandon()
     wait(lambda: not decoder.thread.is_alive())
     assert decoder._sketches is None
     frames.open(video)
@@ -441,25 +431,25 @@ def test_after_a_rest_a_jump_shows_a_coarse_picture_of_the_right_frame_first(
     panel, document, video
 ):
     document.show(video)
-    wait(lambda: document.frame_times is not None)
+    wait(lambda: document.view.frame_times is not None)
     wait(lambda: len(panel._frames._decoder._sketches) == COUNT)
     coarse = []
     panel._frames.sketch_ready.connect(lambda number, image: coarse.append((number, image.copy())))
     for cursor in (9.0, 2.0, 8.0, 4.0):
-        document.seek(cursor)
+        document.view.seek(cursor)
         wait(lambda: panel.settled)
-        assert panel.shown_index == expected(ODD, cursor) == number_of(panel._image)
+        assert panel.shown_index == expected(ODD, cursor) == number_of(panel.image)
     assert all(number_of(image) == number for number, image in coarse)
     assert panel._sharp
 
 
 def test_it_shows_the_frame_of_an_edge_while_that_is_dragged(document, panel, video):
     document.show(video)
-    wait(lambda: document.frame_times is not None)
-    document.seek(document.frame_times[20])
-    document.set_peek(document.frame_times[60])
+    wait(lambda: document.view.frame_times is not None)
+    document.view.seek(document.view.frame_times[20])
+    document.view.set_peek(document.view.frame_times[60])
     wait(lambda: panel.settled)
     assert panel.shown_index == on_screen(panel) == 60
-    document.set_peek(None)
+    document.view.set_peek(None)
     wait(lambda: panel.settled)
     assert panel.shown_index == on_screen(panel) == 20

@@ -20,7 +20,7 @@ SURE = Certainty(0.0, 50.0, ACTIONS, np.full((500, 3), 204, dtype=np.uint8))
 @pytest.fixture
 def view(app, document, jobs, until):
     with shown(app, ConfusionView(document, jobs), (560, 600)) as view:
-        document.set_outcome(small(document))
+        document.review.set_run(small(document))
         until(lambda: view.cells is not None)
         yield view
 
@@ -54,7 +54,7 @@ def listed(view):
 
 
 def test_the_matrix_is_the_time_that_the_scores_count(view, document):
-    stored = np.array(document.outcome.scores["filtered"]["pooled"]["confusion"]) / 1e9
+    stored = np.array(document.review.run.scores["filtered"]["pooled"]["confusion"]) / 1e9
     assert view.canvas.figure.counts == pytest.approx(stored)
     assert stored[0].tolist() == [2.5, 2.5, 0, 0]
 
@@ -78,13 +78,13 @@ def test_a_click_lists_the_places_of_a_cell_and_one_there_shows_it(view, documen
         ["foam " + document.infos[0].id, "2.000", "2.000", "80"],
         ["foam " + document.infos[1].id, "3.500", "0.500", "–"],
     ]
-    assert document.examined is None  # the window stays where it is until a place is chosen
+    assert document.review.examined is None  # the window stays where it is until a place is chosen
     table = view.list.table
     spot = table.visualRect(view.list.model.index(1, 0)).center()
     QTest.mouseClick(table.viewport(), Qt.MouseButton.LeftButton, pos=spot)
     assert document.id == document.infos[1].id
-    assert document.range == (3.5, 4.0)
-    assert (document.examined.human, document.examined.predicted) == ("grab", "hold")
+    assert document.view.range == (3.5, 4.0)
+    assert (document.review.examined.human, document.review.examined.predicted) == ("grab", "hold")
 
 
 def test_arrows_and_enter_lead_from_the_matrix_to_a_mistake(view, document, app):
@@ -95,20 +95,20 @@ def test_arrows_and_enter_lead_from_the_matrix_to_a_mistake(view, document, app)
     QTest.keyClick(view.canvas, Qt.Key.Key_Up)  # there is nothing above
     QTest.keyClick(view.canvas, Qt.Key.Key_Return)
     assert len(view.list.places) == 2
-    assert document.examined is view.list.places[0]
+    assert document.review.examined is view.list.places[0]
     QTest.keyClick(view.list.table, Qt.Key.Key_Down)
-    assert document.examined is view.list.places[1]
+    assert document.review.examined is view.list.places[1]
     QTest.keyClick(view.list.table, Qt.Key.Key_Up)
-    assert document.range == (2.0, 4.0)
+    assert document.view.range == (2.0, 4.0)
 
 
 def test_enter_on_a_row_goes_back_to_a_place_that_was_left(view, document):
     click(view, 0, 1)
     table = view.list.table
     table.setCurrentIndex(view.list.model.index(0, 0))
-    document.seek(9.0)
+    document.view.seek(9.0)
     QTest.keyClick(table, Qt.Key.Key_Return)
-    assert document.cursor == 2.0
+    assert document.view.cursor == 2.0
 
 
 def test_the_arrows_end_at_the_last_cell_of_the_unlabelled_column(view):
@@ -177,7 +177,7 @@ def test_blind_demonstrations_are_neither_counted_nor_listed(view, document, unt
 def test_nothing_is_counted_while_it_is_hidden(view, document, app, until):
     view.hide()
     before = view.cells
-    document.set_outcome(drawn_outcome([document.infos[0].id], ACTIONS))
+    document.review.set_run(drawn_outcome([document.infos[0].id], ACTIONS))
     app.processEvents()
     assert view.cells is before
     view.show()
@@ -194,18 +194,18 @@ def test_edits_elsewhere_leave_the_list_as_it_is(view, document, app):
 
 
 def test_without_an_outcome_it_says_what_to_do(view, document):
-    document.set_outcome(None)
+    document.review.set_run(None)
     assert "Train" in view._pages.note.text()
     assert view._pages.note.isVisible()
     assert not view.switches.isVisible()
-    document.set_outcome(outcome_of([], ACTIONS))
+    document.review.set_run(outcome_of([], ACTIONS))
     assert "at least two" in view._pages.note.text()
 
 
 def test_a_run_without_raw_predictions_says_so_and_lets_one_go_back(view, document, until):
     one = reviewed(document.infos[0].id, [(1, 2, "grab")], [(1, 2, "grab")])
     view.switches.stage_box.setCurrentIndex(1)
-    document.set_outcome(outcome_of([one], ACTIONS))
+    document.review.set_run(outcome_of([one], ACTIONS))
     until(lambda: "no raw" in view._pages.note.text())
     view.switches.stage_box.setCurrentIndex(0)
     until(lambda: view.cells is not None and view.canvas.isVisible())

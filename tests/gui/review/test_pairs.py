@@ -101,7 +101,7 @@ def shown(app, study, until):
         views.append(view)
         view.resize(*size)
         view.show()
-        study.set_outcome(made or outcome(*(reviewed(i.id, i.name) for i in study.infos)))
+        study.review.set_run(made or outcome(*(reviewed(i.id, i.name) for i in study.infos)))
         settle(view)
         return view
 
@@ -195,7 +195,7 @@ def test_the_legend_is_in_the_order_of_the_keys(shown, study):
     made = [reviewed(i.id, i.name) for i in study.infos]
     made[0] = reviewed(study.infos[0].id, "d 1", human=(Segment(0.1, 0.4, "slip"), *HUMAN))
     study.open_demonstration(study.infos[0].id)
-    study.paint(0.1, 0.4, "slip")
+    study.editor.paint(0.1, 0.4, "slip")
     view = shown(outcome(*made))
     assert view.legend.accessibleDescription() == "1 grab, 2 hold, 3 release, 4 slip"
     study.set_vocabulary(study.vocabulary.rebound("grab", "7"))
@@ -265,23 +265,23 @@ def test_a_click_on_a_segment_examines_it(shown, study):
     view = shown()
     click(view, spot(view, 1, 5.5, "predicted", 0.5))
     entry = view.area.entries[1]
-    assert study.examined == Interval(
+    assert study.review.examined == Interval(
         entry.id, 3.0, 7.0, "hold", "hold", pytest.approx(UNSURE, abs=0.01)
     )
     assert study.id == entry.id
-    assert study.range == (3.0, 7.0)
+    assert study.view.range == (3.0, 7.0)
     click(view, spot(view, 2, 8.8, "human", 0.5))
-    assert (study.examined.human, study.examined.predicted) == ("release", "release")
+    assert (study.review.examined.human, study.review.examined.predicted) == ("release", "release")
 
 
 def test_a_click_on_a_mark_examines_the_disagreement(shown, study):
     view = shown()
     click(view, spot(view, 0, 3.6, "band", 0.5))
-    assert study.examined == Interval(
+    assert study.review.examined == Interval(
         view.area.entries[0].id, 3.0, 4.0, "grab", "hold", pytest.approx(UNSURE, abs=0.01)
     )
     click(view, spot(view, 0, 8.5, "band", 0.5))
-    place = study.examined
+    place = study.review.examined
     assert (place.start, place.end, place.human, place.predicted) == (8.0, 9.0, "release", None)
     assert place.confidence is None
 
@@ -290,8 +290,8 @@ def test_a_click_beside_segments_opens_there_and_examines_nothing(shown, study):
     view = shown()
     click(view, spot(view, 2, 9.5, "predicted", 0.5))
     assert study.id == view.area.entries[2].id
-    assert study.cursor == pytest.approx(9.5, abs=0.02)
-    assert study.examined is None
+    assert study.view.cursor == pytest.approx(9.5, abs=0.02)
+    assert study.review.examined is None
     click(view, QPointF(20, view.area.arrangement.tops[1] + 10))
     assert study.id == view.area.entries[1].id
 
@@ -306,7 +306,7 @@ def test_arrows_go_over_rows_and_disagreements_and_enter_goes_there(shown, study
     press(view, "Right", "Right")
     assert "human release, predicted unlabelled" in view.area.accessibleDescription()
     press(view, "Left", "Return")
-    assert (study.examined.start, study.examined.end) == (3.0, 4.0)
+    assert (study.review.examined.start, study.review.examined.end) == (3.0, 4.0)
     assert study.id == view.area.entries[1].id
     press(view, "End", "Return")
     assert study.id == view.area.entries[-1].id
@@ -405,7 +405,7 @@ def test_proposals_stand_below_with_the_prediction_alone(shown, study):
     assert entry.share == pytest.approx((2 + 1 + 4 * UNSURE) / 7, abs=0.01)
     assert view.area.arrangement.first_proposal == 2
     click(view, spot(view, 2, 5.5, "predicted", 0.5))
-    assert (study.examined.demonstration, study.examined.human) == (first.id, None)
+    assert (study.review.examined.demonstration, study.review.examined.human) == (first.id, None)
 
 
 def test_the_accuracy_is_that_of_the_run_until_the_track_is_edited(shown, study):
@@ -413,7 +413,7 @@ def test_the_accuracy_is_that_of_the_run_until_the_track_is_edited(shown, study)
     view = shown(outcome(*(reviewed(i.id, i.name) for i in study.infos), scores=scores))
     assert view.area.entries[0].share == 0.123
     study.open_demonstration(view.area.entries[0].id)
-    study.paint(3.0, 4.0, "hold")
+    study.editor.paint(3.0, 4.0, "hold")
     entry = view.area.entries[0]
     assert entry.edited
     assert entry.share == pytest.approx(7 / 8)
@@ -433,7 +433,7 @@ def test_an_edit_reads_and_paints_the_open_row_alone(shown, study, monkeypatch):
         return track(project, id_, author)
 
     monkeypatch.setattr(TrackStore, "get", counted)
-    study.erase(4.0, 7.0)
+    study.editor.erase(4.0, 7.0)
     shown.settle(view)
     assert set(read) == {study.id}
     assert view.area.pictures.painted == painted + 1
@@ -454,14 +454,14 @@ def test_tracks_are_spelt_as_they_were_trained(shown, study):
 
 def test_without_an_outcome_it_says_what_to_do(shown, study):
     view = shown()
-    study.set_outcome(None)
+    study.review.set_run(None)
     assert view._pages.note.text() == (
         "Press F5 to train; human and predicted timelines then appear here in pairs."
     )
     assert not view.area.isVisible()
-    study.set_outcome(outcome())
+    study.review.set_run(outcome())
     assert "tested no demonstration" in view._pages.note.text()
-    study.set_outcome(outcome(remarks=("Nothing could be tested: there is only still.",)))
+    study.review.set_run(outcome(remarks=("Nothing could be tested: there is only still.",)))
     assert view._pages.note.text() == "Nothing could be tested: there is only still."
 
 
@@ -507,7 +507,7 @@ def test_nothing_is_made_for_a_hidden_view(shown, study):
     view = shown()
     view.hide()
     painted = view.area.pictures.painted
-    study.set_outcome(outcome(reviewed(study.infos[0].id, "d 1")))
+    study.review.set_run(outcome(reviewed(study.infos[0].id, "d 1")))
     QTest.qWait(10)
     assert len(view.area.entries) == 3
     view.show()
@@ -544,7 +544,7 @@ def test_the_export_goes_on_in_the_background_and_says_when_it_is_done(
     shown, study, until, tmp_path
 ):
     view, said = shown(), []
-    study.said.connect(lambda words, trouble: said.append((words, trouble)))
+    study.message_shown.connect(lambda words, trouble: said.append((words, trouble)))
     view.export_to(tmp_path / "pairs.svg")
     until(lambda: said)
     assert said == [("Saved 'pairs.svg'.", False)]
@@ -598,7 +598,7 @@ def test_the_open_demonstration_is_in_view_whoever_opened_it(shown, study):
     last = area.entries[-1]
     assert bar.maximum() > 0
     for id_ in (last.id, area.entries[0].id):
-        study.examine(Interval(id_, 3.0, 4.0, "grab", "hold", 0.9))
+        study.review.examine(Interval(id_, 3.0, 4.0, "grab", "hold", 0.9))
         row = next(i for i, entry in enumerate(area.entries) if entry.id == id_)
         box = area.arrangement.row_box(row)
         assert box.top() >= bar.value() - 1
@@ -641,7 +641,7 @@ def test_an_action_has_the_colour_of_the_task_that_is_tested(shown, study):
 @pytest.mark.parametrize("scrolled", [0, 24])
 def test_the_first_move_of_the_cursor_takes_away_what_stood_there(shown, study, app, scrolled):
     study.open_demonstration(study.infos[0].id)
-    study.seek(3.0)
+    study.view.seek(3.0)
     others = [reviewed(f"id {i}", f"e {i}") for i in range(9)]
     view = shown(outcome(reviewed(study.id, "d 1"), *others), size=(600, 300))
     area = view.area
@@ -650,7 +650,7 @@ def test_the_first_move_of_the_cursor_takes_away_what_stood_there(shown, study, 
     before = spot(view, 0, 3.0, "predicted", 0.9).toPoint() - QPoint(0, scrolled)
     events = Painted()
     area.viewport().installEventFilter(events)
-    study.seek(7.0)
+    study.view.seek(7.0)
     app.processEvents()
     area.viewport().removeEventFilter(events)
     assert events.all.contains(before)

@@ -8,6 +8,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QApplication
 
+from forcelab.gui.document import ReviewState
 from forcelab.gui.review.proposals import ProposalsView
 from forcelab.labels import Segment
 from forcelab.review.differences import Interval
@@ -40,7 +41,7 @@ def proposed(document):
 
 
 def test_the_most_uncertain_comes_first(view, document, until):
-    document.set_outcome(proposed(document))
+    document.review.set_run(proposed(document))
     until(lambda: len(view.rows) == 3)
     assert [row.name for row in view.rows] == ["stylus 02", "03", "stylus 01"]
     assert view.model.data(view.model.index(0, 1)) == "32 %"
@@ -48,14 +49,14 @@ def test_the_most_uncertain_comes_first(view, document, until):
 
 def test_what_is_typical_comes_before_what_is_odd_and_the_window_says_so(view, document, until):
     assert not view.order.isVisible()
-    document.set_outcome(proposed(document))
+    document.review.set_run(proposed(document))
     until(lambda: len(view.rows) == 3)
     assert view.order.isVisible()
     assert view.order.text().startswith("The most uncertain comes first. Train again")
     shares = {"03": 0.9, "stylus 01": 0.8, "stylus 02": 0.2}
     outcome = proposed(document)
     kept = tuple(replace(one, typicality=shares[one.name]) for one in outcome.proposals)
-    document.set_outcome(replace(outcome, proposals=kept))
+    document.review.set_run(replace(outcome, proposals=kept))
     until(lambda: [row.name for row in view.rows] == ["03", "stylus 02", "stylus 01"])
     assert "many of the others are like it" in view.order.text()
     tip = view.model.data(view.model.index(0, 0), Qt.ItemDataRole.ToolTipRole)
@@ -75,12 +76,12 @@ def test_the_order_can_be_read_off_the_list(view, document, until):
         return [view.model.headerData(column, horizontal) for column in every]
 
     outcome = proposed(document)
-    document.set_outcome(outcome)
+    document.review.set_run(outcome)
     until(lambda: len(view.rows) == 3)
     assert "like others" not in titles()
     shares = {"03": 0.9, "stylus 01": 0.8, "stylus 02": 0.2}
     kept = tuple(replace(one, typicality=shares[one.name]) for one in outcome.proposals)
-    document.set_outcome(replace(outcome, proposals=kept))
+    document.review.set_run(replace(outcome, proposals=kept))
     until(lambda: "like others" in titles())
     figures = [[float(text.removesuffix(" %")) for text in row] for row in shown()]
     products = [uncertain * like for uncertain, like in figures]
@@ -89,116 +90,121 @@ def test_the_order_can_be_read_off_the_list(view, document, until):
 
 
 def test_what_is_labelled_by_now_comes_last(view, document, until):
-    document.set_outcome(proposed(document))
+    document.review.set_run(proposed(document))
     until(lambda: len(view.rows) == 3)
     document.open_demonstration(view.rows[0].id)
-    document.paint(0.0, 5.0, "hold")
+    document.editor.paint(0.0, 5.0, "hold")
     assert [row.name for row in view.rows] == ["stylus 02", "03", "stylus 01"]
-    document.paint(0.0, 9.5, "hold")
+    document.editor.paint(0.0, 9.5, "hold")
     assert [row.name for row in view.rows] == ["03", "stylus 01", "stylus 02"]
     assert view.model.data(view.model.index(2, 0)) == "stylus 02"
     assert view.order.text().startswith("The most uncertain comes first")
-    document.undo()
+    document.editor.undo_everywhere()
     assert view.rows[0].name == "stylus 02"
-    document.undo()
+    document.editor.undo_everywhere()
 
 
 def test_once_all_are_labelled_it_is_said_to_train(view, document, until):
-    document.set_outcome(outcome_of(document.project))
+    document.review.set_run(outcome_of(document.project))
     until(lambda: len(view.rows) == 1)
     document.open_demonstration(view.rows[0].id)
-    document.paint(0.0, 9.5, "hold")
+    document.editor.paint(0.0, 9.5, "hold")
     assert view.order.text() == "All of these are labelled by now. Train again with them."
-    document.undo()
+    document.editor.undo_everywhere()
 
 
 def test_a_click_leads_to_its_most_uncertain_stretch(view, document, until):
-    document.set_outcome(proposed(document))
+    document.review.set_run(proposed(document))
     until(lambda: len(view.rows) == 3)
     view._go(view.model.index(0, 0))
     assert document.id == view.rows[0].id
-    assert (document.examined.start, document.examined.end) == pytest.approx((4.0, 5.0))
-    assert document.cursor == pytest.approx(4.0)
+    assert (document.review.examined.start, document.review.examined.end) == pytest.approx(
+        (4.0, 5.0)
+    )
+    assert document.view.cursor == pytest.approx(4.0)
 
 
 def test_what_is_coded_blind_is_not_listed(view, document, until):
     outcome = proposed(document)
     document.project.coding.assign(outcome.proposals[0].id, "Ann", blind=True)
-    document.set_outcome(outcome)
+    document.review.set_run(outcome)
     until(lambda: len(view.rows) == 2)
     assert all(row.id != outcome.proposals[0].id for row in view.rows)
 
 
 def test_accepting_says_how_many_and_how_to_take_it_back(view, document, until):
     said = []
-    document.said.connect(lambda text, *_: said.append(text))
-    document.set_outcome(outcome_of(document.project))
-    third = document.outcome.proposals[0].id
+    document.message_shown.connect(lambda text, *_: said.append(text))
+    document.review.set_run(outcome_of(document.project))
+    third = document.review.run.proposals[0].id
     document.open_demonstration(third)
-    assert document.segments == ()
-    document.seek(3.0)
+    assert document.editor.segments == ()
+    document.view.seek(3.0)
     assert view.accepting.here.isEnabled()
     view.accepting.here.click()
-    assert document.segments == PREDICTED[1:2]
+    assert document.editor.segments == PREDICTED[1:2]
     assert said[-1].startswith("1 predicted segment was accepted; Ctrl+Z")
     view.accepting.in_view.click()
-    assert document.segments == PREDICTED
-    document.undo()
-    document.undo()
-    assert document.segments == ()
+    assert document.editor.segments == PREDICTED
+    document.editor.undo_everywhere()
+    document.editor.undo_everywhere()
+    assert document.editor.segments == ()
 
 
 def test_one_prediction_after_the_other_is_accepted_by_the_same_key(document):
-    document.set_outcome(outcome_of(document.project))
-    document.open_demonstration(document.outcome.proposals[0].id)
-    document.paint(2.5, 6.0, "hold")
-    document.paint(6.0, 7.0, "release")
-    document.seek(1.0)
+    document.review.set_run(outcome_of(document.project))
+    document.open_demonstration(document.review.run.proposals[0].id)
+    document.editor.paint(2.5, 6.0, "hold")
+    document.editor.paint(6.0, 7.0, "release")
+    document.view.seek(1.0)
     cursors = []
-    while document.accept_here():
-        cursors.append(document.cursor)
+    while document.review.accept_here():
+        cursors.append(document.view.cursor)
     assert cursors == [6.0, 7.0]  # past what is labelled like that already; then where it ends
-    assert document.segments == PREDICTED
-    document.undo()
-    assert document.segments[-1] == Segment(6.0, 7.0, "release")
-    document.undo()
-    assert document.segments[0] == PREDICTED[1]
-    while document.undo():
+    assert document.editor.segments == PREDICTED
+    document.editor.undo_everywhere()
+    assert document.editor.segments[-1] == Segment(6.0, 7.0, "release")
+    document.editor.undo_everywhere()
+    assert document.editor.segments[0] == PREDICTED[1]
+    while document.editor.undo_everywhere():
         pass
 
 
 def test_accepting_moves_neither_playback_nor_what_is_examined(document):
-    document.set_outcome(proposed(document))
-    place = document.outcome.proposals[0]
-    document.examine(Interval(place.id, 1.0, 2.0))
-    document.set_playing(True)
-    assert document.accept_here()
-    assert document.cursor == 1.0
-    document.set_playing(False)
-    document.undo()
-    assert document.accept_here()
-    assert document.cursor == 2.5
-    assert (document.examined, document.range) == (Interval(place.id, 1.0, 2.0), (1.0, 2.0))
-    document.undo()
+    document.review.set_run(proposed(document))
+    place = document.review.run.proposals[0]
+    document.review.examine(Interval(place.id, 1.0, 2.0))
+    document.view.set_playing(True)
+    assert document.review.accept_here()
+    assert document.view.cursor == 1.0
+    document.view.set_playing(False)
+    document.editor.undo_everywhere()
+    assert document.review.accept_here()
+    assert document.view.cursor == 2.5
+    assert (document.review.examined, document.view.range) == (
+        Interval(place.id, 1.0, 2.0),
+        (1.0, 2.0),
+    )
+    document.editor.undo_everywhere()
 
 
 def test_only_what_is_probable_enough_is_accepted(view, document):
-    document.set_outcome(outcome_of(document.project))
-    document.open_demonstration(document.outcome.proposals[0].id)
+    document.review.set_run(outcome_of(document.project))
+    document.open_demonstration(document.review.run.proposals[0].id)
     view.accepting.at_least.setValue(0.9)
     assert view.accepting.above.isEnabled()
     view.accepting.above.click()
-    assert document.segments == PREDICTED[:1]
+    assert document.editor.segments == PREDICTED[:1]
 
 
 def test_what_the_coder_labelled_stays_when_many_are_accepted(view, document):
-    document.set_outcome(outcome_of(document.project))
-    document.open_demonstration(document.outcome.proposals[0].id)
-    document.paint(1.0, 3.0, "release")
+    document.review.set_run(outcome_of(document.project))
+    document.open_demonstration(document.review.run.proposals[0].id)
+    document.editor.paint(1.0, 3.0, "release")
     view.accepting.at_least.setValue(0.0)
     view.accepting.above.click()
-    assert Segment(1.0, 3.0, "release") in document.segments
-    assert document.segments[-1] == PREDICTED[-1]
+    assert Segment(1.0, 3.0, "release") in document.editor.segments
+    assert document.editor.segments[-1] == PREDICTED[-1]
 
 
 def test_what_is_accepted_has_no_suffix_of_its_task(view, document):
@@ -206,19 +212,19 @@ def test_what_is_accepted_has_no_suffix_of_its_task(view, document):
     (one,) = outcome.proposals
     stages = {"filtered": tuple(replace(s, action=f"{s.action}_{one.task}") for s in one.predicted)}
     apart = replace(outcome, apart=True, proposals=(replace(one, stages=stages),))
-    document.set_outcome(apart)
+    document.review.set_run(apart)
     document.open_demonstration(one.id)
     view.accepting.in_view.click()
-    assert document.segments == one.predicted
+    assert document.editor.segments == one.predicted
     stored = document.project.actions.vocabulary(one.task).names
     assert not any(name.endswith(one.task) for name in stored)
 
 
 def test_where_nothing_is_predicted_nothing_can_be_accepted(view, document):
     assert not view.accepting.here.isEnabled()
-    document.set_outcome(outcome_of(document.project))
-    document.open_demonstration(document.outcome.proposals[0].id)
-    document.seek(9.0)
+    document.review.set_run(outcome_of(document.project))
+    document.open_demonstration(document.review.run.proposals[0].id)
+    document.view.seek(9.0)
     assert not view.accepting.here.isEnabled()
     assert view.accepting.in_view.isEnabled()
     view.accepting.at_least.setValue(1.0)
@@ -238,54 +244,54 @@ def test_a_step_of_playback_looks_at_few_predictions_of_many(view, document, mon
             return super().__iter__()
 
     many = Counted(Segment(i / 1000, (i + 0.5) / 1000, "hold") for i in range(8000))
-    monkeypatch.setattr(type(document), "prediction", property(lambda _: many))
-    document.set_outcome(outcome_of(document.project))
-    document.open_demonstration(document.outcome.proposals[0].id)
+    monkeypatch.setattr(ReviewState, "prediction", property(lambda _: many))
+    document.review.set_run(outcome_of(document.project))
+    document.open_demonstration(document.review.run.proposals[0].id)
     for time, there in ((7.9902, True), (7.9907, False), (0.0, True), (9.5, False)):
         Counted.looked = 0
-        document.cursor_moved.emit(time)
+        document.view.cursor_moved.emit(time)
         assert view.accepting.here.isEnabled() == there
         assert 0 < Counted.looked < 40
 
 
 def test_who_codes_blind_is_not_told_to_train(document):
     said = []
-    document.set_outcome(outcome_of(document.project))
-    third = document.outcome.proposals[0].id
+    document.review.set_run(outcome_of(document.project))
+    third = document.review.run.proposals[0].id
     document.project.coding.assign(third, document.author, blind=True)
     document.open_demonstration(third)
-    document.said.connect(lambda text, *_: said.append(text))
-    assert not document.accept_in_view()
+    document.message_shown.connect(lambda text, *_: said.append(text))
+    assert not document.review.accept_in_view()
     assert said == ["Predictions are hidden until you are done; nothing accepted."]
 
 
 def test_how_much_is_labelled_by_now_is_shown(view, document, until):
-    document.set_outcome(outcome_of(document.project))
+    document.review.set_run(outcome_of(document.project))
     until(lambda: len(view.rows) == 1)
-    document.open_demonstration(document.outcome.proposals[0].id)
+    document.open_demonstration(document.review.run.proposals[0].id)
     assert view.model.data(view.model.index(0, 3)) == "–"
     view.accepting.in_view.click()  # at once: the list of demonstrations is read again later
     assert view.model.data(view.model.index(0, 3)) == "70 %"
-    document.undo()
+    document.editor.undo_everywhere()
     assert view.model.data(view.model.index(0, 3)) == "–"
 
 
 def test_nothing_is_ranked_while_hidden(document, jobs):
     view = ProposalsView(document, jobs)
-    document.set_outcome(outcome_of(document.project))
+    document.review.set_run(outcome_of(document.project))
     assert not jobs.busy
-    assert view._shown is None
+    assert view._outcome is None
     view.deleteLater()
 
 
 def test_what_is_painted_leaves_the_chosen_row_chosen_and_letters_to_the_window(
     view, document, until
 ):
-    document.set_outcome(proposed(document))
+    document.review.set_run(proposed(document))
     until(lambda: len(view.rows) == 3)
     view.table.selectRow(1)
     document.open_demonstration(view.rows[1].id)
-    document.paint(0.0, 1.0, "grab")
+    document.editor.paint(0.0, 1.0, "grab")
     assert view.model.data(view.model.index(1, 3)) == "10 %"
     assert view.table.currentIndex().row() == 1
     key = QKeyEvent(QKeyEvent.Type.KeyPress, Qt.Key.Key_S, Qt.KeyboardModifier.NoModifier, "s")
@@ -296,10 +302,10 @@ def test_what_is_painted_leaves_the_chosen_row_chosen_and_letters_to_the_window(
 
 def test_an_empty_list_says_why(view, document, until):
     assert "Train a recogniser" in view._pages.note.text()
-    document.set_outcome(proposed(document))
+    document.review.set_run(proposed(document))
     assert view._pages.note.text().startswith("Ranking")
     until(lambda: view.rows)
-    document.set_outcome(outcome_of(document.project, proposals=()))
+    document.review.set_run(outcome_of(document.project, proposals=()))
     assert "Train again" in view._pages.note.text()  # as of the command line, which tests only
     bare = [info.id for info in document.infos if "Ann" not in info.labelled]
     for id_ in bare:
@@ -309,11 +315,11 @@ def test_an_empty_list_says_why(view, document, until):
 
 
 def test_who_codes_blind_does_not_learn_whether_others_have_labelled_it(view, document, until):
-    document.set_outcome(outcome_of(document.project, proposals=()))
+    document.review.set_run(outcome_of(document.project, proposals=()))
     document.set_author("Bob")
     told = []
     for info in document.infos:
-        if info.task in document.outcome.tasks:
+        if info.task in document.review.run.tasks:
             document.project.coding.assign(info.id, "Bob", blind=True)
             document.refresh_listing()
             until(lambda: "may be seen" in view._pages.note.text())

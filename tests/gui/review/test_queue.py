@@ -76,13 +76,13 @@ def bench(app, until):
             jobs = Jobs()
             view = QueueView(document, jobs)
             told = []
-            document.said.connect(lambda sentence, _: told.append(sentence))
+            document.message_shown.connect(lambda sentence, _: told.append(sentence))
             view.told = told
             if visible:
                 view.resize(340, 420)
                 view.show()
             if train:
-                document.set_outcome(
+                document.review.set_run(
                     outcome_of(reviewed(document.id, predicted=predicted), author=author)
                 )
             if visible:
@@ -103,7 +103,7 @@ def kinds(view):
 
 
 def examined(view):
-    place = view.document.examined
+    place = view.document.review.examined
     return place and (place.start, place.end, place.human, place.predicted)
 
 
@@ -142,14 +142,14 @@ def test_next_and_previous_go_round_what_is_unfolded_and_say_so(bench):
         view.step(-1)
         assert examined(view) == MISSED
         assert view.told[-1] == "Back at the last."
-        assert view.document.range == (4.5, 5)
+        assert view.document.view.range == (4.5, 5)
 
 
 def test_next_works_while_the_queue_is_hidden_and_nothing_was_compared_yet(bench, until):
     with bench(visible=False) as view:
         assert view.reader.read is None
         view.step(1)
-        until(lambda: view.document.examined is not None)
+        until(lambda: view.document.review.examined is not None)
         assert examined(view) == WRONG
         assert view.told == ["Human: hold; model: release."]
         view.step(1)
@@ -174,12 +174,12 @@ def test_no_place_stays_marked_for_who_looks_next_and_codes_blind(bench):
     with bench() as view:
         document = view.document
         view.step(1)
-        place, marked = document.examined, document.range
+        place, marked = document.review.examined, document.view.range
         document.project.coding.assign(document.id, "Bob", blind=True)
         document.set_author("Cleo")  # who may see it
-        assert (document.examined, document.range) == (place, marked)
+        assert (document.review.examined, document.view.range) == (place, marked)
         document.set_author("Bob")
-        assert (document.examined, document.range) == (None, None)
+        assert (document.review.examined, document.view.range) == (None, None)
 
 
 @pytest.mark.parametrize("visible", [True, False])
@@ -222,7 +222,7 @@ def test_model_right_repaints_as_one_edit_and_undo_opens_it_again(bench, until):
         assert "release" in view.told[-1]
         assert kinds(view)[0] == ("missed", 1)
         assert kinds(view)[-1] == ("judged", 1)
-        assert view.document.undo()
+        assert view.document.editor.undo_everywhere()
         until(lambda: not view.reader.stale)
         assert kinds(view)[0] == ("actions", 1)
         assert ("judged", 1) not in kinds(view)
@@ -238,10 +238,10 @@ def test_an_undone_verdict_does_not_come_back_with_the_one_beside_it(bench, unti
     with bench() as view:
         view.step(1)
         assert view.judge("model")  # 3 to 4.5 s; the next place begins where it ends
-        assert view.undo() if in_the_queue else view.document.undo()
+        assert view.undo() if in_the_queue else view.document.editor.undo_everywhere()
         until(lambda: not view.reader.stale)
         assert verdicts(view) == []
-        view.document.examine(view.queue.missed[0])
+        view.document.review.examine(view.queue.missed[0])
         assert view.judge("model")
         until(lambda: not view.reader.stale)
         assert verdicts(view) == [(4.5, "model")]
@@ -262,17 +262,17 @@ def test_undo_takes_back_verdicts_and_edits_in_their_order_and_shows_where(bench
         ).id
         project.tracks.edit(second, "Ann", (), HUMAN, "painted")
         document.refresh_listing()
-        document.set_outcome(outcome_of(reviewed(first), reviewed(second, "02")))
+        document.review.set_run(outcome_of(reviewed(first), reviewed(second, "02")))
         until(lambda: not view.reader.stale and len(view.queue.actions) == 2)
         places = {place.demonstration: place for place in view.queue.actions}
-        document.examine(places[first])
+        document.review.examine(places[first])
         assert view.judge("model")
-        document.examine(places[second])
-        document.paint(9, 10, "grab")
-        document.examine(places[second])
+        document.review.examine(places[second])
+        document.editor.paint(9, 10, "grab")
+        document.review.examine(places[second])
         until(lambda: not view.reader.stale)
         assert view.judge("human")
-        document.examine(places[first])
+        document.review.examine(places[first])
         labels = [project.tracks.get(id_, "Ann").segments for id_ in (first, second)]
 
         assert view.undo()  # the verdict that was given last, and no label
@@ -304,13 +304,13 @@ def test_undo_gives_a_withdrawn_verdict_back(bench, until):
         view.step(1)
         view.judge("human")
         until(lambda: not view.reader.stale)
-        view.document.examine(view.model.sections[-1].item(0).place)
+        view.document.review.examine(view.model.sections[-1].item(0).place)
         assert view.withdraw()
         assert view.undo()
         assert verdicts(view) == [(3, "human")]
         assert view.undo()
         assert verdicts(view) == []
-        assert view.document.segments == HUMAN
+        assert view.document.editor.segments == HUMAN
         assert view.redo()
         assert verdicts(view) == [(3, "human")]
 
@@ -345,7 +345,7 @@ def test_a_verdict_is_withdrawn_and_the_place_is_open_again(bench, until):
         view.step(1)
         view.judge("ambiguous")
         until(lambda: not view.reader.stale)
-        view.document.examine(view.model.sections[-1].item(0).place)
+        view.document.review.examine(view.model.sections[-1].item(0).place)
         assert not view.buttons.withdraw.isHidden()
         assert view.withdraw()
         until(lambda: not view.reader.stale)
@@ -358,27 +358,27 @@ def test_delete_in_the_queue_withdraws_the_verdict_and_erases_no_label(bench, un
         guard_typing()
         document = view.document
         erased = QShortcut(QKeySequence("Del"), view)
-        erased.activated.connect(lambda: document.delete(document.segments[0]))
+        erased.activated.connect(lambda: document.editor.delete(document.editor.segments[0]))
         view.show()
         view.activateWindow()
         view.step(1)
         view.judge("ambiguous")
         until(lambda: not view.reader.stale)
-        before = document.segments
+        before = document.editor.segments
         view.list.setFocus()
         QTest.keyClick(view.list, Qt.Key.Key_Delete)
-        assert document.segments == before
+        assert document.editor.segments == before
         assert len(document.project.coding.verdicts()) == 1  # an open place has none to withdraw
-        document.examine(view.model.sections[-1].item(0).place)
+        document.review.examine(view.model.sections[-1].item(0).place)
         QTest.keyClick(view.list, Qt.Key.Key_Delete)
         until(lambda: not view.reader.stale)
-        assert document.segments == before
+        assert document.editor.segments == before
         assert document.project.coding.verdicts() == ()
 
 
 def test_painting_brings_the_queue_up_to_date(bench, until):
     with bench() as view:
-        view.document.paint(3, 4.5, "release")
+        view.document.editor.paint(3, 4.5, "release")
         until(lambda: not view.reader.stale)
         assert kinds(view)[0] == ("missed", 1)
 
@@ -386,7 +386,7 @@ def test_painting_brings_the_queue_up_to_date(bench, until):
 def test_only_what_is_examined_is_judged(bench):
     with bench() as view:
         view.step(1)
-        view.document.examine(Interval(view.document.id, 7, 7.5))  # clicked in another view
+        view.document.review.examine(Interval(view.document.id, 7, 7.5))  # clicked in another view
         assert not view.judge("human")
         assert view.document.project.coding.verdicts() == ()
         assert not view.buttons.verdicts["human"].isEnabled()
@@ -468,7 +468,7 @@ def test_where_both_agree_it_says_so(bench):
 
 def test_where_nothing_was_tested_it_does_not_claim_that_both_agree(bench, until):
     with bench() as view:
-        view.document.set_outcome(replace(view.document.outcome, tested=()))
+        view.document.review.set_run(replace(view.document.review.run, tested=()))
         until(lambda: not view.reader.stale)
         assert "Nothing was tested" in view._pages.note.text()
 
@@ -476,8 +476,8 @@ def test_where_nothing_was_tested_it_does_not_claim_that_both_agree(bench, until
 def test_where_nothing_could_be_tested_it_says_why(bench, until):
     with bench() as view:
         reason = "Nothing could be tested: there is only still, after merging."
-        made = replace(view.document.outcome, tested=(), remarks=(reason, "Another matter."))
-        view.document.set_outcome(made)
+        made = replace(view.document.review.run, tested=(), remarks=(reason, "Another matter."))
+        view.document.review.set_run(made)
         until(lambda: not view.reader.stale)
         assert view._pages.note.text().startswith(reason)
         assert "second demonstration" not in view._pages.note.text()
@@ -495,9 +495,11 @@ def test_what_is_coded_blind_is_not_listed(bench, until):
 
 def test_another_outcome_replaces_the_queue(bench, until):
     with bench() as view:
-        outcome = view.document.outcome
+        outcome = view.document.review.run
         id_ = view.document.id
-        view.document.set_outcome(replace(outcome, number=0, tested=(reviewed(id_, "01", HUMAN),)))
+        view.document.review.set_run(
+            replace(outcome, number=0, tested=(reviewed(id_, "01", HUMAN),))
+        )
         until(lambda: not view.reader.stale)
         assert kinds(view) == []
 

@@ -9,7 +9,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtTest import QTest
 
-from forcelab.gui.review.metric_texts import agreement_metrics, error_metrics
+from forcelab.gui.review.metrics import AGREEMENT_METRICS, ERROR_METRICS
 from forcelab.gui.review.scores import ScoresView
 from forcelab.recognition.intervals import METRICS, Intervals, intervals, look_up
 from forcelab.recognition.metrics import timed_counts
@@ -21,7 +21,7 @@ ACTIONS = ("grab", "hold", "release")
 def view(app, document, jobs, until):
     with shown(app, ScoresView(document, jobs), (700, 320)) as view:
         ids = [info.id for info in document.infos]
-        document.set_outcome(drawn_outcome([*ids, "c", "d"], ACTIONS))
+        document.review.set_run(drawn_outcome([*ids, "c", "d"], ACTIONS))
         until(lambda: view.intervals)
         yield view
 
@@ -35,13 +35,13 @@ def column(view, number):
 
 
 def test_every_metric_of_the_scores_is_shown_with_its_own_explanation():
-    shown_ = (*agreement_metrics(), *error_metrics())
+    shown_ = (*AGREEMENT_METRICS, *ERROR_METRICS)
     assert tuple(sorted(metric.path for metric in shown_)) == tuple(sorted(METRICS))
     assert all(metric.tip.endswith(".") for metric in shown_)
 
 
 def test_numbers_are_those_of_the_run_pooled_first_raw_beside_filtered(view, document):
-    scores = document.outcome.scores
+    scores = document.review.run.scores
     for which in (0, 1):
         view.which.setCurrentIndex(which)
         for number, metric in enumerate(view.metrics):
@@ -56,7 +56,7 @@ def test_numbers_are_those_of_the_run_pooled_first_raw_beside_filtered(view, doc
 def test_how_far_probabilities_can_be_relied_on_stands_below(view, document, until):
     assert "Brier" not in view.note.text() + view.note.toolTip()  # the run kept none
     known = {"brier": 0.2614, "ece": 0.0235, "bins": []}
-    document.set_outcome(replace(document.outcome, reliability=known))
+    document.review.set_run(replace(document.review.run, reliability=known))
     until(lambda: view.intervals)
     assert "Brier score 0.261, expected calibration error 2.4 points." in view.note.text()
     assert "0 is best" in view.note.toolTip()
@@ -70,7 +70,7 @@ def test_numbers_have_units_and_as_many_decimals_in_every_row(view):
 
 
 def test_intervals_are_of_the_pooled_scores(view, document):
-    outcome = document.outcome
+    outcome = document.review.run
     counts = [timed_counts(d.human, d.predicted, ACTIONS) for d in outcome.tested]
     low, high = intervals(counts, outcome.settings.seed)["accuracy"]
     assert column(view, 1)[1] == f"{100 * low:.1f} to {100 * high:.1f}"
@@ -82,13 +82,13 @@ def test_intervals_that_the_run_holds_are_shown_as_they_are(view, document, unti
     stored = Intervals({"accuracy": (0.125, 0.25)})
     for stage in ("raw", "filtered"):
         outcome.scores[stage]["intervals"] = stored.to_json()
-    document.set_outcome(outcome)
+    document.review.set_run(outcome)
     until(lambda: view.intervals)
     assert column(view, 1)[1] == "12.5 to 25.0"
 
 
 def test_too_few_demonstrations_have_no_interval_and_it_says_why(view, document, until):
-    document.set_outcome(drawn_outcome(["a", "b"], ACTIONS))
+    document.review.set_run(drawn_outcome(["a", "b"], ACTIONS))
     until(lambda: view.intervals)
     assert column(view, 1)[1] == "–"
     assert "needs 3 demonstrations" in view.note.text()
@@ -109,7 +109,7 @@ def test_a_click_on_a_column_sorts_the_demonstrations_below_the_pooled(view):
 def test_undefined_numbers_are_dashes_and_sort_last(view, document, until):
     missed = reviewed("none", [(0, 5, "grab")], [])
     right = reviewed("right", [(0, 5, "grab")], [(0, 5, "grab")])
-    document.set_outcome(outcome_of([missed, right], ACTIONS))
+    document.review.set_run(outcome_of([missed, right], ACTIONS))
     until(lambda: view.intervals)
     place = next(i for i, c in enumerate(view.model.columns) if c.name.startswith("Boundary med"))
     for _ in range(2):
@@ -155,7 +155,7 @@ def test_blind_demonstrations_have_no_row(view, document):
 def test_rows_come_when_the_last_blind_demonstration_is_done(view, document, until):
     one = document.infos[0].id
     document.project.coding.assign(one, "Ada", blind=True)
-    document.set_outcome(drawn_outcome([one], ACTIONS, number=3))
+    document.review.set_run(drawn_outcome([one], ACTIONS, number=3))
     until(lambda: view.intervals)
     assert len(view.model.rows) == 2
     document.project.coding.set_done(one, "Ada", True)
@@ -165,7 +165,7 @@ def test_rows_come_when_the_last_blind_demonstration_is_done(view, document, unt
 
 def test_nothing_is_computed_while_it_is_hidden(view, document, app, jobs, until):
     view.hide()
-    document.set_outcome(drawn_outcome(["a", "b", "c"], ACTIONS, number=2))
+    document.review.set_run(drawn_outcome(["a", "b", "c"], ACTIONS, number=2))
     app.processEvents()
     assert jobs.busy == ()
     view.show()
@@ -174,14 +174,14 @@ def test_nothing_is_computed_while_it_is_hidden(view, document, app, jobs, until
 
 
 def test_without_an_outcome_it_says_what_to_do(view, document):
-    document.set_outcome(None)
+    document.review.set_run(None)
     assert view._pages.note.isVisible()
     assert "Train" in view._pages.note.text()
 
 
 def test_where_nothing_could_be_tested_it_says_why_and_not_that_nothing_was_trained(view, document):
     reason = "Only one demonstration is labelled, so nothing could be tested."
-    document.set_outcome(replace(document.outcome, tested=(), remarks=(reason,)))
+    document.review.set_run(replace(document.review.run, tested=(), remarks=(reason,)))
     assert view._pages.note.text() == reason
-    document.set_outcome(replace(document.outcome, remarks=()))
+    document.review.set_run(replace(document.review.run, remarks=()))
     assert view._pages.note.text() == "This run tested no demonstration."

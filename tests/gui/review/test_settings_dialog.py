@@ -201,7 +201,7 @@ def test_only_the_time_that_is_trained_on_is_counted(app):
         assert training_facts(document, Choice(("foam",))).labelled == pytest.approx(2 * 5.0)
         for info in document.infos[:2]:
             document.open_demonstration(info.id)
-            document.paint(0, 3, "grab")
+            document.editor.paint(0, 3, "grab")
         assert training_facts(document, Choice(("foam",))).labelled == pytest.approx(2 * 3.0)
         assert training_facts(document, Choice(("foam",), author="Ann")).labelled == pytest.approx(
             10.0

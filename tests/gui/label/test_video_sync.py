@@ -1,0 +1,227 @@
+"""The dialog that synchronises video and force, driven by its widgets."""
+
+import numpy as np
+import pytest
+from filmed import OFFSET, TAPS, filmed_demonstration
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+
+from forcelab.clock import ClockMap, fit_clock
+from forcelab.gui.document import Document
+from forcelab.gui.label.video_sync import SynchroniseDialog, TapRow
+from forcelab.project import Project
+
+FRAME = 1 / 30
+
+
+@pytest.fixture(scope="module")
+def filmed(tmp_path_factory):
+    return filmed_demonstration(tmp_path_factory.mktemp("film"), ClockMap(0.25, 1.00001))
+
+
+@pytest.fixture
+def document(app, tmp_path, filmed):
+    folder = tmp_path / "lab.forcelab"
+    with Project.create(folder) as project:
+        project.demonstrations.add(filmed)
+    document = Document("Ines")
+    document.open_project(folder)
+    document.open_demonstration(document.infos[0].id)
+    yield document
+    document.close()
+
+
+@pytest.fixture
+def dialog(document, jobs, until):
+    dialog = SynchroniseDialog(document, jobs)
+    dialog.show()
+    until(lambda: dialog.preview.times.size > 0)
+    yield dialog
+    dialog.reject()
+
+
+def press(button):
+    QTest.mouseClick(button, Qt.MouseButton.LeftButton)
+
+
+def mark(dialog, frame, force):
+    """Mark an event as a coder does."""
+    dialog.preview.show_frame(frame)
+    press(dialog.frame_button)
+    dialog.document.view.seek(force)
+    press(dialog.force_button)
+
+
+def cells(dialog):
+    table = dialog.table
+    return [[table.item(r, c).text() for c in range(3)] for r in range(table.rowCount())]
+
+
+def test_it_begins_at_the_frame_of_the_cursor_with_nothing_to_accept(document, dialog):
+    assert dialog.preview.number == 0  # the cursor is before the video begins
+    assert "offset +0.2500 s, rate +10.0 ppm" in dialog.stored_label.text()
+    assert not dialog.accept_button.isEnabled()
+    assert not dialog.remove_button.isEnabled()
+
+
+def test_one_tap_moves_the_offset_and_keeps_the_rate(document, dialog):
+    mark(dialog, 27, 0.5)
+    assert dialog.rows == (TapRow(pytest.approx(27 * FRAME), 0.5),)
+    assert dialog.candidate.rate == 1.00001
+    assert dialog.candidate.offset == pytest.approx(0.5 - 1.00001 * 27 * FRAME)
+    assert cells(dialog) == [["0.900", "0.500", "+0.0"]]
+    press(dialog.accept_button)
+    assert document.demonstration.video.clock == dialog.candidate
+    assert not dialog.isVisible()
+
+
+def test_three_taps_are_fitted_with_their_residual(document, dialog):
+    taps = [(27, 0.5), (90, 2.61), (174, 5.4)]
+    for frame, force in taps:
+        mark(dialog, frame, force)
+    fit = fit_clock([f * FRAME for f, _ in taps], [t for _, t in taps])
+    assert dialog.candidate.offset == pytest.approx(fit.clock.offset)
+    assert dialog.candidate.rate == pytest.approx(fit.clock.rate)
+    assert f"{1000 * fit.residual:.1f} ms" in dialog.residual_label.text()
+    away = [1000 * (float(fit.clock.to_force(f * FRAME)) - t) for f, t in taps]
+    told = [row[2] for row in cells(dialog)]
+    assert not any("-" in text for text in told), "a minus is as wide as a plus"
+    numbers = [float(text.replace("\N{MINUS SIGN}", "-")) for text in told]
+    assert numbers == pytest.approx(away, abs=0.06)
+    press(dialog.fit_rate)
+    assert dialog.candidate.rate == 1.00001
+    assert dialog.residual > fit.residual
+
+
+def test_marks_may_come_in_any_order_and_be_removed(dialog):
+    dialog.document.view.seek(0.5)
+    press(dialog.force_button)
+    assert cells(dialog) == [["–", "0.500", ""]]
+    assert not dialog.accept_button.isEnabled()
+    dialog.preview.show_frame(27)
+    press(dialog.frame_button)
+    assert cells(dialog) == [["0.900", "0.500", "+0.0"]]
+    mark(dialog, 174, 5.4)
+    dialog.table.selectRow(0)
+    press(dialog.remove_button)
+    assert [row[:2] for row in cells(dialog)] == [["5.800", "5.400"]]
+    press(dialog.reset_button)
+    assert dialog.rows == ()
+    assert not dialog.accept_button.isEnabled()
+
+
+def test_taps_at_one_time_are_told(dialog):
+    mark(dialog, 27, 0.5)
+    mark(dialog, 27, 0.6)
+    assert "further apart" in dialog.trouble.text()
+    assert not dialog.accept_button.isEnabled()
+
+
+def test_the_force_snaps_to_the_contact_event_beside_the_cursor(document, dialog):
+    document.view.contacts = np.array([0.48, 2.0])
+    document.view.seek(0.51)
+    press(dialog.force_button)
+    assert dialog.rows[-1].force == 0.48
+    document.view.seek(1.0)
+    dialog.set_rows(())
+    press(dialog.force_button)
+    assert dialog.rows[-1].force == 1.0
+    dialog.snap.setChecked(False)
+    dialog.set_rows(())
+    document.view.seek(0.51)
+    press(dialog.force_button)
+    assert dialog.rows[-1].force == 0.51
+
+
+def test_the_video_is_stepped_without_the_cursor(document, dialog, until):
+    document.view.seek(2.0)
+    dialog.preview.spin.setValue(1.0)
+    assert dialog.preview.number == 30
+    press(dialog.preview.on)
+    assert dialog.preview.number == 31
+    assert dialog.preview.time == pytest.approx(31 * FRAME)
+    dialog.preview.slider.setValue(12)
+    assert dialog.preview.number == 12
+    assert document.view.cursor == 2.0
+    until(lambda: "13" in dialog.preview.picture.caption)
+    dialog.force_time.setValue(3.25)
+    assert document.view.cursor == 3.25
+
+
+def test_a_chosen_tap_is_shown_on_both_clocks(document, dialog):
+    mark(dialog, 27, 0.5)
+    mark(dialog, 174, 5.4)
+    dialog.table.selectRow(0)
+    assert dialog.preview.number == 27
+    assert document.view.cursor == 0.5
+
+
+def test_a_proposal_is_shown_and_accepted(document, dialog, until):
+    press(dialog.propose_button)
+    assert not dialog.propose_button.isEnabled()
+    until(lambda: dialog.proposal is not None)
+    assert dialog.candidate.offset == pytest.approx(OFFSET, abs=0.04)
+    assert len(dialog.rows) == len(TAPS)
+    assert "ms" in dialog.residual_label.text()
+    assert f"{dialog.proposal.confidence:.2f}" in dialog.confidence_label.text()
+    assert document.demonstration.video.clock == ClockMap(0.25, 1.00001)
+    picture = dialog.plot.grab().toImage()
+    assert len({picture.pixel(x, picture.height() // 2) for x in range(picture.width())}) > 3
+    press(dialog.accept_button)
+    assert document.demonstration.video.clock == dialog.candidate
+    with Project.open(document.project.path) as project:
+        assert project.demonstrations.load(document.id).video.clock == dialog.candidate
+
+
+def test_cancelling_while_it_searches_stores_nothing(document, dialog, until):
+    press(dialog.propose_button)
+    press(dialog.cancel_button)
+    until(lambda: not dialog.jobs.busy)
+    assert dialog.proposal is None
+    assert document.demonstration.video.clock == ClockMap(0.25, 1.00001)
+
+
+def test_a_click_into_the_curves_moves_the_cursor(document, dialog, until):
+    press(dialog.propose_button)
+    until(lambda: dialog.proposal is not None)
+    plot = dialog.plot
+    QTest.mouseClick(plot, Qt.MouseButton.LeftButton, pos=plot.rect().center())
+    assert document.view.cursor == pytest.approx(3.0, abs=0.05)
+
+
+def test_a_video_that_is_gone_is_told_and_marks_no_frame(document, jobs, until):
+    path, name = document.demonstration.video.path, document.demonstration.name
+    path.unlink()
+    dialog = SynchroniseDialog(document, jobs)
+    dialog.show()
+    until(lambda: "is not there" in dialog.preview.picture.message)
+    assert f"The video of '{name}' ('{path}') is not there" in dialog.preview.picture.message
+    press(dialog.frame_button)
+    assert dialog.rows == ()
+    dialog.propose()
+    until(lambda: bool(dialog.trouble.text()))
+    assert dialog.propose_button.isEnabled()
+    dialog.reject()
+
+
+def test_everything_is_reached_by_keyboard_and_named(dialog):
+    named = (
+        dialog.frame_button,
+        dialog.force_button,
+        dialog.remove_button,
+        dialog.fit_rate,
+        dialog.table,
+        dialog.snap,
+        dialog.force_time,
+        dialog.propose_button,
+        dialog.reset_button,
+        dialog.accept_button,
+        dialog.cancel_button,
+        dialog.preview.slider,
+        dialog.preview.spin,
+        dialog.preview.back,
+        dialog.preview.on,
+    )
+    for widget in named:
+        assert widget.accessibleName()
+        assert widget.focusPolicy() & Qt.FocusPolicy.TabFocus

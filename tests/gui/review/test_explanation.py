@@ -1,0 +1,353 @@
+"""Why in the window: what it says, what it computes for whom, the way to neighbours and back."""
+
+import time
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from explained import FAST, made
+from PySide6.QtCore import QPoint, QPointF, Qt
+from PySide6.QtTest import QTest
+from waiting import PATIENCE
+
+from forcelab.gui.document import Document
+from forcelab.gui.jobs import Jobs
+from forcelab.gui.review import explanation as why_module
+from forcelab.gui.review import explanation_plots
+from forcelab.gui.review.explanation import ExplanationView, ModelCache
+from forcelab.gui.review.explanation_plots import balance_colours
+from forcelab.jobs import Progress, finish
+from forcelab.review.differences import Interval, place_at
+from forcelab.review.explanation import withholding
+
+SETTINGS = FAST.replace(classifier="naive-bayes")
+
+
+@pytest.fixture(scope="module")
+def study(tmp_path_factory):
+    path = tmp_path_factory.mktemp("why") / "study.forcelab"
+    return path, made(path, SETTINGS, count=3)
+
+
+@pytest.fixture(scope="module")
+def trained(study):
+    """Withheld recognisers, each trained once for all tests."""
+    return {}
+
+
+class Trainings:
+    """Stands for the training in a process of its own: counts, and waits to be let go on."""
+
+    def __init__(self, trained):
+        self.trained, self.asked, self.held, self.closed = trained, [], False, []
+
+    def __call__(self, path, outcome, id_):
+        self.asked.append(id_)
+        try:
+            while self.held:
+                time.sleep(0.001)
+                yield Progress(1, 200, "fit")
+            key = outcome.number, id_
+            if key not in self.trained:
+                self.trained[key] = finish(withholding(path, outcome, id_))
+            yield Progress(200, 200, "fit")
+        except GeneratorExit:
+            self.closed.append(id_)
+            raise
+        return self.trained[key]
+
+
+@pytest.fixture
+def trainings(monkeypatch, trained):
+    made = Trainings(trained)
+    monkeypatch.setattr(why_module, "train_without", made)
+    return made
+
+
+@pytest.fixture
+def document(app, study):
+    document = Document("Bob")
+    document.open_project(study[0])
+    yield document
+    document.close()
+
+
+@pytest.fixture
+def jobs(app):
+    jobs = Jobs()
+    yield jobs
+    assert jobs.close(PATIENCE)
+
+
+@pytest.fixture
+def view(document, jobs, trainings, until):
+    view = ExplanationView(document, jobs)
+    view.resize(460, 800)
+    yield view
+    view.close()
+    view.deleteLater()
+
+
+def place_in(study, number=0, action="hold"):
+    one = study[1].tested[number]
+    segment = next(s for s in one.human if s.action == action)
+    return Interval(one.id, segment.start, segment.end, "hold", "grab", 0.83)
+
+
+@pytest.fixture
+def explained(view, document, study, until):
+    """The view with an explanation of a place in the first demonstration."""
+    document.review.set_run(study[1])
+    view.show()
+    document.review.examine(place_in(study))
+    until(lambda: view.settled and view.why is not None)
+    return view
+
+
+def said(view):
+    note = view._room.note
+    return note.text() if note.isVisible() else ""
+
+
+def test_it_says_what_is_missing(view, document, study, until):
+    view.show()
+    until(lambda: "Open a demonstration" in said(view))
+    document.open_demonstration(study[1].tested[0].id)
+    until(lambda: "Train a recogniser" in said(view))
+    document.review.set_run(replace(study[1], tested=study[1].tested[1:]))
+    until(lambda: "not part of the training" in said(view))
+    document.review.set_run(study[1])
+    one = study[1].tested[0]
+    silent = next(t / 100 for t in range(1000) if place_at(one, t / 100) is None)
+    document.view.seek(silent)
+    until(lambda: "Nothing is labelled or predicted" in said(view))
+
+
+def test_whoever_codes_blind_is_told_nothing(view, document, study, until, trainings):
+    one = study[1].tested[0]
+    document.review.set_run(study[1])
+    document.project.coding.assign(one.id, "Bob", blind=True)
+    try:
+        view.show()
+        document.review.examine(place_in(study))
+        until(lambda: "blind" in said(view))
+        assert view.why is None
+        assert not trainings.asked
+    finally:
+        document.project.coding.unassign(one.id, "Bob")
+
+
+def test_neighbours_in_a_demonstration_that_is_coded_blind_are_left_out(
+    view, document, study, until
+):
+    other = study[1].tested[1].id
+    document.project.coding.assign(other, "Bob", blind=True)
+    try:
+        document.review.set_run(study[1])
+        view.show()
+        document.review.examine(place_in(study))
+        until(lambda: view.settled and view.why is not None)
+        shown = {card.neighbour.place.demonstration for card in view.page.neighbours.cards}
+        assert shown == {study[1].tested[2].id}
+    finally:
+        document.project.coding.unassign(other, "Bob")
+
+
+@pytest.mark.parametrize("visible", [True, False])
+def test_neighbours_go_when_whoever_looks_next_codes_them_blind(
+    explained, document, study, until, visible
+):
+    view, other = explained, study[1].tested[1].id
+    assert other in {card.neighbour.place.demonstration for card in view.page.neighbours.cards}
+    document.project.coding.assign(other, "Cleo", blind=True)
+    try:
+        view.setVisible(visible)
+        document.set_author("Cleo")
+        view.show()
+        until(lambda: view.settled and not view.page.stale)
+        shown = {card.neighbour.place.demonstration for card in view.page.neighbours.cards}
+        assert shown == {study[1].tested[2].id}
+    finally:
+        document.project.coding.unassign(other, "Cleo")
+        document.set_author("Bob")
+
+
+def test_nothing_is_computed_while_it_is_hidden(view, document, study, app, trainings, jobs):
+    document.review.set_run(study[1])
+    document.review.examine(place_in(study))
+    app.processEvents()
+    QTest.qWait(60)
+    assert not trainings.asked
+    assert not jobs.busy
+    assert view.place is None
+
+
+def test_what_is_explained_is_what_was_examined(explained, study):
+    view = explained
+    assert view.page.sentence.text().endswith("coded hold, predicted grab with 0.83")
+    assert (view.why.favoured, view.why.against) == ("grab", "hold")
+    lines = view.page.strongest.text().splitlines()
+    assert [
+        explanation_plots.band_sentence(band, view.why) for band in view.why.strongest()
+    ] == lines
+    assert "Permutation" in view.page.method.text()
+    assert "predicts the same" in view.page.method.text()
+    actions = [card.neighbour.place.human for card in view.page.neighbours.cards]
+    assert actions == ["grab", "grab", "hold", "hold"]
+    assert all(card.trace.low.shape[1] == 6 for card in view.page.neighbours.cards)
+    assert not view.page.stale
+
+
+def test_a_second_place_of_the_demonstration_needs_no_training(
+    explained, document, study, until, trainings
+):
+    view, first = explained, explained.why
+    assert len(trainings.asked) == 1
+    document.review.examine(place_in(study, action="release"))
+    until(lambda: view.why is not first)
+    assert len(trainings.asked) == 1
+    document.review.examine(place_in(study, 1))
+    until(lambda: view.settled)
+    assert trainings.asked == [one.id for one in study[1].tested[:2]]
+
+
+def test_the_old_explanation_is_grey_until_the_new_one_is_there(
+    explained, document, study, until, trainings
+):
+    view, first = explained, explained.why
+    trainings.held = True
+    document.review.examine(place_in(study, 1))
+    until(lambda: view.page.stale)
+    assert view.why is first
+    assert view.page.found.isVisible()
+    until(lambda: view.page.state_text.text().startswith("Training without foam"))
+    trainings.held = False
+    until(lambda: not view.page.stale)
+    assert view.why.place.demonstration == study[1].tested[1].id
+    assert not view.page.state.isVisible()
+
+
+def test_another_place_ends_the_training_that_nobody_waits_for(
+    view, document, study, until, trainings
+):
+    trainings.held = True
+    document.review.set_run(study[1])
+    view.show()
+    document.review.examine(place_in(study, 0))
+    until(lambda: trainings.asked == [study[1].tested[0].id])
+    document.review.examine(place_in(study, 0, "release"))
+    QTest.qWait(60)
+    assert not trainings.closed  # another place, but of the same demonstration
+    document.review.examine(place_in(study, 1))
+    until(lambda: trainings.closed == [study[1].tested[0].id])
+    until(lambda: len(trainings.asked) == 2)
+    view.hide()
+    until(lambda: len(trainings.closed) == 2)
+
+
+def test_the_training_can_be_stopped_and_begun_again(view, document, study, until, trainings):
+    trainings.held = True
+    document.review.set_run(study[1])
+    view.show()
+    document.review.examine(place_in(study))
+    until(lambda: view.page.stop.text() == "Stop")
+    QTest.mouseClick(view.page.stop, Qt.MouseButton.LeftButton)
+    until(lambda: trainings.closed)
+    assert view.page.stop.text() == "Explain"
+    trainings.held = False
+    QTest.mouseClick(view.page.stop, Qt.MouseButton.LeftButton)
+    until(lambda: view.why is not None)
+
+
+def test_a_card_leads_to_its_segment_and_back_leads_to_the_place(
+    explained, document, study, until, trainings, app
+):
+    view, why = explained, explained.why
+    card = view.page.neighbours.cards[-1]
+    card.setFocus()
+    QTest.keyClick(card, Qt.Key.Key_Space)
+    assert document.review.examined == card.neighbour.place
+    assert document.id == card.neighbour.place.demonstration
+    QTest.qWait(60)
+    assert view.why is why
+    assert not view.page.stale
+    assert card.isChecked()
+    QTest.mouseClick(view.page.back, Qt.MouseButton.LeftButton)
+    assert document.review.examined == why.place
+    assert document.id == why.place.demonstration
+    QTest.qWait(60)
+    assert view.why is why
+    assert not view.page.back.isVisible()
+    assert not card.isChecked()
+    assert len(trainings.asked) == 1
+
+
+def test_a_click_into_the_chart_moves_the_cursor_there(explained, document):
+    chart = explained.page.chart
+    axis = chart.axis
+    wanted = 0.3 * axis.start + 0.7 * axis.end
+    where = QPoint(round(axis.at(wanted)), 40)
+    QTest.mouseClick(chart, Qt.MouseButton.LeftButton, pos=where)
+    pixel = (axis.end - axis.start) / (axis.finish - axis.begin)
+    assert document.view.cursor == pytest.approx(wanted, abs=1.1 * pixel)
+
+
+def test_a_selected_segment_is_explained_and_so_is_what_is_at_the_cursor(
+    view, document, study, until
+):
+    one = study[1].tested[0]
+    document.review.set_run(study[1])
+    document.open_demonstration(one.id)
+    view.show()
+    place = place_at(one, 2.0)
+    document.view.seek(2.0)
+    until(lambda: view.place == place)
+    document.set_author("Ann")  # who has segments to select
+    document.select(1)
+    segment = document.editor.segments[1]
+    until(lambda: (view.place.start, view.place.end) == (segment.start, segment.end))
+    assert view.place.human == segment.action
+
+
+def test_a_band_is_told_where_the_pointer_is(explained):
+    bands, why = explained.page.bands, explained.why
+    first = why.strongest()[0]
+    cell = bands.cell(why.channels.index(first.channel), why.hertz.tolist().index(first.hertz))
+    assert bands.told(cell.center()) == explanation_plots.band_sentence(first, why)
+    assert bands.told(QPointF(1, 1)) == ""
+
+
+@pytest.mark.parametrize("dark", [False, True])
+def test_colours_of_for_and_against_are_told_apart_without_red_and_green(dark):
+    colours = balance_colours(dark).astype(float)
+    middle = len(colours) // 2
+    grey = colours @ [0.2126, 0.7152, 0.0722]
+    for side in (grey[middle:], grey[middle::-1]):
+        steps = np.diff(side)
+        assert ((steps >= -0.5) if dark else (steps <= 0.5)).all()
+    # Blue against yellow is what every dichromat sees.
+    yellow = colours[:, :2].mean(axis=1) - colours[:, 2]
+    assert yellow[-1] - yellow[0] > 150
+
+
+def test_the_shelf_keeps_what_was_used_last(study):
+    class Heavy:
+        bytes = 50 * 2**20
+
+    shelf, (path, outcome) = ModelCache(), study
+    for name in "abc":
+        shelf.put(path, outcome, name, Heavy())
+        shelf.get(path, outcome, "a")
+    assert [shelf.get(path, outcome, name) is not None for name in "abc"] == [True, False, True]
+
+
+def test_time_left_is_that_of_a_fold_of_the_run(study):
+    outcome = replace(study[1], seconds={"features": 3.0, "fit": 30.0})
+    told = explanation_plots.held_out_progress(Progress(3, 200, "fit"), "foam 01", 4.0, outcome)
+    assert told == "Training without foam 01 … about 9 s left"
+    halves = explanation_plots.held_out_progress(
+        Progress(3, 200, "fit"), "foam 01", 4.0, replace(outcome, folds=2)
+    )
+    assert halves == "Training without foam 01 … about 14 s left"
+    late = explanation_plots.held_out_progress(Progress(3, 200, "fit"), "foam 01", 40.0, outcome)
+    assert late == "Training without foam 01 … nearly done"
