@@ -175,10 +175,10 @@ def _metric_name(metric: str) -> str:
 
 
 def _difference_text(
-    one: float | None, other: float | None, scale: float = 100.0, digits: int = 1
+    first: float | None, second: float | None, scale: float = 100.0, digits: int = 1
 ) -> str:
-    """What the other has more."""
-    return "-" if one is None or other is None else f"{scale * (other - one):+.{digits}f}"
+    """What the second has more."""
+    return "-" if first is None or second is None else f"{scale * (second - first):+.{digits}f}"
 
 
 def _comparison_json(comparison: Comparison) -> dict[str, Any]:
