@@ -28,7 +28,7 @@ __all__ = ["build_parser", "command_modules", "main"]
 
 MANUAL = """\
 forcelab labels and recognises force actions. A demonstration (force channels on one clock) goes
-in; coders give each stretch of it an action; a recogniser learns the actions from complex-Morlet
+in; coders label its segments with actions; a recogniser learns the actions from complex-Morlet
 wavelet features; human and predicted timelines come out as pairs.
 
 To begin with:
@@ -43,9 +43,9 @@ To begin with:
 """
 
 CLOSING = """\
-Every command but gui has --json; 'forcelab help COMMAND', or --help behind it, explains it. Exit
-status: 0 done; 1 a file or project stands in the way (one sentence says what, where and the cure);
-2 the command line is wrong.
+Every command but gui has --json; 'forcelab help COMMAND' or 'forcelab COMMAND --help' explains it.
+Exit status: 0 done; 1 a file or project stands in the way (one sentence says what, where and the
+cure); 2 the command line is wrong.
 """
 
 #: The commands as the manual lists them; others follow by name.

@@ -152,26 +152,26 @@ def add_column_options(parser: argparse.ArgumentParser) -> None:
         metavar="SECONDS",
         type=float,
         default=0.0,
-        help="move stamps that run backwards, by so much at most (such as 0.001), and say so",
+        help="move times that run backwards by at most this much (such as 0.001), and report it",
     )
     parser.add_argument(
         "--counter",
         metavar="COL",
         help="name or number of the column that counts the samples, --rate of them a second, "
-        "instead of times: what was lost is a gap",
+        "in place of times; lost samples become gaps",
     )
     parser.add_argument(
         "--leave-out",
         metavar="COL",
         action="append",
         default=[],
-        help="name or number of a column that is no signal; may be repeated",
+        help="name or number of a column to leave out; may be repeated",
     )
     parser.add_argument(
         "--signal",
         metavar="COL",
         action="append",
         default=[],
-        help="name or number of a column that is one, though it was left out or taken for times or "
-        "a counter; of a ROS bag /topic.field; may be repeated",
+        help="name or number of a column to use as a signal although it would be left out or "
+        "taken for times or a counter; in a ROS bag /topic.field; may be repeated",
     )

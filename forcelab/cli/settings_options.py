@@ -37,7 +37,7 @@ def add_settings(parser: argparse.ArgumentParser) -> None:
     """Options that choose demonstrations and change a preset, for training and evaluating alike."""
     which = parser.add_argument_group("which demonstrations")
     add_task(which, "task to use; given several times, the tasks are joined", action="append")
-    add_author(which, "whose labels, where there are several coders")
+    add_author(which, "the coder whose labels to use, where there are several")
     which.add_argument(
         "--apart",
         action="store_true",

@@ -769,7 +769,7 @@ def _read_verdicts(members: ArchiveReader, project: Project) -> None:
     _check_demonstrations(members, verdicts, name)
     runs = dict(enumerate((run.id for run in project.runs.summaries()), 1))
     if unknown := {verdict.run for verdict in verdicts} - {None, *runs}:
-        raise InputError(f"The run {unknown.pop()} is told but missing in {members.where(name)}.")
+        raise InputError(f"The run {unknown.pop()} is named but missing in {members.where(name)}.")
     numbered = (v if v.run is None else replace(v, run=runs[v.run]) for v in verdicts)
     project.coding.add_verdicts(numbered)
 
@@ -790,7 +790,7 @@ def _edits(members: ArchiveReader, bounds: Mapping[str, tuple[float, float]]) ->
         edit = _edit_of(record, members.version)
         if edit.demonstration not in bounds:
             raise InputError(
-                f"The demonstration '{edit.demonstration}' is told but missing in {record.where}."
+                f"The demonstration '{edit.demonstration}' is named but missing in {record.where}."
             )
         # What an edit removed, an earlier one has inserted.
         check_within(edit.inserted, *bounds[edit.demonstration], _cure(record.where))
@@ -808,7 +808,7 @@ def _check_demonstrations(
     """Refuse events of demonstrations that the archive lacks."""
     if missing := {event.demonstration for event in events} - set(members.ids()):
         raise InputError(
-            f"The demonstration '{min(missing)}' is told but missing in {members.where(name)}."
+            f"The demonstration '{min(missing)}' is named but missing in {members.where(name)}."
         )
 
 
@@ -827,6 +827,6 @@ def _provenance_of(record: Record, numbers: dict[int, int]) -> dict[str, Any]:
         for used in record.records("labels")
     ]
     if missing := {used.edit for used in labels} - {0, *numbers}:
-        raise InputError(f"The edit {min(missing)} is told but missing in {record.where}.")
+        raise InputError(f"The edit {min(missing)} is named but missing in {record.where}.")
     labels = [replace(used, edit=numbers.get(used.edit, 0)) for used in labels]
     return {**provenance, "labels": labels, "versions": versions}

@@ -408,13 +408,13 @@ def _trouble(kind: str, definitions: Definitions) -> str | None:
             return count(inner, above)
         if sort == Nodetype.BASE:
             return 1
-        one, length = inner
-        several = fields(one, above)
+        item, length = inner
+        several = fields(item, above)
         if several == 0:
-            raise _UnreadableError(f"a list of {one[1]}, which holds nothing")
+            raise _UnreadableError(f"a list of {item[1]}, which holds nothing")
         if sort == Nodetype.SEQUENCE:
             return 1 + several
-        return several if one[0] == Nodetype.BASE and one[1][0] != "string" else several * length
+        return several if item[0] == Nodetype.BASE and item[1][0] != "string" else several * length
 
     try:
         count(kind, ())

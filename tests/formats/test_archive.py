@@ -356,7 +356,7 @@ def test_assignments_stay_assigned_and_done(project, whole, tmp_path):
     for field, wrong, result in (
         ("kind", "lost", "'lost' is nothing that befalls an assignment"),
         ("kind", "reopened", "never assigned to 'anna'"),
-        ("demonstration", "0" * 32, "is told but missing in 'assignments.json'"),
+        ("demonstration", "0" * 32, "is named but missing in 'assignments.json'"),
         ("time", "2026-01-01", "has no time zone in 'assignments.json'"),
         ("author", " ", "needs an author"),
     ):
@@ -377,9 +377,9 @@ def test_verdicts_stay_as_they_were_given(project, whole, tmp_path):
     verdicts = loaded(whole, "verdicts.json")
     for field, wrong, result in (
         ("verdict", "maybe", "'maybe' is no verdict in 'verdicts.json'"),
-        ("demonstration", "0" * 32, "is told but missing in 'verdicts.json'"),
-        ("run", 2, "The run 2 is told but missing in 'verdicts.json'"),
-        ("run", 0, "The run 0 is told but missing"),
+        ("demonstration", "0" * 32, "is named but missing in 'verdicts.json'"),
+        ("run", 2, "The run 2 is named but missing in 'verdicts.json'"),
+        ("run", 0, "The run 0 is named but missing"),
         ("run", True, "'run' is missing or wrong"),
         ("time", "2026-01-01", "has no time zone in 'verdicts.json'"),
         ("author", " ", "needs an author"),

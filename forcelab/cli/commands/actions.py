@@ -1,7 +1,7 @@
 """Explain the actions that coders label.
 
-What each is, how to decide where it starts and ends, and what it is not to be mistaken
-for; with a picture of its beginning and its end.
+What each is, where it starts and ends, and what not to mistake it for; with a picture
+of its start and its end.
 
 for example:
   forcelab actions slip 'slip transition'

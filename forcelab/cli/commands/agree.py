@@ -1,8 +1,8 @@
-"""Say how far several coders agree, and where they do not.
+"""Measure how far coders agree, and list where they do not.
 
 Cohen's kappa of every two coders and Fleiss' kappa of all, over the time that they
-labelled; agreement of each action, of boundaries and segments, with the worst places;
-and how consistent each coder is from one demonstration to the next.
+labelled; agreement of each action, of boundaries and segments, with the largest
+differences; and how consistent each coder is from one demonstration to the next.
 
 for example:
   forcelab agree lab.forcelab --task stylus --authors Ines Tomas
@@ -52,7 +52,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         type=name_of,
         metavar=("NAME", "AGAIN"),
         nargs=2,
-        help="two names of one coder, who labelled twice: how consistent that coder is",
+        help="two names of one coder who labelled twice: measure how consistent that coder is",
     )
     add_json(parser)
 

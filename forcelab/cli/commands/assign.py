@@ -1,9 +1,8 @@
-"""Say who is to label what, blind to the others' labels or not.
+"""Assign demonstrations to coders, blind to other coders' labels or not.
 
-A coder who is assigned a demonstration blind sees neither the tracks and notes of the
-others nor predictions in the window until it is done. Without DEMO and --task: shows
-what is assigned. Every assignment, and when it was done or opened again, is kept for
-ever.
+Until a blind assignment is done, the window shows its coder neither the tracks and
+notes of other coders nor predictions. Without DEMO and --task: lists the assignments.
+Every assignment, and when it was done or reopened, is kept for ever.
 
 for example:
   forcelab assign lab.forcelab pull-03 pull-04 --author Ines
@@ -25,13 +24,13 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "demonstrations", metavar="DEMO", nargs="*", help="names or ids of demonstrations"
     )
-    add_author(parser, "the coder; without DEMO and --task: only this one's")
+    add_author(parser, "the coder; without DEMO and --task: only this coder's")
     add_task(parser, "all demonstrations of this task")
     what = parser.add_mutually_exclusive_group()
     what.add_argument("--open", action="store_true", help="assign openly, not blind")
     what.add_argument("--done", action="store_true", help="mark as done")
-    what.add_argument("--reopen", action="store_true", help="mark as not done after all")
-    what.add_argument("--remove", action="store_true", help="take the assignment back")
+    what.add_argument("--reopen", action="store_true", help="mark as not done")
+    what.add_argument("--remove", action="store_true", help="withdraw the assignment")
     add_json(parser)
 
 

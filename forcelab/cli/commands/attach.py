@@ -1,7 +1,7 @@
 """Attach a video to a demonstration.
 
-The video is copied into the project, in place of the one that is there. Where its clock
-is not that of the forces, 'forcelab sync' finds the offset.
+The video is copied into the project and replaces the present one. Where its clock is
+not that of the forces, 'forcelab sync' finds the offset.
 
 for example:
   forcelab attach lab.forcelab pull-03 pull-03.mp4

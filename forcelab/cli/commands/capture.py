@@ -1,10 +1,10 @@
 r"""Record a demonstration from sensors and cameras.
 
-All devices are recorded on one clock into a project, which is made if it does not
-exist, for so many seconds or until Ctrl+C. What is recorded is on the disk within
-0.2 s: after a crash --recover makes demonstrations of what there is. A device that is
-unplugged is waited for; what was missed is a gap. The videos of further cameras lie
-beside the first one's, each on the same clock; 'forcelab list' says where.
+All devices are recorded on one clock into a project, which is created if need be, for
+--seconds or until Ctrl+C. Samples are on the disk within 0.2 s: after a crash --recover
+makes demonstrations of them. An unplugged device is waited for, and the time without it
+is a gap. The videos of further cameras lie beside the first one's, each on the same
+clock; 'forcelab list' says where.
 
 A device is KIND:PORT?OPTION=VALUE&... with the kinds optoforce (rate, filter,
 calibration, serial), text (baud, rate) and encoder (scale, unit, channel, rate,
@@ -208,7 +208,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         metavar="DEVICE",
         action="append",
         default=[],
-        help="such as optoforce:/dev/ttyACM0; several times for several",
+        help="such as optoforce:/dev/ttyACM0; may be repeated",
     )
     parser.add_argument(
         "--camera",
@@ -226,13 +226,13 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "--recogniser",
         metavar="FILE",
         type=Path,
-        help="label it while it lasts, by what train wrote; the track is kept with it",
+        help="label the recording live with a recogniser that train wrote; its track is kept",
     )
     parser.add_argument(
         "--latency",
         metavar="SECONDS",
         type=float,
-        help="from a force to its label; the more, the better the label (0.3)",
+        help="delay of labels behind the forces; the longer, the better they are (0.3)",
     )
     what = parser.add_mutually_exclusive_group()
     what.add_argument("--list", action="store_true", help="show what is plugged in")

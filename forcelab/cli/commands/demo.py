@@ -1,8 +1,8 @@
 """Make the sample project.
 
-Thirty simulated demonstrations of five tasks, with force, video and the labels of two
-coders, and a recogniser. It takes its name once it is complete; where it is already,
-nothing is changed.
+Thirty simulated demonstrations of five tasks, with forces, video and the labels of two
+coders, and a recogniser. The folder appears when it is complete; an existing one is not
+changed.
 
 for example:
   forcelab demo sample.forcelab

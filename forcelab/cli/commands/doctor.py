@@ -1,7 +1,7 @@
-"""Examine this machine and say what is missing.
+"""Check this machine and say what is missing.
 
-Versions, Qt and its fonts, video codecs (each is tried), cameras and serial ports,
-with the cure beside whatever is not as it should be.
+Versions, Qt and its fonts, video codecs (each is tried), cameras and serial ports, with
+the remedy for whatever is wrong.
 
 for example:
   forcelab doctor

@@ -1,11 +1,11 @@
 """Recognise each demonstration by a recogniser that has not seen it.
 
-Leaves one demonstration of a task out at a time, of more than 20 a group (--folds);
-with --test-task trains on one task and tests on the other; with --test-names on some
-demonstrations of a task, such as those of another person. Each task by itself unless
---task is given several times. The result is kept in the project as a run for a review,
-unless an option says otherwise: a review trains again what it explains, and would do so
-without that option.
+Leaves out one demonstration of a task at a time, or a group if there are more than 20
+(--folds); with --test-task trains on one task and tests on another; with --test-names
+tests on some demonstrations of a task, such as those of another person. Tasks are
+evaluated one by one unless --task is given several times. The result is kept in the
+project as a run for the review; options that say so keep none, because the review would
+train again without them.
 
 for example:
   forcelab evaluate lab.forcelab --task stylus --preset best --figure pairs.svg

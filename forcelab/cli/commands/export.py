@@ -1,10 +1,10 @@
 """Write labels for other programs, or a whole project as one archive.
 
-csv: start,end,action,author; a file a demonstration. table: one CSV of all, a line a
-segment, for statistics. elan: an .eaf a demonstration, a tier a coder, video linked.
-boris: one .boris project, an observation a coder and demonstration, video linked.
-audacity: a label track a coder and demonstration. archive: one zip with everything;
-'forcelab import' reads it back.
+csv: start,end,action,author; one file per demonstration. table: one CSV of all, one row
+per segment, for statistics. elan: one .eaf per demonstration, one tier per coder, video
+linked. boris: one .boris project, one observation per coder and demonstration, video
+linked. audacity: one label track per coder and demonstration. archive: one zip with
+everything; 'forcelab import' reads it back.
 Times are seconds from the start of the forces (elan: milliseconds).
 
 for example:

@@ -1,8 +1,8 @@
 """Open the window, or draw a picture of it.
 
 The same as 'forcelab PROJECT'. Without a project it opens the last one; the first time,
-it makes the sample project. With --screenshot it needs no display, draws the window
-when everything in it is there, and ends.
+it makes the sample project. With --screenshot it needs no display: it draws the window
+once it is complete, and quits.
 
 for example:
   forcelab gui lab.forcelab --demo pull-03 --at 2.5
@@ -45,9 +45,9 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--span", metavar="SECONDS", type=_span, help="how much time is visible")
     parser.add_argument("--size", metavar="WxH", type=_size, help="of the window (1280x800)")
     parser.add_argument(
-        "--theme", choices=("light", "dark", "system"), help="colours (those chosen in the window)"
+        "--theme", choices=("light", "dark", "system"), help="colours (as chosen in the window)"
     )
-    add_author(parser, "the coder (who labelled last in the project)")
+    add_author(parser, "the coder (the last one who labelled in the project)")
     parser.add_argument(
         "--screenshot", metavar="FILE", type=Path, help="draw the window into this .png"
     )

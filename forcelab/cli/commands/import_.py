@@ -1,15 +1,15 @@
 """Read recordings into a project.
 
-The project is made if it does not exist. Formats are told apart by content: tables
-(CSV, TSV, spaces), the paper's databases (*.pdl), archives of projects, ROS bags (with
-the package rosbags), raw dumps of OptoForce sensors. Labels of a table may stand in a
-column of it, or beside it in NAME.labels.csv (start, end, action) or an Audacity label
-track NAME.txt. A video named with its recording (pull.csv pull.mp4) is attached to it.
-A recording that is there already is updated, not doubled; read with other columns it
-is another demonstration. A file that cannot be read is named and left out, and the exit
-status is 1 then; with --strict nothing is imported at all. An archive alone, into a new
-project, brings back everything it holds; into one that is there, the recordings and
-coders' labels that this one has not got.
+The project is created if need be. The format is recognised by content: tables (CSV,
+TSV, spaces), the paper's databases (*.pdl), archives of projects, ROS bags (with the
+package rosbags), raw dumps of OptoForce sensors. The labels of a table may be one of
+its columns, or lie beside it in NAME.labels.csv (start, end, action) or an Audacity
+label track NAME.txt. A video named with its recording (pull.csv pull.mp4) is attached
+to it. A recording that the project has already is updated, not doubled; read with other
+columns it is another demonstration. A file that cannot be read is reported and left
+out, and the exit status is then 1; with --strict nothing is imported at all. A single
+archive imported into a new project restores everything it holds; into an existing one,
+the recordings and coders' labels that it lacks.
 
 for example:
   forcelab import lab.forcelab recordings/*.csv --task stylus --videos
@@ -56,7 +56,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--format",
         choices=format_names(),
-        help="read the files as this, whatever they look like",
+        help="read the files as this, whatever their content suggests",
     )
     parser.add_argument(
         "--calibration",
@@ -69,12 +69,12 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--videos",
         action="store_true",
-        help="attach the video beside a recording that is called as it is: pull.mp4 to pull.csv",
+        help="attach the video beside each recording that has its name: pull.mp4 to pull.csv",
     )
     parser.add_argument(
         "--strict",
         action="store_true",
-        help="refuse gaps and what would be repaired, and take all files or none",
+        help="refuse gaps and repairs, and import all files or none",
     )
     add_json(parser)
 

@@ -1,7 +1,7 @@
 """Measure error against run time.
 
-Every row has its error and against what, the median CPU time with its spread, and the
-memory; * marks those that no other beats in both error and time (Pareto front).
+Every row has its error and its reference, the median CPU time with its spread, and the
+memory; * marks rows that no other beats in both error and time (Pareto front).
 
 contact: the solvers of the simulated tongs.
 cwt: the wavelet engine at all its tolerances, to log magnitude and phase, beside
@@ -10,7 +10,7 @@ recognition: presets, scales, phase, classifiers, filters and decoders on each t
 PROJECT (the sample project): 1 - F1@50 and the other scores, with demonstrations left
 out of training in four groups in turn, against the CPU time of features, training and
 recognition. The page Accuracy and speed of the Review workspace draws it.
-all: every one of these; what cannot be measured here is told by its name.
+all: all of these; what cannot be measured here is listed as skipped.
 
 for example:
   forcelab measure cwt --quick
@@ -66,7 +66,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--extremes",
         action="store_true",
-        help="cwt: zeros, gaps, steps, huge and tiny numbers: who gives the right answer",
+        help="cwt: which engines handle zeros, gaps, steps, huge and tiny numbers",
     )
     parser.add_argument(
         "--quick", action="store_true", help="less of it: some minutes instead of half an hour"

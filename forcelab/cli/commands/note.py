@@ -1,8 +1,7 @@
-"""Write what others should know about a demonstration.
+"""Write a note for other coders on a demonstration.
 
-Each coder has one note on each demonstration, in place of which another TEXT is put; an
-empty one ('') takes it away. Without TEXT: shows the notes there are. Every note that
-was ever written is kept.
+Each coder has one note on each demonstration; a new TEXT replaces it, and an empty one
+('') removes it. Without TEXT: lists the notes. Every note ever written is kept.
 
 for example:
   forcelab note lab.forcelab pull-03 'sensor slipped at 3.2 s' --author Ines
@@ -22,9 +21,11 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add_project(parser)
     parser.add_argument("demonstration", metavar="DEMO", nargs="?", help="its name or id")
     parser.add_argument("text", metavar="TEXT", nargs="?", help="the note, one line")
-    add_author(parser, "whose note; without TEXT: only this one's")
+    add_author(parser, "the note's coder; without TEXT: only this coder's")
     parser.add_argument(
-        "--history", action="store_true", help="show every note ever written, also those replaced"
+        "--history",
+        action="store_true",
+        help="list every note ever written, also those that were replaced",
     )
     add_json(parser)
 

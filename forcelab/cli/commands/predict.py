@@ -1,7 +1,7 @@
 """Label recordings with a recogniser.
 
-Prints the segments, or writes them: one file for one demonstration, a folder of files
-for several. No track of a project is changed.
+Prints the segments or writes them: a file for one demonstration, a folder of files for
+several. Tracks of projects are not changed.
 
 for example:
   forcelab predict stylus.skops new.csv

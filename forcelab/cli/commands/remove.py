@@ -1,10 +1,10 @@
 """Remove demonstrations, runs and recognisers.
 
-A demonstration goes for good, with its video, everybody's labels and their history,
-notes, assignments and verdicts; runs and recognisers stay. A run goes with what it
-predicted and its recogniser, unless another run has that too; labels stay, those
-accepted from it as well, and verdicts, but not of which run they were. 'forcelab runs'
-tells what each takes up. Without --yes it only says what would go.
+A demonstration is removed for good, with its video, all labels and their history,
+notes, assignments and verdicts; runs and recognisers stay. A run is removed with its
+predictions and its recogniser, unless another run shares that; labels stay, those
+accepted from it as well, and so do verdicts, which then name no run. 'forcelab runs'
+lists the disk space of each. Without --yes it only says what would be removed.
 
 for example:
   forcelab remove lab.forcelab pull-03 pull-04
@@ -48,11 +48,9 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("demonstrations", metavar="DEMO", nargs="*", help="names or ids")
     parser.add_argument("--run", metavar="N", type=int, nargs="+", help="numbers of runs")
     parser.add_argument(
-        "--recogniser", metavar="ID", nargs="+", help="ids of recognisers, or how they begin"
+        "--recogniser", metavar="ID", nargs="+", help="ids of recognisers, or their first digits"
     )
-    parser.add_argument(
-        "--yes", action="store_true", help="remove it, with all that would go with it"
-    )
+    parser.add_argument("--yes", action="store_true", help="remove it, with all that belongs to it")
     add_json(parser)
 
 

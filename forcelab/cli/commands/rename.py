@@ -1,8 +1,8 @@
 """Rename an action in a coder's labels, or merge it into another.
 
-All of the coder's segments of the action get the new name, one edit a demonstration,
-which can be undone there. Others' labels stay as they are: where they use the action,
-it stays beside the new one. Recognisers and runs keep the old name.
+All of the coder's segments of the action get the new name, as one edit per
+demonstration, which can be undone there. Labels of other coders stay as they are: where
+they use the action, it stays beside the new one. Recognisers and runs keep the old name.
 
 for example:
   forcelab rename lab.forcelab hold grip --author Ines --task stylus
@@ -21,11 +21,11 @@ from forcelab.project import Project
 def add_options(parser: argparse.ArgumentParser) -> None:
     add_project(parser)
     parser.add_argument("old", metavar="ACTION", type=name_of, help="the action")
-    parser.add_argument("new", metavar="NAME", type=name_of, help="what it is called from now on")
-    add_author(parser, "whose labels change", required=True)
+    parser.add_argument("new", metavar="NAME", type=name_of, help="its new name")
+    add_author(parser, "the coder whose labels change", required=True)
     add_task(parser, "only this; may be repeated", action="append")
     parser.add_argument(
-        "--yes", action="store_true", help="merge the two if there is an action NAME already"
+        "--yes", action="store_true", help="merge the two if the action NAME already exists"
     )
     add_json(parser)
 

@@ -1,9 +1,8 @@
 """Play a demonstration as if its sensors were plugged in.
 
-Each 3-axis sensor becomes a pseudo-terminal that sends what an OptoForce DAQ would
-send, in real time, and answers what a DAQ answers; or all channels, whatever they
-measure, one that prints lines as a microcontroller does. Nothing begins before all
-are opened.
+Each 3-axis sensor becomes a pseudo-terminal that sends and answers in real time what an
+OptoForce DAQ would. With --as text all channels, whatever they measure, become one that
+prints lines as a microcontroller does. It starts when all of them have been opened.
 
 for example:
   forcelab replay lab.forcelab pull-03 --as text --lead 10
@@ -51,13 +50,13 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         metavar="SECONDS",
         type=float,
         default=1.0,
-        help="from the opening of the last port to the beginning (1)",
+        help="pause between the opening of the last port and the start (1)",
     )
     parser.add_argument(
         "--calibration",
         metavar="FILE",
         type=Path,
-        help="TOML file that says what a count is worth (a sensor of 40 N)",
+        help="TOML file of newtons per count (a sensor of 40 N)",
     )
     add_json(parser)
 

@@ -1,8 +1,8 @@
 """List where labels and predictions differ, the most urgent first.
 
-Of the latest run, with the labels as they are now: suspected coding errors, wrong
-actions, what the model missed, edges that differ, and what it sees in unlabelled time.
-Then the verdicts that were given, by pair of actions.
+Compares the latest run with the present labels: suspected coding errors, wrong actions,
+segments that the model missed, edges that differ, and segments it predicts in
+unlabelled time. Then the verdicts given so far, by pair of actions.
 
 for example:
   forcelab review lab.forcelab --task stylus --kind suspected --limit 10
@@ -48,7 +48,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "--kind",
         action="append",
         choices=KINDS,
-        help="only this; may be given several times (all but boundaries and invented)",
+        help="only this; may be repeated (all but boundaries and invented)",
     )
     which.add_argument(
         "--actions",
@@ -57,7 +57,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         type=name_of,
         help="instead, every place of a cell of the confusion matrix; MODEL may be unlabelled",
     )
-    parser.add_argument("--limit", metavar="N", type=int, help="at most so many of each kind")
+    parser.add_argument("--limit", metavar="N", type=int, help="at most this many of each kind")
     add_json(parser)
 
 

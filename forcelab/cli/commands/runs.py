@@ -1,9 +1,9 @@
 """List what was evaluated and trained, or compare two runs.
 
-Every evaluation is kept as a run with its settings, seed and labels, whether made by
-'forcelab evaluate' or in the window. Two are compared over what both tested: a
-difference is the second's score less the first's. What each takes up on the disk is
-told, too, and which recognisers belong to none; 'forcelab remove' removes them.
+Every evaluation, by 'forcelab evaluate' or in the window, is kept as a run with its
+settings, seed and labels. Two are compared on the demonstrations that both tested: a
+difference is the second's score less the first's. The list shows the disk space of each
+run, and recognisers that belong to none; 'forcelab remove' removes them.
 
 for example:
   forcelab runs lab.forcelab --compare 1 2
@@ -175,10 +175,10 @@ def _metric_name(metric: str) -> str:
 
 
 def _difference_text(
-    one: float | None, other: float | None, scale: float = 100.0, digits: int = 1
+    first: float | None, second: float | None, scale: float = 100.0, digits: int = 1
 ) -> str:
-    """What the other has more."""
-    return "-" if one is None or other is None else f"{scale * (other - one):+.{digits}f}"
+    """What the second has more."""
+    return "-" if first is None or second is None else f"{scale * (second - first):+.{digits}f}"
 
 
 def _comparison_json(comparison: Comparison) -> dict[str, Any]:

@@ -1,8 +1,8 @@
 """Simulate demonstrations with a physical model of the tongs.
 
-They go into a project, which is made if it does not exist, labelled by two simulated
+They are added to a project, which is created if need be, with labels by two simulated
 coders. The same task and seed give the same demonstrations: number 2 is the same
-whether 3 or 30 are made, filmed or not.
+whether 3 or 30 are simulated, with or without video.
 
 for example:
   forcelab simulate --task marker --count 3 --seed 7 --out made.forcelab

@@ -1,9 +1,9 @@
 """Find or set the clock of a demonstration's video.
 
-Proposes from the video's motion and the force which force time a frame belongs to, with
-its confidence (0 to 1; below 0.5 it should be looked at) and how far the taps lie from
-it. Force time is offset + rate * video time; with an offset below 0 the video began so
-much earlier than the forces.
+Proposes, from motion in the video and the forces, which force time a frame belongs to,
+with its confidence (0 to 1; below 0.5 check it by eye) and how far the taps lie from
+it. Force time is offset + rate * video time; with an offset below 0 the video began
+that much before the forces.
 
 for example:
   forcelab sync lab.forcelab pull-03 --accept
@@ -50,8 +50,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     """Propose the clock of a demonstration's video, or set it."""
-    given = arguments.offset is not None or arguments.rate is not None
-    if given and arguments.accept:
+    by_hand = arguments.offset is not None or arguments.rate is not None
+    if by_hand and arguments.accept:
         raise UsageError("Give either --accept or a clock by --offset and --rate, not both.")
     with Project.open(arguments.project) as project:
         demonstration = project.demonstrations.load(arguments.demonstration)
@@ -61,7 +61,7 @@ def run(arguments: argparse.Namespace) -> None:
                 f"synchronise."
             )
         before, proposal = demonstration.video.clock, None
-        if given:
+        if by_hand:
             offset = before.offset if arguments.offset is None else arguments.offset
             rate = before.rate if arguments.rate is None else arguments.rate
             clock = ClockMap(offset, rate)
@@ -71,7 +71,7 @@ def run(arguments: argparse.Namespace) -> None:
             clock = proposal.clock
             if arguments.accept and proposal.doubtful:
                 raise InputError(_refusal(demonstration, before, proposal))
-        stored = bool(given or arguments.accept)
+        stored = bool(by_hand or arguments.accept)
         if stored:
             project.media.set_video_clock(demonstration.id, clock)
     result = demonstration, before, clock, proposal, stored

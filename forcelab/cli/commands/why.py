@@ -1,8 +1,8 @@
 """Explain what a run predicted at a time of a demonstration.
 
-Which channels and scales speak for the predicted action and against the coded one, and
-the nearest training segments of both. The recogniser that has not seen the
-demonstration is trained once more, with the labels, settings and seed of the run.
+Shows which channels and scales speak for the predicted action and against the coded
+one, and the nearest training segments of both. The recogniser that has not seen the
+demonstration is trained again, with the labels, settings and seed of the run.
 
 for example:
   forcelab why lab.forcelab pull-03 --at 1.8
