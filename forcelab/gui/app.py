@@ -17,11 +17,7 @@ SHUTDOWN_TIMEOUT = 60.0
 def run(start: LaunchOptions) -> int:
     """Run the program until its window is closed.
 
-    Raises
-    ------
-    InputError
-        If libraries that Qt needs are missing. With a screenshot: if what it is to show is not
-        there, or the file cannot be written.
+    Raises InputError if libraries that Qt needs are missing, or a screenshot cannot be made.
     """
     if start.screenshot is not None or not has_display():
         if start.screenshot is None:
@@ -75,7 +71,7 @@ def run(start: LaunchOptions) -> int:
 
 
 def has_display() -> bool:
-    """Whether windows can be seen here."""
+    """Whether a window can be shown on this machine."""
     if not sys.platform.startswith("linux") or os.environ.get("QT_QPA_PLATFORM"):
         return True
     return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))

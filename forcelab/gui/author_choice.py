@@ -16,7 +16,7 @@ WIDEST = 44
 
 
 class AuthorChoice(QWidget):
-    """The coders of the project, and a way to become another one."""
+    """The project's coders, and a way to become another one."""
 
     def __init__(self, document: Document) -> None:
         super().__init__()
@@ -34,18 +34,17 @@ class AuthorChoice(QWidget):
         row.addWidget(self._box)
         document.project_changed.connect(self._list)
         document.author_changed.connect(self._list)
-        document.listing_changed.connect(self._list_anew)
+        document.listing_changed.connect(self._relist)
         self._list()
 
     def choose(self) -> None:
-        """Offer the coders, as a click does."""
+        """Open the list, as a click does."""
         if self.isVisible():
             self._box.showPopup()
         else:
             self._document.show_message("Open a project first.", True)
 
     def _list(self) -> None:
-        """Offer the coders of the project, and a new one."""
         names = self._names()
         self._box.clear()
         self._box.addItems(names)
@@ -54,8 +53,8 @@ class AuthorChoice(QWidget):
         self._box.addItem("Another coder…")
         self._box.setToolTip(f"You label as {self._document.author}")
 
-    def _list_anew(self) -> None:
-        """Offer whom something was assigned to, or who began to label, just now."""
+    def _relist(self) -> None:
+        """List the coders again if somebody was assigned something, or has begun to label."""
         try:
             names = self._names()
         except ForcelabError:  # whoever reads the listing says so
@@ -64,12 +63,11 @@ class AuthorChoice(QWidget):
             self._list()
 
     def _names(self) -> list[str]:
-        """The coders of the project and who labels now."""
+        """The project's coders and the current one."""
         project, author = self._document.project, self._document.author
         return list(dict.fromkeys([*(() if project is None else project.people()), author]))
 
     def _chosen(self, index: int) -> None:
-        """Label as another coder, and remember it."""
         name = self._box.itemText(index)
         if index == self._box.count() - 1:
             title, text = "Another coder", "Name of the coder:"

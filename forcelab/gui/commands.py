@@ -9,22 +9,10 @@ __all__ = ["COMMANDS", "GROUPS", "Command"]
 
 @dataclass(frozen=True, slots=True)
 class Command:
-    """Something the window can be told to do.
+    """A command of the window.
 
-    Parameters
-    ----------
-    id : str
-        Never changes; the coder's own keys are remembered under it.
-    text : str
-        What the menu says.
-    keys : tuple of str
-        The default keys, as Qt spells them, such as ``"Ctrl+Left"``.
-    group : str
-        One of :data:`GROUPS`, in English.
-    repeats : bool
-        Whether it is repeated while its key is held.
-    checkable : bool
-        Whether it switches something on and off.
+    The coder's own keys are stored under `id`, which never changes. `keys` are the defaults as Qt
+    spells them, such as ``"Ctrl+Left"``; a command that `repeats` does so while its key is held.
     """
 
     id: str
@@ -39,7 +27,7 @@ def _group(name: str, *rows: tuple[str, ...]) -> tuple[Command, ...]:
     """The commands of a group.
 
     A row is an id, a text, the default keys with blanks between them, and where it applies
-    ``"repeats"`` or ``"switch"``.
+    ``"repeats"`` or ``"switch"`` (checkable).
     """
     return tuple(
         Command(id_, text, tuple(keys.split()), name, "repeats" in how, "switch" in how)

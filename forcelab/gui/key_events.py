@@ -30,13 +30,7 @@ from PySide6.QtWidgets import (
 
 
 def application() -> QApplication:
-    """The one that runs.
-
-    Raises
-    ------
-    RuntimeError
-        If there is none yet.
-    """
+    """The running application; RuntimeError if there is none."""
     running = QApplication.instance()
     if not isinstance(running, QApplication):
         raise RuntimeError("keys are bound after the application was made")
@@ -44,26 +38,26 @@ def application() -> QApplication:
 
 
 class KeyEventFilter(QObject):
-    """Filters the events of the widget that keys go to, and of that only.
+    """Filters the events of the widget that gets the keys, and of that only.
 
     That is the one in focus, or else the window: it gets what is typed once a field has been left
     with Esc. A filter on the application would see every event.
     """
 
-    _heard: QWidget | None = None
+    _filtered: QWidget | None = None
 
     def follow_keys(self) -> None:
-        """Listen from now on."""
+        """Start filtering."""
         application().focusChanged.connect(self._follow)
         self._follow(None, QApplication.focusWidget())
 
     def _follow(self, _: QWidget | None, now: QWidget | None) -> None:
-        """Listen where the keys go now."""
-        if self._heard is not None and shiboken6.isValid(self._heard):
-            self._heard.removeEventFilter(self)
-        self._heard = QApplication.activeWindow() if now is None else now
-        if self._heard is not None:
-            self._heard.installEventFilter(self)
+        """Filter the widget that gets the keys now."""
+        if self._filtered is not None and shiboken6.isValid(self._filtered):
+            self._filtered.removeEventFilter(self)
+        self._filtered = QApplication.activeWindow() if now is None else now
+        if self._filtered is not None:
+            self._filtered.installEventFilter(self)
 
 
 #: A release and a press of one key that are at most this apart, in ms, are one repetition: the X
@@ -225,10 +219,10 @@ def is_typing(widget: QWidget | None) -> bool:
 
 @runtime_checkable
 class KeyKeeper(Protocol):
-    """A part of the window with keys of its own, which hold while the keyboard is in it."""
+    """A part of the window with keys of its own, which hold while it has the keyboard."""
 
     def keeps(self, event: QKeyEvent) -> bool:
-        """Whether a key is one of them; then it is no command, and no action is painted with it."""
+        """Whether a key is one of them; then it is no command and paints no action."""
 
 
 def kept_keys(widget: QWidget | None, event: QKeyEvent) -> bool:
@@ -265,7 +259,7 @@ def wants_key(widget: QWidget | None, event: QKeyEvent) -> bool:
 
 
 def _deletes(view: QAbstractItemView) -> bool:
-    """Whether a shortcut of Delete is meant for a list: its own, or the window's of segments."""
+    """Whether Delete is for a list: by its own shortcut, or as it lists segments."""
     delete = QKeySequence(QKeySequence.StandardKey.Delete)
     own = any(action.shortcut() == delete for action in view.actions())
     return own or getattr(view, "lists_segments", False)
@@ -278,7 +272,7 @@ def _checkable(view: QAbstractItemView) -> bool:
 
 
 class _Guard(KeyEventFilter):
-    """Asks of each key whether the widget in focus needs it."""
+    """Gives keys to the widget in focus if it needs them."""
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """Accept a key for the widget that needs it; the window's shortcut is then not tried."""
@@ -295,17 +289,16 @@ class _Guard(KeyEventFilter):
 
 @cache
 def guard_typing() -> QObject:
-    """Start guarding; once per application, which must exist."""
-    made = _Guard(application())
-    made.follow_keys()
-    return made
+    """Start guarding, once per application, which must exist."""
+    guard = _Guard(application())
+    guard.follow_keys()
+    return guard
 
 
 class _WheelGuard(QObject):
-    """Leaves the wheel to what is around a field, unless the keyboard is in it."""
+    """Leaves the wheel to what surrounds a field, unless the field has the keyboard."""
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Pass the wheel on."""
         if (
             event.type() == QEvent.Type.Wheel
             and isinstance(watched, QWidget)
@@ -318,18 +311,11 @@ class _WheelGuard(QObject):
 
 @cache
 def _guard() -> _WheelGuard:
-    """The one of this application, which must exist."""
     return _WheelGuard(QApplication.instance())
 
 
 def ignore_wheel(*fields: QWidget) -> None:
-    """Let the wheel change fields only while they have the keyboard, which it does not give them.
-
-    Parameters
-    ----------
-    *fields : QWidget
-        Such as spin boxes and combo boxes in an area that scrolls.
-    """
+    """Let the wheel change fields only while they have the keyboard, which it does not bring."""
     for field in fields:
         field.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         field.installEventFilter(_guard())

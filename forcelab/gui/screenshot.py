@@ -27,13 +27,7 @@ SETTLE_ROUNDS = 0.25
 
 
 def settle(window: Window, patience: float) -> None:
-    """Wait until everything that the window was asked for is on the screen.
-
-    Raises
-    ------
-    InputError
-        If that takes longer than `patience`, in seconds.
-    """
+    """Wait until the window is complete; InputError after `patience` seconds."""
     deadline = time.monotonic() + patience
     quiet_since = time.monotonic()
     while time.monotonic() - quiet_since < SETTLE_ROUNDS:
@@ -46,22 +40,19 @@ def settle(window: Window, patience: float) -> None:
 
 
 def quiet_qt() -> None:
-    """Leave out what Qt says about every window that is drawn without a display."""
+    """Drop the message that Qt prints for every window drawn without a display."""
 
-    def tell(_kind: QtMsgType, _context: QMessageLogContext, text: str) -> None:
+    def print_message(_kind: QtMsgType, _context: QMessageLogContext, text: str) -> None:
         if "propagateSizeHints" not in text:
             print(text, file=sys.stderr)
 
-    qInstallMessageHandler(tell)
+    qInstallMessageHandler(print_message)
 
 
 def draw(window: Window, start: LaunchOptions, path: Path, patience: float) -> None:
     """Draw the window into a PNG.
 
-    Raises
-    ------
-    InputError
-        If what it is to show is not there, or the file cannot be written.
+    Raises InputError if what it is to show does not exist, or the file cannot be written.
     """
     try:
         image = _image(window, start, path, patience)
@@ -74,20 +65,20 @@ def draw(window: Window, start: LaunchOptions, path: Path, patience: float) -> N
 
 
 def _image(window: Window, start: LaunchOptions, path: Path, patience: float) -> QPixmap:
-    """The window as it is when it is complete."""
+    """The window when it is complete."""
     if path.suffix.lower() != ".png":
         raise InputError(f"A screenshot is a .png, not '{path.name}'; change the suffix.")
-    troubles: list[str] = []
+    errors: list[str] = []
 
-    def hear(sentence: str, trouble: bool) -> None:
-        if trouble:
-            troubles.append(sentence)
+    def collect(message: str, error: bool) -> None:
+        if error:
+            errors.append(message)
 
-    window.document.message_shown.connect(hear)
+    window.document.message_shown.connect(collect)
     window.resize(*(start.size or (1280, 800)))
     window.show()
-    there = window.begin(start)
-    if troubles and not there:  # what else is said, as of a crash, is in the picture
-        raise InputError(troubles[0])
+    opened = window.begin(start)
+    if errors and not opened:  # what else is said, as of a crash, is in the picture
+        raise InputError(errors[0])
     settle(window, patience)
     return window.grab()

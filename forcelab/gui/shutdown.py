@@ -1,4 +1,4 @@
-"""Ending the window in good order when the system or Ctrl+C in its terminal asks for it."""
+"""Closing the window when the system or Ctrl+C asks for it."""
 
 from __future__ import annotations
 
@@ -32,22 +32,13 @@ TIMEOUT = 5.0
 
 @contextmanager
 def quit_on_signals(application: QApplication) -> Iterator[list[QWidget]]:
-    """Within the block, signals to end close the window; the program gives 128 + their number.
+    """Within the block, signals close the yielded windows; the program exits with 128 + number.
 
     An exception, as Python would raise, is of no use in an event loop: Qt prints it and goes on.
-    While a window is built it is worse: raised in a method that Qt calls, it leaves Qt without
-    what that should have given, and the program crashes. So the block begins before that, and a
-    signal that comes too early waits for the event loop.
-
-    Parameters
-    ----------
-    application : QApplication
-        Its event loop ends, and that of any dialog.
-
-    Yields
-    ------
-    list of QWidget
-        What is put into it is closed, as by its own button.
+    While a window is built it is worse: raised in a method that Qt calls, it leaves Qt without what
+    that should have returned, and the program crashes. So the block begins before that, and a
+    signal that comes too early waits for the event loop. The application's event loop ends, and
+    that of any dialog.
     """
     windows: list[QWidget] = []
 
@@ -59,41 +50,30 @@ def quit_on_signals(application: QApplication) -> Iterator[list[QWidget]]:
             window.close()
         application.exit(128 + number)
 
-    def hear(number: int, _: FrameType | None) -> None:
+    def request_leave(number: int, _: FrameType | None) -> None:
         # Python hears of it wherever it happens to be; the window is closed from the event loop.
         QTimer.singleShot(0, partial(leave, number))
 
     known = [getattr(signal, name) for name in SIGNALS if hasattr(signal, name)]
     # One that is ignored already stays so: that is how nohup keeps a program alive.
     before = {number: signal.getsignal(number) for number in known}
-    heard = {number: was for number, was in before.items() if was is not signal.SIG_IGN}
-    for number in heard:
-        signal.signal(number, hear)
+    handled = {number: was for number, was in before.items() if was is not signal.SIG_IGN}
+    for number in handled:
+        signal.signal(number, request_leave)
     try:
         with _on_wakeup():
             yield windows
     finally:
-        for number, was in heard.items():
+        for number, was in handled.items():
             signal.signal(number, was)
 
 
 def shut_down(window: Window, status: int) -> int:
-    """Take a closed window apart, before the interpreter is.
+    """Delete a closed window before the interpreter goes; returns the exit status.
 
     Left to the interpreter's end, its parts go in no particular order, when half of what they call
     is gone already. A thread that is still at work then, deep in a library, would crash: with one
     that does not end in time the process ends at once. All labels are stored, and the layout is.
-
-    Parameters
-    ----------
-    window : Window
-    status : int
-        That the program gives.
-
-    Returns
-    -------
-    int
-        The status.
     """
     if not window.at_rest(TIMEOUT):
         logging.shutdown()
@@ -109,7 +89,7 @@ def shut_down(window: Window, status: int) -> int:
 def _on_wakeup() -> Iterator[None]:
     """Within the block, a signal wakes the event loop.
 
-    Python only hears of signals while it runs, and in a window where nothing moves that is when
+    Python only handles signals while it runs, and in a window where nothing moves that is when
     somebody next touches it.
     """
     ours, pythons = socket.socketpair()

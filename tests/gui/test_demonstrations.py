@@ -127,7 +127,7 @@ def entries(
     listing: DemonstrationList, rows: Sequence[DemonstrationRow | TaskGroup]
 ) -> dict[str, QAction]:
     """The menu of one row, or of several."""
-    menu = listing.menu.made_for(rows[0], rows if len(rows) > 1 else ())
+    menu = listing.menu.menu_for(rows[0], rows if len(rows) > 1 else ())
     return {action.text(): action for action in menu.actions() if action.text()}
 
 
