@@ -41,8 +41,9 @@ from forcelab import __version__
 from forcelab.gui import settings
 from forcelab.gui.document import Document
 from forcelab.gui.exception_hook import log_file
-from forcelab.gui.layout import emphasise, resize_on_screen, search_field
-from forcelab.gui.shortcuts import COMMANDS, GROUPS, Keys, key_name
+from forcelab.gui.keys_dialog import CommandDialog
+from forcelab.gui.layout import emphasise, resize_on_screen
+from forcelab.gui.shortcuts import GROUPS, Keys, key_name
 from forcelab.resources import versions
 
 
@@ -117,7 +118,7 @@ class _Section:
     caps: bool
 
 
-class HelpPage(QDialog):
+class HelpPage(CommandDialog):
     """All keys and gestures, searchable."""
 
     def __init__(
@@ -127,13 +128,9 @@ class HelpPage(QDialog):
         parent: QWidget | None = None,
         offered: Collection[str] | None = None,
     ) -> None:
-        super().__init__(parent)
-        self._offered = [c for c in COMMANDS if offered is None or c.id in offered]
+        super().__init__(document, keys, parent, offered)
         self.setWindowTitle("Keys and mouse")
-        self._document = document
-        self._keys = keys
-        self._search = search_field("Search", "Search keys and gestures")
-        self._search.setTextMargins(4, 2, 4, 2)
+        self._search = self._search_field("Search", "Search keys and gestures")
         self._search.textChanged.connect(self._fill)
         self._area = QScrollArea()
         self._area.setWidgetResizable(True)

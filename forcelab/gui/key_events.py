@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache
-from typing import Protocol, runtime_checkable
+from typing import NamedTuple, Protocol, runtime_checkable
 
 import shiboken6
 from PySide6.QtCore import QEvent, QObject, Qt, QTimer
@@ -60,55 +60,65 @@ class KeyEventFilter(QObject):
             self._filtered.installEventFilter(self)
 
 
-#: A release and a press of one key that are at most this apart, in ms, are one repetition: the X
-#: server makes both at the same time.
-PRESS_GAP_MS = 1
+#: A release and a press of one key that are less than this apart, in ms, are one repetition and of
+#: no finger: the X server makes both at the same time, 30 ms after the one before.
+REPEAT_GAP_MS = 5
+#: How long a press that makes a release untrue is waited for, in ms.
+RELEASE_WAIT_MS = 10
+
+
+def _repeats_unmarked() -> bool:
+    """Whether a held key sends releases and presses that Qt often does not mark: on X11.
+
+    Qt marks them only if both have come when it looks, and often the press has not.
+    """
+    return QGuiApplication.platformName() == "xcb"
+
+
+class _Release(NamedTuple):
+    """The release of a key, with the time in ms of the window system."""
+
+    key: int
+    time: int
+
+    def is_undone_by(self, press: QKeyEvent) -> bool:
+        """Whether a press shows that the key was held all along."""
+        fast = abs(press.timestamp() - self.time) < REPEAT_GAP_MS
+        return Qt.Key(self.key) == press.key() and (press.isAutoRepeat() or fast)
 
 
 class HeldShortcuts(KeyEventFilter):
     """Keeps actions that do not repeat from the repetitions of a held key.
 
-    Qt does that by itself where it knows a press for a repetition. On X11 it often does not, and a
-    held Space would start and stop playback thirty times a second.
-
-    Parameters
-    ----------
-    app : QApplication
-        Its keys are watched.
-    apart : bool, optional
-        Whether repetitions come as unmarked pairs; by default, whether the display is X11.
+    Qt does so where it knows a press for a repetition. On X11 it often does not, and a held Space
+    would start and stop playback thirty times a second. `unmarked` is by default for X11.
     """
 
-    def __init__(self, app: QApplication, apart: bool | None = None) -> None:
+    def __init__(self, app: QApplication, unmarked: bool | None = None) -> None:
         super().__init__(app)
-        self._apart = QGuiApplication.platformName() == "xcb" if apart is None else apart
-        self._released: tuple[int, int] | None = None  # key, ms of the window system
-        self._again = False
-        if self._apart:
+        self._unmarked = _repeats_unmarked() if unmarked is None else unmarked
+        self._release: _Release | None = None
+        self._repeated = False
+        if self._unmarked:
             self.follow_keys()
 
     def watch(self, action: QAction) -> None:
         """Keep an action from repetitions."""
-        if self._apart:
+        if self._unmarked:
             action.installEventFilter(self)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Note when keys go down and up; take a shortcut away that comes of a repetition."""
+        """Note when keys go down and up; drop the shortcut of a repetition."""
         kind = event.type()
         if kind == QEvent.Type.Shortcut:
-            return self._again and isinstance(watched, QAction)
+            return self._repeated and isinstance(watched, QAction)
         if kind == QEvent.Type.KeyRelease and isinstance(event, QKeyEvent):
-            self._released, self._again = (event.key(), event.timestamp()), False
+            self._release = _Release(event.key(), event.timestamp())
+            self._repeated = False
         elif kind == QEvent.Type.ShortcutOverride and isinstance(event, QKeyEvent):
-            self._again = self._repeats(event)
+            undone = self._release is not None and self._release.is_undone_by(event)
+            self._repeated = event.isAutoRepeat() or undone
         return False
-
-    def _repeats(self, event: QKeyEvent) -> bool:
-        """Whether a press only tells that its key is still down."""
-        if event.isAutoRepeat() or self._released is None:
-            return event.isAutoRepeat()
-        key, at = self._released
-        return Qt.Key(key) == event.key() and 0 <= event.timestamp() - at <= PRESS_GAP_MS
 
 
 @cache
@@ -117,60 +127,40 @@ def held_shortcuts() -> HeldShortcuts:
     return HeldShortcuts(application())
 
 
-#: How long a press that makes a release untrue is waited for, in ms; repetitions are 30 apart.
-RELEASE_WAIT_MS = 10
-#: A release and a press of one key that are less than this apart, in ms, are of no finger.
-REPEAT_GAP_MS = 5
-
-
 class AutoRepeatFilter(QObject):
-    """Puts releases off until it is sure that the key is up.
+    """Postpones releases until it is sure that the key is up; `unmarked` is by default for X11."""
 
-    On X11 each repetition is a release and a press of the same time. Qt marks them as repetition
-    only if both have come when it looks, and often the press has not.
-
-    Parameters
-    ----------
-    parent : QObject
-        Whose keys they are.
-    apart : bool, optional
-        Whether repetitions come as unmarked pairs; by default, whether the display is X11.
-    """
-
-    def __init__(self, parent: QObject, apart: bool | None = None) -> None:
+    def __init__(self, parent: QObject, unmarked: bool | None = None) -> None:
         super().__init__(parent)
-        self._apart = QGuiApplication.platformName() == "xcb" if apart is None else apart
-        self._waiting: tuple[int, int, Callable[[], object]] | None = None
+        self._unmarked = _repeats_unmarked() if unmarked is None else unmarked
+        self._pending: tuple[_Release, Callable[[], object]] | None = None
         self._timer = QTimer(self, singleShot=True, interval=RELEASE_WAIT_MS)
         self._timer.timeout.connect(self.settle)
 
     def released(self, event: QKeyEvent, act: Callable[[], object]) -> None:
         """A key seems to be up: act on it as soon as that is sure."""
         self.settle()
-        if not self._apart:
+        if not self._unmarked:
             act()
             return
-        self._waiting = event.key(), event.timestamp(), act
+        self._pending = _Release(event.key(), event.timestamp()), act
         self._timer.start()
 
     def repeats(self, event: QKeyEvent) -> bool:
-        """Whether a press only tells that its key is still down."""
-        if self._waiting is not None:
-            key, at, _ = self._waiting
-            again = event.isAutoRepeat() or abs(event.timestamp() - at) < REPEAT_GAP_MS
-            if key == event.key() and again:
-                self._timer.stop()
-                self._waiting = None
-                return True
+        """Whether a press is a repetition: its key is still down."""
+        if self._pending is not None and self._pending[0].is_undone_by(event):
+            self._timer.stop()
+            self._pending = None
+            return True
         self.settle()
         return event.isAutoRepeat()
 
     def settle(self) -> None:
-        """Act on what was put off."""
+        """Act on the postponed release."""
         self._timer.stop()
-        waiting, self._waiting = self._waiting, None
-        if waiting is not None:
-            waiting[2]()
+        pending, self._pending = self._pending, None
+        if pending is not None:
+            pending[1]()
 
 
 _K = Qt.Key
@@ -225,7 +215,7 @@ class KeyKeeper(Protocol):
         """Whether a key is one of them; then it is no command and paints no action."""
 
 
-def kept_keys(widget: QWidget | None, event: QKeyEvent) -> bool:
+def is_reserved_key(widget: QWidget | None, event: QKeyEvent) -> bool:
     """Whether a key belongs to a part of the window that a widget is in."""
     while widget is not None:
         # To compare with a protocol takes long, and this is asked for each key.
@@ -280,7 +270,7 @@ class _Guard(KeyEventFilter):
             event.type() == QEvent.Type.ShortcutOverride
             and isinstance(event, QKeyEvent)
             and isinstance(watched, QWidget)
-            and (wants_key(watched, event) or kept_keys(watched, event))
+            and (wants_key(watched, event) or is_reserved_key(watched, event))
         ):
             event.accept()
             return True

@@ -17,6 +17,7 @@ from PySide6.QtWidgets import (
     QHeaderView,
     QKeySequenceEdit,
     QLabel,
+    QLineEdit,
     QPushButton,
     QTreeWidget,
     QTreeWidgetItem,
@@ -40,8 +41,8 @@ class _Row:
     is_action: bool
 
 
-class KeysDialog(QDialog):
-    """All keys in one table; each change counts at once."""
+class CommandDialog(QDialog):
+    """A dialog on keys with a search; `offered` are the ids of the commands, by default all."""
 
     def __init__(
         self,
@@ -51,13 +52,29 @@ class KeysDialog(QDialog):
         offered: Collection[str] | None = None,
     ) -> None:
         super().__init__(parent)
+        self._document, self._keys = document, keys
         self._offered = [c for c in COMMANDS if offered is None or c.id in offered]
+
+    def _search_field(self, placeholder: str, name: str) -> QLineEdit:
+        field = search_field(placeholder, name)
+        field.setTextMargins(4, 2, 4, 2)
+        return field
+
+
+class KeysDialog(CommandDialog):
+    """All keys in one table; each change counts at once."""
+
+    def __init__(
+        self,
+        document: Document,
+        keys: Keys,
+        parent: QWidget | None = None,
+        offered: Collection[str] | None = None,
+    ) -> None:
+        super().__init__(document, keys, parent, offered)
         self.setWindowTitle("Change keys")
-        self._document = document
-        self._keys = keys
         self._groups: list[tuple[QTreeWidgetItem, list[QTreeWidgetItem]]] = []
-        self._search = search_field("Search for a command, an action or a key", "Search keys")
-        self._search.setTextMargins(4, 2, 4, 2)
+        self._search = self._search_field("Search for a command, an action or a key", "Search keys")
         self._search.textChanged.connect(self._filter)
         self._table = self._make_table()
         self._search.returnPressed.connect(self._table.setFocus)

@@ -102,6 +102,13 @@ def require_qt() -> None:
         raise InputError(f"Qt cannot start: {found.trouble}{cure}.") from error
 
 
+def has_display() -> bool:
+    """Whether a window can be shown on this machine."""
+    if not sys.platform.startswith("linux") or os.environ.get("QT_QPA_PLATFORM"):
+        return True
+    return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
+
+
 def missing_libraries() -> list[str]:
     """The shared libraries that Qt and its platform plugin need here and lack."""
     folder = _folder()
