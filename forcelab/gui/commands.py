@@ -55,7 +55,7 @@ _VIEW = _group(
     ("workspace_label", "Label", "Ctrl+1", "switch"),
     ("workspace_review", "Review", "Ctrl+2", "switch"),
     ("workspace_capture", "Capture", "Ctrl+3", "switch"),
-    ("workspace_tradeoff", "Trade-off", "Ctrl+4", "switch"),
+    ("workspace_tradeoff", "Accuracy and speed", "Ctrl+4", "switch"),
     ("full_screen", "Full screen", "F11", "switch"),
     ("zoom_in", "Zoom in", "Ctrl+= Ctrl++", "repeats"),
     ("zoom_out", "Zoom out", "Ctrl+-", "repeats"),
@@ -66,8 +66,8 @@ _VIEW = _group(
     ("theme_dark", "Dark theme", "", "switch"),
     ("theme_system", "Same theme as system", "", "switch"),
 )
-_TIME = _group(
-    "Time",
+_PLAYBACK = _group(
+    "Playback",
     ("step_back", "One video frame back", "Left", "repeats"),
     ("step_forward", "One video frame forward", "Right", "repeats"),
     ("leap_back", "Larger step back", "Ctrl+Left", "repeats"),
@@ -76,9 +76,6 @@ _TIME = _group(
     ("pan_right", "Show later time", "Shift+Right", "repeats"),
     ("to_start", "To the start", "Ctrl+Home"),
     ("to_end", "To the end", "Ctrl+End"),
-)
-_PLAYING = _group(
-    "Playing",
     ("play", "Play or pause", "Space"),
     ("play_segment", "Play the current segment", "Shift+Space"),
     ("slower", "Slower", "End -"),
@@ -182,7 +179,7 @@ _HELP = _group(
 
 #: Every command there is, in the order of menus and help.
 COMMANDS: tuple[Command, ...] = (
-    _FILE + _VIEW + _TIME + _PLAYING + _LABELLING + _SEGMENTS + _REVIEW + _CAPTURE + _HELP
+    _FILE + _VIEW + _PLAYBACK + _LABELLING + _SEGMENTS + _REVIEW + _CAPTURE + _HELP
 )
 #: The groups, in order.
 GROUPS: tuple[str, ...] = tuple(dict.fromkeys(command.group for command in COMMANDS))

@@ -298,7 +298,7 @@ class ListTools(QWidget):
         names: dict[ListFilter, str] = {
             "all": "All",
             "unlabelled": "Not labelled by me",
-            "begun": "Begun, not done",
+            "begun": "Started, not done",
             "assigned": "Assigned to me, to do",
             "done": "Done by me",
         }
@@ -375,9 +375,9 @@ class EmptyNote(QWidget):
         self._import.setVisible(has_project and not has_demonstrations)
         self._all.setVisible(has_demonstrations)
         if has_demonstrations and search:
-            text = f"Among those shown, no name, task, note or id has '{search}' in it."
+            text = f"No demonstration shown has '{search}' in its name, task, notes or id."
         elif has_demonstrations:
-            text = "No demonstration is of this kind."
+            text = "No demonstration matches this filter."
         elif has_project:
             text = (
                 "This project has no demonstrations yet. Import them: tables (CSV, TSV), ROS "
@@ -496,7 +496,7 @@ class DemonstrationMenu(QObject):
         menu.addAction("Rename…", lambda: self._ask_name(row))
         video = "Replace video…" if info.has_video else "Attach video…"
         menu.addAction(video, lambda: self.ask_video(info))
-        menu.addAction("Task…", lambda: self._ask_task([row]))
+        menu.addAction("Move to another task…", lambda: self._ask_task([row]))
         before = self._left.get(info.id, info.task)
         if before != info.task:
             back = "Back to task '{}'".format(escape_ampersands(before) or "No task")
@@ -515,7 +515,7 @@ class DemonstrationMenu(QObject):
         if done:
             text = f"Mark {len(done)} as not done"
             menu.addAction(text, lambda: self.set_done(done, False))
-        text = f"Assign {len(ids)} blind…"
+        text = f"Assign {len(ids)} for blind coding…"
         menu.addAction(text, lambda: self._ask_assign(ids))
         held: dict[str, list[str]] = {}
         for row in rows:
@@ -568,7 +568,7 @@ class DemonstrationMenu(QObject):
         names = list(dict.fromkeys([document.author, *project.people()]))
         name, agreed = QInputDialog.getItem(
             self._window,
-            "Assign blind",
+            "Assign for blind coding",
             (
                 "Until it is done, the coder sees nobody else's labels or notes, and no "
                 "predictions.\nCoder:"
@@ -623,9 +623,9 @@ class DemonstrationMenu(QObject):
         if project is None:
             return
         tasks = list(dict.fromkeys([rows[0].info.task, *project.tasks()]))
-        title = f"Task of {rows[0].info.name}"
+        title = f"Move {rows[0].info.name} to another task"
         if len(rows) > 1:
-            title = f"Task of these {len(rows)}"
+            title = f"Move {len(rows)} to another task"
         task, agreed = QInputDialog.getItem(
             self._window,
             title,
@@ -730,7 +730,7 @@ class DemonstrationList(QWidget):
         if row is not None:
             self._document.open_demonstration(row.info.id)
             return
-        self._document.show_message("Of the demonstrations shown, no other one is left to label.")
+        self._document.show_message("No other demonstration in the list is left to label.")
 
     def ask_video(self) -> None:
         """Attach a video to the open demonstration."""

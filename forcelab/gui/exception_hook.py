@@ -222,8 +222,8 @@ class FaultDialog(QDialog):
         emphasise(headline, 1.2)
         lines = (
             "Your labels are safe: every stroke was stored when it was made.",
-            "You can go on working. If it happens again, start forcelab anew.",
-            f"What happened is written down in {log_file}",
+            "You can go on working. If it happens again, restart forcelab.",
+            f"Details are in {log_file}",
         )
         self._more = _wrapped("")
         self._more.hide()
@@ -276,9 +276,7 @@ class FaultDialog(QDialog):
     def add(self) -> None:
         """Count another error while this is open."""
         self._further += 1
-        self._more.setText(
-            f"Further errors since then, written down in the same file: {self._further}"
-        )
+        self._more.setText(f"Further errors since then, in the same file: {self._further}")
         self._more.show()
 
     def _show_details(self, shown: bool) -> None:

@@ -53,10 +53,10 @@ class ExportDialog(QDialog):
         self.form = QComboBox()
         names = {
             "csv": "CSV: start, end, action, author; one file per demonstration",
-            "table": "One table for statistics: CSV, a line a segment",
+            "table": "One table for statistics: CSV, one row per segment",
             "elan": "ELAN: one file per demonstration, one tier per coder, with the video",
-            "boris": "BORIS: one project, an observation per coder and demonstration",
-            "audacity": "Audacity: a label track a coder and demonstration",
+            "boris": "BORIS: one project, one observation per coder and demonstration",
+            "audacity": "Audacity: one label track per coder and demonstration",
             "archive": "Archive: the whole project as one file, to be imported again",
         }
         for kind in FORMATS:

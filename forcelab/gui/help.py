@@ -410,7 +410,7 @@ class ManualDialog(QDialog):
 
     def __init__(self, text: str, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self.setWindowTitle("User guide — forcelab")
+        self.setWindowTitle("Manual")
         self.pages = QTextBrowser()
         self.pages.setAccessibleName("Manual")
         self.pages.setOpenExternalLinks(True)

@@ -44,6 +44,7 @@ from forcelab.gui.key_events import ignore_wheel
 from forcelab.gui.layout import ProgressBar, copyable, resize_on_screen, set_tone
 from forcelab.gui.text import settle_name
 from forcelab.gui.theme import colours
+from forcelab.text import counted
 
 #: Formats whose files have columns, or fields that are like them.
 _WITH_COLUMNS = frozenset(["table", "rosbag"])
@@ -193,8 +194,8 @@ class ImportColumns(QWidget):
             return f"{name} has no times but counts its samples; give their rate:"
         if stuck := self._stuck():
             return (
-                f"{name} has in '{stuck}' one and the same time; choose a column, or give the "
-                "sample rate:"
+                f"In {name} the times in '{stuck}' never change; choose another column, or give "
+                "the sample rate:"
             )
         return f"{name} has no column of times; choose one, or give the sample rate:"
 
@@ -333,7 +334,7 @@ class ImportDialog(QDialog):
         self.jitter.setDecimals(3)
         self.jitter.setSuffix(" ms")
         self.jitter.setSpecialValueText("none")
-        self.jitter.setAccessibleName("Stamps may jitter by")
+        self.jitter.setAccessibleName("Timestamps may jitter by")
         self.calibration = QLineEdit()
         self.calibration.setClearButtonEnabled(True)
         self.calibration.setPlaceholderText("none: forces stay in counts")
@@ -357,7 +358,7 @@ class ImportDialog(QDialog):
         form.addRow("Task", self._task)
         form.addRow("Coder for unsigned labels", self._author)
         form.addRow("Sample rate, where files have no times", self._rate)
-        form.addRow("Stamps may jitter by", self.jitter)
+        form.addRow("Timestamps may jitter by", self.jitter)
         form.addRow("Calibration of raw OptoForce dumps", calibration)
         form.addRow("", self.videos)
         return form
@@ -486,6 +487,8 @@ class ImportDialog(QDialog):
         self.add_files(later)
         counts = [report.count(status) for status in ("new", "updated", "unchanged")]
         lines = ["{} new, {} updated, {} unchanged.".format(*counts)]
+        if counts[0] and not any(counts[1:]):
+            lines = [f"{counted(counts[0], 'demonstration')} imported."]
         if unread:
             lines.append("Left out because they could not be read:")
             lines += report.unread.values()
@@ -524,7 +527,7 @@ class ImportDialog(QDialog):
         """Show all of the report: what was repaired must be known."""
         # What is read from a shell with an option is chosen above here.
         text = text.replace("(--signal)", "(Read as: signal)")
-        self._report_label.setText(text.replace(" (--jitter)", " (Stamps may jitter by)"))
+        self._report_label.setText(text.replace(" (--jitter)", " (Timestamps may jitter by)"))
         self._report_label.setStyleSheet(f"color: {colours().trouble}" if trouble else "")
         self._report.setVisible(bool(text))
 

@@ -14,17 +14,17 @@ from forcelab.gui.document import Document
 from forcelab.gui.shortcuts import COMMANDS
 from forcelab.gui.text import escape_ampersands
 
-#: Commands that a line stands above: their menus are too long to be searched for one entry.
+#: Commands below a separator: their menus are too long to be searched for one entry.
 _BEGINNING = frozenset(
     {"import", "next_demonstration", "quit", "full_screen", "zoom_in", "reset_layout", "pan_left"}
-    | {"to_start", "slower", "next_camera", "split", "undo", "snapping", "synchronise"}
+    | {"to_start", "play", "slower", "next_camera", "split", "undo", "snapping", "synchronise"}
     | {"previous_segment", "start_earlier", "start_to_cursor", "next_review", "accept"}
     | {"verdict_human"}
 )
 #: Groups of commands that act on the demonstration in view, and the others that do.
-_GROUPS_IN_VIEW = frozenset({"Time", "Playing", "Labelling", "Segments", "Review"})
+_GROUPS_IN_VIEW = frozenset({"Playback", "Labelling", "Segments", "Review"})
 _IN_VIEW = frozenset({"zoom_in", "zoom_out", "zoom_fit", "zoom_selection"})
-#: Those of these groups that mean something wherever one is.
+#: Those of these groups that make sense in every workspace.
 _ANYWHERE = frozenset({"cancel", "coder", "note", "snapping", "train", "cancel_training"})
 
 

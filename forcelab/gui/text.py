@@ -23,7 +23,7 @@ def settle_name(parent: QWidget | None, name: str, known: Iterable[str]) -> str:
     box = QMessageBox(parent)
     box.setIcon(QMessageBox.Icon.Question)
     box.setWindowTitle("Nearly the same name")
-    box.setText(f"There is '{existing}' already.")
+    box.setText(f"'{existing}' already exists.")
     box.setInformativeText(f"'{name}' would be another name beside it.")
     use = box.addButton(
         f"Use '{escape_ampersands(existing)}'",

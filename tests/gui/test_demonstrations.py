@@ -320,7 +320,7 @@ def test_the_next_one_to_label_is_found_wherever_it_is(listing, document, said):
     listing.search.setText("pen")
     listing.open_to_label()
     assert document.demonstration.name == "pen-2"
-    assert said[-1][0] == "Of the demonstrations shown, no other one is left to label."
+    assert said[-1][0] == "No other demonstration in the list is left to label."
 
 
 def test_going_on_by_a_key_with_ctrl_chooses_that_one_alone(listing, document):
@@ -592,13 +592,13 @@ def test_every_row_has_a_menu(listing, document):
         "Note…",
         "Rename…",
         "Attach video…",
-        "Task…",
+        "Move to another task…",
         "Remove from the project…",
     ]
     assert not entries(listing, [row(listing, "pen-2")])["Open"].isEnabled()
     assert list(entries(listing, listing.model.groups[1:2])) == [
         "Mark 2 as done",
-        "Assign 2 blind…",
+        "Assign 2 for blind coding…",
         "Move 2 to another task…",
         "Remove 2 from the project…",
     ]

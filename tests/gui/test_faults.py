@@ -133,7 +133,7 @@ def test_another_error_while_one_is_shown_opens_nothing(watching, shown):
     in_a_slot(lambda: empty[0])
     in_a_slot(lambda: {}["key"])
     [dialog] = shown()
-    assert "written down in the same file: 2" in text_of(dialog)
+    assert "in the same file: 2" in text_of(dialog)
     assert "IndexError" in log()
     assert "KeyError" in log()
 

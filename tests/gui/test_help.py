@@ -110,7 +110,7 @@ def test_searching_leaves_what_matches_in_name_key_or_heading(unchanged):
         "Drag on the overview",
         "Show that stretch of time",
     ]
-    assert "Play or pause" in search(unchanged, "playing")
+    assert "Play or pause" in search(unchanged, "playback")
     assert search(unchanged, "coder") == ["Labelling", "Ctrl+L", "Label as another coder"]
 
 

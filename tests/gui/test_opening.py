@@ -129,7 +129,7 @@ def test_who_is_to_label_blind_is_found_under_the_name_that_was_assigned_to(
     monkeypatch.setattr(QInputDialog, "getText", lambda *_: ("bert", True))
     monkeypatch.setattr(QMessageBox, "exec", lambda box: asked.append(box.text()))
     choice._chosen(choice._box.count() - 1)
-    assert asked == ["There is 'Bert' already."]
+    assert asked == ["'Bert' already exists."]
     assert document.author == "Bert"
     said = []
     document.message_shown.connect(lambda text, _: said.append(text))
