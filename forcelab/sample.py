@@ -72,7 +72,7 @@ def making(path: str | PathLike[str], jobs: int = 1) -> Generator[Progress, None
     ):
         given = yield from producing(orders, Path(scratch), jobs)
         yield Progress(len(orders), len(orders), f"writing {path.name}")
-        project.add_all(given)
+        project.demonstrations.add_all(given)
         settings = preset("paper").replace(stride=10)
         yield from train_tasks(project, settings, Choice((RECOGNISED,), author=CODER), RECOGNISED)
     return True
@@ -90,7 +90,7 @@ def _check(path: Path) -> None:
     if not (path / FILE).is_file():
         raise InputError(other)
     with Project.open(path) as project:
-        sources = {info.source for info in project.demonstrations()}
-        trained = {recogniser.name for recogniser in project.recognisers()}
+        sources = {info.source for info in project.demonstrations.infos()}
+        trained = {recogniser.name for recogniser in project.runs.recognisers()}
     if not sources.issuperset(map(str, _origins())) or RECOGNISED not in trained:
         raise InputError(other)

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection, Iterable, Sequence
 from difflib import get_close_matches
+from functools import lru_cache
 
 
 def amount(count: int) -> str:
@@ -20,6 +22,15 @@ def listed(names: Sequence[str], most: int) -> str:
     """The first names, and how many more there are: ``a, b and 3 more``."""
     more = f" and {len(names) - most} more" if len(names) > most else ""
     return ", ".join(names[:most]) + more
+
+
+@lru_cache(maxsize=1 << 14)
+def natural_order(name: str) -> tuple[tuple[bool, int, str], ...]:
+    """A sorting key by which ``pen-2`` comes before ``pen-10``, and ``2`` before ``pen``."""
+    parts = re.findall(r"(\d+)|(\D+)", name)
+    # A number sorts by its length before its digits: as many as one likes are no number of Python.
+    numbers = ((digits.lstrip("0"), word.casefold()) for digits, word in parts)
+    return tuple((bool(word), len(digits), digits or word) for digits, word in numbers)
 
 
 def there_are(number: int) -> str:

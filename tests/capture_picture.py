@@ -57,8 +57,11 @@ def draw(path: Path, picture: Path) -> None:
 
     calibration = asset("calibrations", "3-axis-40N.toml")
     with Project.open(path) as project:
-        info = next(one for one in project.demonstrations() if one.name == DEMONSTRATION)
-        demonstration, truth = project.load(info.id), project.truth(info.id)
+        info = next(one for one in project.demonstrations.infos() if one.name == DEMONSTRATION)
+        demonstration, truth = (
+            project.demonstrations.load(info.id),
+            project.demonstrations.truth(info.id),
+        )
     sensors = sensors_of(demonstration, read_calibrations(calibration))
     film = Film(demonstration.video.path)
     camera.open_camera = lambda _: film

@@ -96,8 +96,8 @@ class Program:
 def stored(path, name, author="Ada"):
     """The segments of a demonstration in the store, as plain rounded values."""
     with Project.open(path) as project:
-        info = next(info for info in project.demonstrations() if info.name == name)
-        segments = project.track(info.id, author).segments
+        info = next(info for info in project.demonstrations.infos() if info.name == name)
+        segments = project.tracks.get(info.id, author).segments
     return [(round(s.start, 4), round(s.end, 4), s.action) for s in segments]
 
 

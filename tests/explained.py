@@ -27,9 +27,9 @@ def made(
     pairs = synthetic_set(count, rate=rate)
     with Project.create(path) as project:
         for demonstration, segments in pairs:
-            project.add(demonstration)
-            project.edit(demonstration.id, "Ann", (), segments, "made")
-        project.add_actions("foam", dict.fromkeys(s.action for _, t in pairs for s in t))
+            project.demonstrations.add(demonstration)
+            project.tracks.edit(demonstration.id, "Ann", (), segments, "made")
+        project.actions.add("foam", dict.fromkeys(s.action for _, t in pairs for s in t))
         return outcome_of(project, [Labelled(*pair) for pair in pairs], settings, folds)
 
 
@@ -49,7 +49,7 @@ def outcome_of(
         apart=False,
         settings=settings,
         actions=evaluation.actions,
-        labels=tuple(LabelsUsed(id_, "Ann", project.head(id_, "Ann")) for id_ in ids),
+        labels=tuple(LabelsUsed(id_, "Ann", project.tracks.head(id_, "Ann")) for id_ in ids),
         tested=tuple(
             Reviewed(
                 one.id,

@@ -30,7 +30,7 @@ def folder_in_memory() -> Iterator[Path]:
 def labelling_in_memory() -> Iterator[TrackEditor]:
     """Ada at work on the only demonstration of a project, ten seconds long."""
     with folder_in_memory() as folder, Project.create(folder / "p.forcelab") as project:
-        yield TrackEditor(project, project.add(recording()).id, "Ada")
+        yield TrackEditor(project, project.demonstrations.add(recording()).id, "Ada")
 
 
 def recording() -> Demonstration:
@@ -42,4 +42,4 @@ def recording() -> Demonstration:
 def stored(labelling: TrackEditor) -> Segments:
     """The track as another window reads it."""
     with Project.open(labelling.project.path) as other:
-        return other.track(labelling.demonstration, labelling.author).segments
+        return other.tracks.get(labelling.demonstration, labelling.author).segments

@@ -48,7 +48,7 @@ def certainty(*parts, rate=50.0):
 
 def outcome_of(project, number=1, task="foam", author="Ann", proposed=(), **changes):
     """An outcome that has tested every labelled demonstration of a task."""
-    infos = project.demonstrations(task)
+    infos = project.demonstrations.infos(task)
     sure = certainty((2.5, 0.97), (3.5, 0.2), (1.0, 0.6), (3.0, 0.9))
 
     def reviewed(info, human):
@@ -64,12 +64,12 @@ def outcome_of(project, number=1, task="foam", author="Ann", proposed=(), **chan
         apart=False,
         settings=preset("best"),
         actions=("grab", "hold"),
-        labels=tuple(LabelsUsed(i.id, author, project.head(i.id, author)) for i in infos),
+        labels=tuple(LabelsUsed(i.id, author, project.tracks.head(i.id, author)) for i in infos),
         tested=tuple(
-            reviewed(i, project.track(i.id, author).segments) for i in infos if i.labelled
+            reviewed(i, project.tracks.get(i.id, author).segments) for i in infos if i.labelled
         ),
         proposals=tuple(reviewed(i, ()) for i in infos if not i.labelled),
-        recogniser=project.add_recogniser(
+        recogniser=project.runs.add_recogniser(
             "tiny", b"tiny", settings={}, seed=None, labels=(), versions={}
         ),
         seconds={"features": 0.25, "fit": 3.5, "predict": 0.1, "filter": 0.05},
@@ -117,7 +117,7 @@ class FakeWork:
     def remove(self, path, number):
         yield None
         with Project.open(path) as project:
-            project.remove_run(number)
+            project.runs.remove(number)
         self.kept = tuple(kept for kept in self.kept if kept.number != number)
 
     def edits(self, project, outcome):
@@ -125,7 +125,7 @@ class FakeWork:
         return sum(
             edit.id > used.edit
             for used in outcome.labels
-            for edit in project.history(used.demonstration, used.author)
+            for edit in project.tracks.history(used.demonstration, used.author)
         )
 
 
@@ -135,9 +135,9 @@ def project(path, labelled, tasks):
         for number, task in enumerate(tasks):
             for place, name in enumerate(("01", "02", "03")):
                 one = recording(name, task, number + 0.1 * place)
-                project.add(one)
+                project.demonstrations.add(one)
                 if name in labelled:
-                    project.edit(one.id, "Ann", (), TRACK, "made")
+                    project.tracks.edit(one.id, "Ann", (), TRACK, "made")
 
 
 @contextmanager

@@ -26,7 +26,7 @@ def study(path, segments, seconds):
     two = Demonstration("02", "foam", times, np.cos(times)[:, None], (Channel("f", "N"),))
     with Project.create(path) as project:
         track = (Track("Ada", segments),) if segments else ()
-        project.add_all([Incoming(one, track), Incoming(two)])
+        project.demonstrations.add_all([Incoming(one, track), Incoming(two)])
 
 
 @contextmanager

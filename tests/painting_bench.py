@@ -35,10 +35,10 @@ def study(path: Path, tracks: tuple[tuple[str, tuple[Segment, ...]], ...]) -> No
     """A project of one demonstration with these tracks."""
     recording = demonstration()
     with Project.create(path) as project:
-        project.add(recording)
-        project.set_vocabulary("foam", Vocabulary().with_actions(*ACTIONS))
+        project.demonstrations.add(recording)
+        project.actions.set_vocabulary("foam", Vocabulary().with_actions(*ACTIONS))
         for author, track in tracks:
-            project.edit(recording.id, author, (), track, "made") if track else None
+            project.tracks.edit(recording.id, author, (), track, "made") if track else None
 
 
 @contextmanager
@@ -62,7 +62,7 @@ def opened(segments: tuple[Segment, ...] = (), **others: tuple[Segment, ...]):
 def shown(document) -> list[tuple[float, float, str]]:
     """What the store holds for Ann now, read by its own connection, to the microsecond."""
     with Project.open(document.project.path) as project:
-        track = project.track(document.id, "Ann").segments
+        track = project.tracks.get(document.id, "Ann").segments
     return [(round(s.start, 6), round(s.end, 6), s.action) for s in track]
 
 

@@ -57,11 +57,11 @@ def copy(whole, tmp_path):
 
 def test_it_has_six_of_every_task_coded_by_two_one_or_nobody(whole):
     with Project.open(whole) as project:
-        assert set(project.tasks()) == set(TASKS)
+        assert set(project.demonstrations.tasks()) == set(TASKS)
         for task in TASKS:
-            authors = [info.authors for info in project.demonstrations(task)]
+            authors = [info.authors for info in project.demonstrations.infos(task)]
             assert authors == [("Ines", "Tomas")] * 3 + [("Ines",)] * 2 + [()]
-        assert {(person.name, person.kind) for person in project.authors()} == {
+        assert {(person.name, person.kind) for person in project.coding.authors()} == {
             ("Ines", "coder"),
             ("Tomas", "coder"),
         }
@@ -69,8 +69,11 @@ def test_it_has_six_of_every_task_coded_by_two_one_or_nobody(whole):
 
 def test_it_moves_with_its_videos_and_opens_synchronised_but_for_one_of_each_task(copy):
     with Project.open(copy) as project:
-        for info in project.demonstrations():
-            video, truth = project.load(info.id).video, project.truth(info.id)["video"]
+        for info in project.demonstrations.infos():
+            video, truth = (
+                project.demonstrations.load(info.id).video,
+                project.demonstrations.truth(info.id)["video"],
+            )
             assert video.path.is_relative_to(copy)
             assert video.path.stat().st_size > 0
             true = ClockMap(truth["offset"], truth["rate"])
@@ -80,26 +83,29 @@ def test_it_moves_with_its_videos_and_opens_synchronised_but_for_one_of_each_tas
 
 def test_its_recogniser_was_trained_on_one_coder_and_recognises_what_nobody_labelled(whole):
     with Project.open(whole) as project:
-        (stored,) = project.recognisers()
+        (stored,) = project.runs.recognisers()
         assert stored.name == "LEGO"
         assert Settings.from_json({k: v for k, v in stored.settings.items() if k != "choice"})
-        learnt = {project.load(used.demonstration).name: used.author for used in stored.labels}
+        learnt = {
+            project.demonstrations.load(used.demonstration).name: used.author
+            for used in stored.labels
+        }
         assert learnt == {f"LEGO-1-{number:02d}": "Ines" for number in range(1, 6)}
-        recogniser = load(project.recogniser_path(stored.id))
-        found = recogniser.predict(project.load("LEGO-1-06")).segments
+        recogniser = load(project.runs.recogniser_path(stored.id))
+        found = recogniser.predict(project.demonstrations.load("LEGO-1-06")).segments
         assert {segment.action for segment in found} <= set(recogniser.actions)
         assert found
 
 
 def test_where_it_is_already_nothing_is_done_and_what_people_did_stays(copy):
     with Project.open(copy) as project:
-        id_ = project.load("foam-1-06").id
+        id_ = project.demonstrations.load("foam-1-06").id
         mine = (Segment(0.0, 0.2, "still"),)
-        project.edit(id_, "me", (), mine, "painted")
+        project.tracks.edit(id_, "me", (), mine, "painted")
     assert list(sample.making(copy)) == []
     with Project.open(copy) as project:
-        assert project.track(id_, "me").segments == mine
-        assert len(project.demonstrations()) == 30
+        assert project.tracks.get(id_, "me").segments == mine
+        assert len(project.demonstrations.infos()) == 30
 
 
 def test_what_is_there_and_is_not_the_sample_project_stays_untouched(tmp_path):
@@ -114,7 +120,7 @@ def test_what_is_there_and_is_not_the_sample_project_stays_untouched(tmp_path):
     assert (tmp_path / "file").read_text() == "mine"
     assert [entry.name for entry in (tmp_path / "folder").iterdir()] == ["notes.txt"]
     with Project.open(other) as project:
-        assert project.demonstrations() == ()
+        assert project.demonstrations.infos() == ()
 
 
 @pytest.mark.parametrize("steps", [1, 12, 36])

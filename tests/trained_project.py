@@ -22,5 +22,5 @@ def make(path: Path, labelled: int = 3, bare: int = 1, rate: float = 100.0) -> P
     with Project.create(path) as project:
         for number, (demonstration, segments) in enumerate(synthetic_set(labelled + bare, rate)):
             tracks = [Track("Ada", segments)] if number < labelled else []
-            project.add(demonstration, tracks)
+            project.demonstrations.add(demonstration, tracks)
     return path

@@ -21,7 +21,7 @@ from forcelab.clock import ClockMap
 from forcelab.demonstration import GAP_PERIODS, Channel, Demonstration, VideoReference
 from forcelab.errors import InputError
 from forcelab.labels import Segment, Track, ordered
-from forcelab.project.loading import Camera
+from forcelab.project.media import Camera
 
 
 @dataclass(eq=False)

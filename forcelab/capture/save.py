@@ -20,7 +20,7 @@ from forcelab.capture.journal_writer import JournalWriter
 from forcelab.demonstration import VideoReference
 from forcelab.errors import InputError
 from forcelab.project import Added, Project
-from forcelab.project.loading import Camera, camera_stamps
+from forcelab.project.media import Camera, camera_stamps
 from forcelab.project.records import Incoming
 
 #: Name of the folder in a project that holds recordings while they last.
@@ -106,7 +106,7 @@ class Recovered:
 
 def next_name(project: Project, task: str) -> str:
     """The next name of a task's demonstrations: the task and the number after the largest one."""
-    names = [one.name for one in project.demonstrations(task)]
+    names = [one.name for one in project.demonstrations.infos(task)]
     names += [path.stem for path in (project.path / CAPTURES).glob(f"*{SUFFIX}")]
     numbered = re.compile(re.escape(task) + r" (\d+)(?: \(\d+\))?")
     numbers = [int(match[1]) for name in names if (match := numbered.fullmatch(name))]
@@ -141,12 +141,14 @@ def keep(path: Path, contents: Contents) -> SavedRecording:
         source=f"captured {contents.header.get('started', '')} from {devices}",
     )
     with Project.open(path) as project:
-        (added,) = project.add_all([incoming])
-        heads = {track.author: project.head(added.id, track.author) for track in incoming.tracks}
+        (added,) = project.demonstrations.add_all([incoming])
+        heads = {
+            track.author: project.tracks.head(added.id, track.author) for track in incoming.tracks
+        }
         try:
             beside = [_beside(project, added.id, camera) for camera in gathered.filmed[1:]]
             cameras = camera_stamps((*gathered.filmed[:1], *beside)) if beside else {}
-            project.attach_stamps(added.id, gathered.stamps | cameras)
+            project.media.attach_stamps(added.id, gathered.stamps | cameras)
             _compare(project, added, gathered)
         except BaseException as error:  # whatever that is: the next try begins anew
             if added.status == "new":
@@ -163,7 +165,7 @@ def keep(path: Path, contents: Contents) -> SavedRecording:
 
 def _compare(project: Project, added: Added, gathered: AssembledRecording) -> None:
     """Hold what the project stored against what was recorded, before the journal may go."""
-    stored = project.load(added.id)
+    stored = project.demonstrations.load(added.id)
     columns = slice(gathered.column, gathered.column + gathered.recorded.shape[1])
     if not (
         np.array_equal(stored.times, gathered.demonstration.times)
@@ -179,7 +181,7 @@ def _compare(project: Project, added: Added, gathered: AssembledRecording) -> No
 def _take_back(project: Project, part: SavedRecording, error: BaseException) -> None:
     """Remove what was added before something went wrong; raises where that goes wrong too."""
     try:
-        project.discard(part.added.id, part.heads)
+        project.demonstrations.discard(part.added.id, part.heads)
     except InputError as second:
         # Whatever it was: that something is half done has to be told before anything else.
         first = error if isinstance(error, InputError) else f"It ended early ({error!r})."
@@ -192,7 +194,7 @@ def _take_back(project: Project, part: SavedRecording, error: BaseException) -> 
 
 def _beside(project: Project, id_: str, camera: Camera) -> Camera:
     """Keep a further camera's video beside a recording."""
-    copy = project.attach_beside(id_, camera.video.path)
+    copy = project.media.attach_file(id_, camera.video.path)
     return Camera(camera.name, VideoReference(copy, camera.video.clock))
 
 
@@ -217,8 +219,8 @@ def discard(path: Path, kept: SavedRecording) -> None:
     if kept.added.status != "new":
         raise InputError(f"'{kept.added.name}' was in the project before; it stays.")
     with Project.open(path) as project:
-        if any(one.id == kept.added.id for one in project.demonstrations()):
-            project.discard(kept.added.id, kept.heads)
+        if any(one.id == kept.added.id for one in project.demonstrations.infos()):
+            project.demonstrations.discard(kept.added.id, kept.heads)
 
 
 def delete_videos(folder: Path, contents: Contents) -> None:

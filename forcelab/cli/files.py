@@ -71,8 +71,8 @@ def demonstrations_in(
     for source in sources:
         if source.is_dir() and not is_bag_folder(source):
             with Project.open(source) as project:
-                for info in project.demonstrations():
-                    yield project.load(info.id), ()
+                for info in project.demonstrations.infos():
+                    yield project.demonstrations.load(info.id), ()
         else:
             for recording in read(source, options):
                 yield recording.demonstration, recording.remarks

@@ -37,5 +37,5 @@ def hint_at_new_names(path: Path) -> Iterator[None]:
 def _names(path: Path) -> dict[str, list[str]]:
     """The coders and tasks of a project."""
     with Project.open(path) as project:
-        tasks = [task for task in project.tasks() if task]
-        return {"coder": list(project.people()), "task": tasks}
+        tasks = [task for task in project.demonstrations.tasks() if task]
+        return {"coder": list(project.coding.people()), "task": tasks}

@@ -61,7 +61,6 @@ from forcelab.project import (
     StoredVerdict,
     Verdict,
 )
-from forcelab.project.loading import natural_order
 from forcelab.project.records import (
     ASSIGNMENT_KINDS,
     EDIT_KINDS,
@@ -69,6 +68,7 @@ from forcelab.project.records import (
     check_length,
     segments_to_json,
 )
+from forcelab.text import natural_order
 from forcelab.vocabulary import Vocabulary
 
 #: The versions of the archive from which on edits tell who proposed them, and it holds verdicts.
@@ -534,30 +534,30 @@ def write_archive(project: Project, path: str | Path) -> None:
         contextlib.closing(ArchiveWriter(stream)) as out,
     ):
         out.json(MANIFEST, {"format": "forcelab archive", "version": VERSION})
-        vocabularies = project.vocabularies()
+        vocabularies = project.actions.vocabularies()
         out.json("vocabularies.json", {task: v.to_json() for task, v in vocabularies.items()})
         edits: list[Edit] = []
-        for info in sorted(project.demonstrations(), key=lambda info: info.id):
+        for info in sorted(project.demonstrations.infos(), key=lambda info: info.id):
             _write_demonstration(project, info, out)
             for author in info.authors:
-                edits += project.history(info.id, author)
+                edits += project.tracks.history(info.id, author)
         edits.sort(key=lambda edit: edit.id)
         out.json("edits.json", [edit_to_json(edit) for edit in edits])
-        events = project.assignment_events()
+        events = project.coding.assignment_events()
         out.json("assignments.json", [event_to_json(event) for event in events])
-        numbers = [run.id for run in project.run_summaries()]
+        numbers = [run.id for run in project.runs.summaries()]
         places = {number: place for place, number in enumerate(numbers, 1)}
-        verdicts = project.verdict_events()
+        verdicts = project.coding.verdict_events()
         out.json("verdicts.json", [verdict_to_json(verdict, places) for verdict in verdicts])
-        recognisers = project.recognisers()
-        there = {info.id for info in project.demonstrations()}
+        recognisers = project.runs.recognisers()
+        there = {info.id for info in project.demonstrations.infos()}
         named = [{"id": r.id, "name": r.name, **_provenance(r, there)} for r in recognisers]
         out.json("recognisers.json", named)
         for recogniser in recognisers:
-            path_ = project.recogniser_path(recogniser.id)
+            path_ = project.runs.recogniser_path(recogniser.id)
             out.file(f"recognisers/{recogniser.id}.skops", path_)
         # What hundreds of runs found is more than there is room for at once.
-        runs = map(project.run, numbers)
+        runs = map(project.runs.get, numbers)
         out.json_list(
             "runs.json",
             ({"kind": r.kind, **_provenance(r, there), "result": r.result} for r in runs),
@@ -574,7 +574,7 @@ def _provenance(made: StoredRecogniser | StoredRun, there: set[str]) -> dict[str
 def _write_demonstration(project: Project, info: DemonstrationInfo, out: ArchiveWriter) -> None:
     """Write one demonstration's members."""
     home = f"demonstrations/{info.id}"
-    d = project.load(info.id)
+    d = project.demonstrations.load(info.id)
     if d.fingerprint() != info.id:
         raise InputError(
             f"The arrays of '{info.name}' in '{project.path}' are no longer what was recorded; "
@@ -594,7 +594,7 @@ def _write_demonstration(project: Project, info: DemonstrationInfo, out: Archive
         "source": info.source,
     }
     # Here older programs pass them over; a member of their own they would refuse.
-    if notes := project.note_events(info.id):
+    if notes := project.coding.note_events(info.id):
         record["notes"] = [note_to_json(note) for note in notes]
     out.json(f"{home}/demonstration.json", record)
     out.array(f"{home}/times.npy", d.times)
@@ -605,16 +605,16 @@ def _write_demonstration(project: Project, info: DemonstrationInfo, out: Archive
         )
     if d.video:
         out.file(f"{home}/{d.video.path.name}", d.video.path)
-    if (truth := project.truth(info.id)) is not None:
+    if (truth := project.demonstrations.truth(info.id)) is not None:
         out.json(f"{home}/truth.json", truth)
-    kinds = {author.name: author.kind for author in project.authors()}
+    kinds = {author.name: author.kind for author in project.coding.authors()}
     tracks = [
         {
             "author": track.author,
             "kind": kinds[track.author],
             "segments": segments_to_json(track.segments),
         }
-        for track in project.tracks(info.id)
+        for track in project.tracks.of(info.id)
     ]
     out.json(f"{home}/tracks.json", tracks)
 
@@ -674,16 +674,16 @@ def read_archive(path: str | Path, project_path: str | Path) -> Project:
                 notes = _notes(members, id_)
                 incoming = Incoming(demonstration, source=source, truth=truth, notes=notes)
                 bounds[id_] = demonstration.start, demonstration.end
-                added = project.add_all([incoming])
+                added = project.demonstrations.add_all([incoming])
                 if added[0].name != demonstration.name:
                     raise InputError(f"The archive '{path}' has two '{demonstration.name}'.")
         try:
-            numbers = project.replay(_edits(members, bounds))
+            numbers = project.tracks.replay(_edits(members, bounds))
         except StaleTrackError as error:
             where = members.where("edits.json")
             raise InputError(f"The edits do not fit together in {where}.") from error
         for id_ in members.ids():
-            if project.tracks(id_) != tuple(
+            if project.tracks.of(id_) != tuple(
                 track for track, _ in _tracks(members, id_, bounds[id_])
             ):
                 where = members.where(f"demonstrations/{id_}/tracks.json")
@@ -697,13 +697,13 @@ def read_archive(path: str | Path, project_path: str | Path) -> Project:
             vocabulary = Vocabulary.from_json(actions)
             for word in (task, *vocabulary.names):
                 check_name(word)
-            project.set_vocabulary(task, vocabulary)
+            project.actions.set_vocabulary(task, vocabulary)
         _read_assignments(members, project)
         _read_recognisers(members, project, numbers)
         for run in members.objects("runs.json"):
             where = members.where("runs.json")
             kind, result = field(run, "kind", str, where), field(run, "result", dict, where)
-            project.add_run(kind, result=result, **_check_provenance(run, where, numbers))
+            project.runs.add(kind, result=result, **_check_provenance(run, where, numbers))
         _read_verdicts(members, project)
         if members.unread:
             raise InputError(f"The archive '{path}' holds '{min(members.unread)}' for no use.")
@@ -823,7 +823,7 @@ def _read_assignments(members: ArchiveReader, project: Project) -> None:
     where = members.where(name)
     events = [event_of(item, where) for item in _list(members, name)]
     _check_proposal(members, events, where)
-    project.replay_assignments(events)
+    project.coding.replay_assignments(events)
 
 
 def _read_verdicts(members: ArchiveReader, project: Project) -> None:
@@ -834,11 +834,11 @@ def _read_verdicts(members: ArchiveReader, project: Project) -> None:
     where = members.where(name)
     verdicts = [verdict_of(item, where) for item in _list(members, name)]
     _check_proposal(members, verdicts, where)
-    runs = dict(enumerate((run.id for run in project.run_summaries()), 1))
+    runs = dict(enumerate((run.id for run in project.runs.summaries()), 1))
     if unknown := {verdict.run for verdict in verdicts} - {None, *runs}:
         raise InputError(f"The run {unknown.pop()} is told but missing in {where}.")
     numbered = (v if v.run is None else replace(v, run=runs[v.run]) for v in verdicts)
-    project.add_verdicts(numbered)
+    project.coding.add_verdicts(numbered)
 
 
 def _read_recognisers(members: ArchiveReader, project: Project, numbers: dict[int, int]) -> None:
@@ -847,7 +847,10 @@ def _read_recognisers(members: ArchiveReader, project: Project, numbers: dict[in
     for item in _list(members, "recognisers.json"):
         id_, name = field(item, "id", str, where), field(item, "name", str, where)
         data = members.content(f"recognisers/{id_}.skops")
-        if project.add_recogniser(name, data, **_check_provenance(item, where, numbers)) != id_:
+        if (
+            project.runs.add_recogniser(name, data, **_check_provenance(item, where, numbers))
+            != id_
+        ):
             raise InputError(f"The content of recogniser '{id_}' does not match its id in {where}.")
 
 

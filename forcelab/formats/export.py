@@ -84,7 +84,7 @@ def _archive(
     """Write the whole project as one zip named after it."""
     from forcelab.formats.archive import write_archive
 
-    if viewer is not None and project.blind_to(viewer):
+    if viewer is not None and project.coding.blind_to(viewer):
         raise InputError(
             f"An archive holds everybody's labels, and some are hidden from '{viewer}' until "
             f"blind coding is done; export tracks instead."
@@ -108,19 +108,19 @@ def _select(
     authors: Collection[str] | None,
 ) -> list[_Selection]:
     """The tracks to write, by demonstration."""
-    known = [author.name for author in project.authors()]
+    known = [author.name for author in project.coding.authors()]
     for name in authors or ():
         if name not in known:
             there = ", ".join(known) or "none at all"
             raise InputError(f"Nobody called '{name}' labelled here; there are {there}.")
     chosen = []
-    for info in project.demonstrations():
+    for info in project.demonstrations.infos():
         if not info.authors or (ids is not None and info.id not in ids):
             continue
-        hidden = viewer is not None and project.is_blind(info.id, viewer)
+        hidden = viewer is not None and project.coding.is_blind(info.id, viewer)
         tracks = tuple(
             track
-            for track in project.tracks(info.id)
+            for track in project.tracks.of(info.id)
             if (not hidden or track.author == viewer)
             and (authors is None or track.author in authors)
         )
@@ -134,7 +134,7 @@ def _titles(project: Project) -> dict[str, str]:
 
     So labels can be laid beside the recording that they are of, and are read with it.
     """
-    infos = project.demonstrations()
+    infos = project.demonstrations.infos()
     times = Counter(info.name.casefold() for info in infos)
     return {
         info.id: f"{info.task} - {info.name}"
@@ -152,7 +152,7 @@ def _one_file(
     ending = ".segments.csv" if kind == "table" else ".boris"
     written = out / f"{file_names([name])[0]}{ending}"
     _check([written], replacing)
-    kinds = {author.name: author.kind for author in project.authors()}
+    kinds = {author.name: author.kind for author in project.coding.authors()}
     titles = _titles(project)
     coded: list[AnnotatedTrack] = []
     observed: list[Observation] = []
@@ -168,7 +168,7 @@ def _one_file(
                 for track in tracks
             ]
     if kind == "boris":
-        content = to_boris(name, observed, joined(project.vocabularies()))
+        content = to_boris(name, observed, joined(project.actions.vocabularies()))
     else:
         content = to_statistics_table(coded).encode("utf-8")
     with output_folder(out, [project.path]):
@@ -180,7 +180,7 @@ def _observations(
     project: Project, info: DemonstrationInfo, title: str, tracks: Collection[Track]
 ) -> list[Observation]:
     """Tracks with what else is known of how they were observed: the video, and when."""
-    video = project.load(info.id).video if info.has_video else None
+    video = project.demonstrations.load(info.id).video if info.has_video else None
     film = None
     if video is not None:
         film = VideoFile(video.path, video.clock, told_rate(video.path), told_length(video.path))
@@ -190,7 +190,7 @@ def _observations(
             info.task,
             track,
             film,
-            next((e.time for e in project.history(info.id, track.author)), None),
+            next((e.time for e in project.tracks.history(info.id, track.author)), None),
         )
         for track in tracks
     ]
@@ -228,7 +228,7 @@ def _content(
     """What a file holds, or which demonstration it is that cannot be written so."""
     try:
         if kind == "elan":
-            return to_elan(tracks, project.load(info.id).video, out)
+            return to_elan(tracks, project.demonstrations.load(info.id).video, out)
         return (to_csv(tracks) if kind == "csv" else to_audacity(tracks[0])).encode()
     except InputError as error:
         raise InputError(f"'{info.name}': {error}") from error

@@ -121,7 +121,7 @@ def _with_video(project: Path) -> frozenset[str]:
     if Project.vacant(project):
         return frozenset()
     with Project.open(project) as opened:
-        return frozenset(info.id for info in opened.demonstrations() if info.has_video)
+        return frozenset(info.id for info in opened.demonstrations.infos() if info.has_video)
 
 
 def _is_video(path: Path) -> bool:
@@ -362,7 +362,7 @@ def _unpacking(
 
     yield Progress(0, 1, f"unpacking {path.name}")
     with read_archive(path, project) as made:
-        infos = made.demonstrations()
+        infos = made.demonstrations.infos()
     yield Progress(1, 1, "done")
     demonstrations = tuple(Imported(path, Added(i.id, i.name, "new")) for i in infos)
     if options == ReadOptions(unpack=options.unpack, videos=options.videos):
@@ -449,13 +449,13 @@ def _write(
     if Project.vacant(project):
         try:
             with Project.creating(project) as made:
-                return tuple(map(Imported, files, made.add_all(given)))
+                return tuple(map(Imported, files, made.demonstrations.add_all(given)))
         except InputError:
             if Project.vacant(project):
                 raise
             # Another import made the project while this one was filling its own.
     with Project.open(project) as opened:
-        return tuple(map(Imported, files, opened.add_all(given)))
+        return tuple(map(Imported, files, opened.demonstrations.add_all(given)))
 
 
 def _unreported(demonstration: Demonstration, options: ReadOptions) -> list[Keepable]:

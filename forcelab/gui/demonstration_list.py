@@ -420,32 +420,32 @@ class DemonstrationMenu(QObject):
 
     def assign(self, ids: list[str], author: str) -> bool:
         """Assign demonstrations to a coder, blind."""
-        return self._each(ids, lambda project, id_: project.assign(id_, author))
+        return self._each(ids, lambda project, id_: project.coding.assign(id_, author))
 
     def unassign(self, ids: list[str], author: str) -> bool:
         """Withdraw a coder's assignments."""
-        return self._each(ids, lambda project, id_: project.unassign(id_, author))
+        return self._each(ids, lambda project, id_: project.coding.unassign(id_, author))
 
     def set_done(self, ids: list[str], done: bool) -> bool:
         """Mark demonstrations as done by the coder, or as not done."""
         author = self._document.author
 
-        return self._each(ids, lambda project, id_: project.set_done(id_, author, done))
+        return self._each(ids, lambda project, id_: project.coding.set_done(id_, author, done))
 
     def rename(self, id_: str, name: str) -> bool:
-        return self._each([id_], lambda project, id_: project.rename(id_, name))
+        return self._each([id_], lambda project, id_: project.demonstrations.rename(id_, name))
 
     def set_note(self, id_: str, text: str) -> bool:
         """Write the coder's note on a demonstration; ``""`` removes it."""
         author = self._document.author
-        return self._each([id_], lambda project, id_: project.set_note(id_, author, text))
+        return self._each([id_], lambda project, id_: project.coding.set_note(id_, author, text))
 
     def set_task(self, ids: list[str], task: str) -> bool:
         """Move demonstrations to another task; the menu of each offers the way back."""
         old = {info.id: info.task for info in self._document.infos}
 
         def carry_out(project: Project, id_: str) -> None:
-            project.set_task(id_, task)
+            project.demonstrations.set_task(id_, task)
             self._left[id_] = old.get(id_, "")
 
         done = self._each(ids, carry_out)
@@ -455,7 +455,7 @@ class DemonstrationMenu(QObject):
 
     def remove(self, heads: Mapping[str, Mapping[str, int]]) -> bool:
         """Remove demonstrations for good: by id, the track heads the coder has agreed to lose."""
-        return self._do(heads, lambda project: project.remove_all(heads))
+        return self._do(heads, lambda project: project.demonstrations.remove_all(heads))
 
     def attach_video(self, id_: str, path: Path) -> bool:
         """Copy a video into the project; its clock is set by synchronising."""
@@ -466,8 +466,8 @@ class DemonstrationMenu(QObject):
         def attach(project: Project, id_: str) -> None:
             nonlocal damage
             # What is no video is not copied, and takes no video's place.
-            damage = check_video(path, project.info(id_).duration)
-            project.attach_video(id_, path)
+            damage = check_video(path, project.demonstrations.info(id_).duration)
+            project.media.attach_video(id_, path)
 
         done = self._each([id_], attach)
         if done and damage:
@@ -565,7 +565,7 @@ class DemonstrationMenu(QObject):
         project, document = self._document.project, self._document
         if project is None:
             return
-        names = list(dict.fromkeys([document.author, *project.people()]))
+        names = list(dict.fromkeys([document.author, *project.coding.people()]))
         name, agreed = QInputDialog.getItem(
             self._window,
             "Assign for blind coding",
@@ -622,7 +622,7 @@ class DemonstrationMenu(QObject):
         project = self._document.project
         if project is None:
             return
-        tasks = list(dict.fromkeys([rows[0].info.task, *project.tasks()]))
+        tasks = list(dict.fromkeys([rows[0].info.task, *project.demonstrations.tasks()]))
         title = f"Move {rows[0].info.name} to another task"
         if len(rows) > 1:
             title = f"Move {len(rows)} to another task"
@@ -635,7 +635,7 @@ class DemonstrationMenu(QObject):
             True,
         )
         if agreed:
-            name = settle_name(self._window, task, project.tasks())
+            name = settle_name(self._window, task, project.demonstrations.tasks())
             self.set_task([row.info.id for row in rows], name)
 
     def _ask_remove(self, rows: Sequence[DemonstrationRow]) -> None:
@@ -647,7 +647,9 @@ class DemonstrationMenu(QObject):
         def ask(project: Project) -> None:
             # Read before anything is asked: labels painted meanwhile are not among what was told.
             heads = {
-                row.info.id: {name: project.head(row.info.id, name) for name in row.info.authors}
+                row.info.id: {
+                    name: project.tracks.head(row.info.id, name) for name in row.info.authors
+                }
                 for row in rows
             }
             if confirm_removal(rows, self._document.author, project, self._window):
@@ -790,8 +792,8 @@ class DemonstrationList(QWidget):
         """Read the rows from the project."""
         project = self._document.project
         author = self._document.author
-        assignments = project.assignments() if project is not None else ()
-        notes = project.notes(author) if project is not None else ()
+        assignments = project.coding.assignments() if project is not None else ()
+        notes = project.coding.notes(author) if project is not None else ()
         self._rows = rows_of(self._document.infos, assignments, author, notes)
         self._update_own(show=False)
         now = (author, [(row.info.id, row.info.task) for row in self._rows])

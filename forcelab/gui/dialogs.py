@@ -41,7 +41,7 @@ def handlers(
 def confirm_reveal(document: Document, ids: Collection[str], window: QWidget) -> bool:
     """Ask whether to end blind coding of these demonstrations; True if there is nothing to ask."""
     project = document.project
-    hidden = set() if project is None else project.blind_to(document.author) & set(ids)
+    hidden = set() if project is None else project.coding.blind_to(document.author) & set(ids)
     if not hidden:
         return True
     names = [f"'{info.name}'" for info in document.infos if info.id in hidden]

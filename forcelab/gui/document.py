@@ -209,7 +209,7 @@ class Document(QObject):
         """Whether the labels of others are hidden from the coder here."""
         if self.project is None or not self.id:
             return False
-        return self.project.is_blind(self.id, self.author)
+        return self.project.coding.is_blind(self.id, self.author)
 
     # Projects and demonstrations
 
@@ -223,7 +223,7 @@ class Document(QObject):
         """
         project = Project.open(path)
         try:
-            infos = project.demonstrations()
+            infos = project.demonstrations.infos()
             project.sync_behind()
         except ForcelabError:
             project.close()
@@ -263,7 +263,7 @@ class Document(QObject):
         if self.project is None:
             return False
         with self._reporting_errors() as errors:
-            demonstration = self.project.load(id_)
+            demonstration = self.project.demonstrations.load(id_)
             if demonstration.id == self.id:
                 return True
             editor = self._editor_of(self.project, demonstration.id, self.author)
@@ -327,7 +327,7 @@ class Document(QObject):
         if self.project is None:
             return False
         with self._reporting_errors() as errors:
-            self.infos = self.project.demonstrations()
+            self.infos = self.project.demonstrations.infos()
         self.listing_changed.emit()
         return not errors
 
@@ -339,7 +339,7 @@ class Document(QObject):
             self.listing_changed.emit()
 
     def _update_info(self, project: Project) -> None:
-        new = project.info(self.id)
+        new = project.demonstrations.info(self.id)
         self.infos = tuple(new if info.id == new.id else info for info in self.infos)
 
     def reread(self) -> bool:
@@ -355,7 +355,7 @@ class Document(QObject):
             return listed
         old = self.demonstration
         with self._reporting_errors() as errors:
-            new = self.project.load(self.id)
+            new = self.project.demonstrations.load(self.id)
             labels = self._visible_labels(self.author, new)
             if self.editor.refresh():
                 self.select(None)
@@ -375,8 +375,8 @@ class Document(QObject):
         if self.project is None or self.demonstration is None:
             return False
         with self._reporting_errors() as errors:
-            self.project.set_video_clock(self.id, clock)
-            self.view.demonstration = self.project.load(self.id)
+            self.project.media.set_video_clock(self.id, clock)
+            self.view.demonstration = self.project.demonstrations.load(self.id)
         if not errors:
             self.demonstration_changed.emit()
         return not errors
@@ -387,7 +387,7 @@ class Document(QObject):
             return False
         blind = self.coding_blind
         with self._reporting_errors() as errors:
-            self.project.set_done(self.id, self.author)
+            self.project.coding.set_done(self.id, self.author)
         self.reread()
         if not errors:
             shown = "Marked as done; the labels of others are shown."
@@ -434,7 +434,7 @@ class Document(QObject):
         """Whose tracks exist besides the coder's; none while coding blind."""
         if self.project is None or not self.id or self.coding_blind:
             return ()
-        authors = [track.author for track in self.project.tracks(self.id)]
+        authors = [track.author for track in self.project.tracks.of(self.id)]
         if self.review.run is not None and self.review.reviewed is not None:
             authors.append(self.review.run.proposer)
         return tuple(author for author in authors if author != self.author)
@@ -462,8 +462,8 @@ class Document(QObject):
         """
         project, run = self.project, self.review.run
         assert project is not None
-        tracks = project.tracks(demonstration.id)
-        blind = project.is_blind(demonstration.id, author)
+        tracks = project.tracks.of(demonstration.id)
+        blind = project.coding.is_blind(demonstration.id, author)
         if blind:
             tracks = tuple(track for track in tracks if track.author == author)
         painted = tuple(action for track in tracks for action in track.actions)
@@ -473,7 +473,7 @@ class Document(QObject):
             predicted = spelt_as_coded(reviewed.predicted, run, reviewed)
             others[run.proposer] = predicted
             painted += tuple(segment.action for segment in predicted)
-        listed, styles = project.vocabulary(demonstration.task), Vocabulary()
+        listed, styles = project.actions.vocabulary(demonstration.task), Vocabulary()
         if run is not None and any(action not in listed for action in painted):
             # Runs are not loaded where none is reviewed.
             from forcelab.review.run_result import vocabulary_of
@@ -511,12 +511,12 @@ class Document(QObject):
             return False
         task, done = self.demonstration.task, False
         with self._reporting_errors():
-            done = self.project.set_vocabulary(task, vocabulary, before=self._listed)
+            done = self.project.actions.set_vocabulary(task, vocabulary, before=self._listed)
             if done:
                 self._list_actions(vocabulary)
             else:
                 shown = self.vocabulary
-                self._list_actions(self.project.vocabulary(task), shown.names, shown)
+                self._list_actions(self.project.actions.vocabulary(task), shown.names, shown)
                 message = "The actions were changed elsewhere; look at them and repeat it."
                 self.show_message(message, True)
             self.vocabulary_changed.emit()
@@ -530,7 +530,7 @@ class Document(QObject):
             return False
         with self._reporting_errors() as errors:
             wider = self.vocabulary.with_actions(*names)
-            self._list_actions(self.project.add_actions(self.demonstration.task, wider.names))
+            self._list_actions(self.project.actions.add(self.demonstration.task, wider.names))
             self.vocabulary_changed.emit()
         return not errors
 
@@ -541,9 +541,9 @@ class Document(QObject):
         if self.project is None:
             return False
         with self._reporting_errors() as errors:
-            before = self.project.vocabularies()
-            renamed = self.project.rename_action(self.author, old, new, tasks, merge=merge)
-            after = self.project.vocabularies()
+            before = self.project.actions.vocabularies()
+            renamed = self.project.actions.rename(self.author, old, new, tasks, merge=merge)
+            after = self.project.actions.vocabularies()
         if errors:
             return False
         for task in renamed.tasks:
@@ -580,11 +580,13 @@ class Document(QObject):
         open_task = None if self.demonstration is None else self.demonstration.task
         with self._reporting_errors():
             for task, (gone, back) in result.actions.items():
-                listed = project.vocabulary(task)  # which others may have changed just now
+                listed = project.actions.vocabulary(task)  # which others may have changed just now
                 restored = self._before_renaming(task, listed, gone, back, result)
-                if restored is None or not project.set_vocabulary(task, restored, before=listed):
+                if restored is None or not project.actions.set_vocabulary(
+                    task, restored, before=listed
+                ):
                     wider = listed.with_actions(*sorted(back))
-                    restored = listed if wider == listed else project.add_actions(task, wider.names)
+                    restored = listed if wider == listed else project.actions.add(task, wider.names)
                 if task == open_task and restored != self._listed:
                     shown = self.vocabulary
                     unlisted = tuple(name for name in shown.names if name not in self._listed)
@@ -601,13 +603,13 @@ class Document(QObject):
         """
         assert self.project is not None
         # A coder of the task who is blind would learn from the list whether others use an action.
-        blind = task in self.project.blind_tasks(result.edits[0].author)
+        blind = task in self.project.coding.blind_tasks(result.edits[0].author)
         for renamed_task, current, previous in self._renamings:
             leaving, coming = {*current.names} - {*previous.names}, back - {*current.names}
             fits = leaving <= gone and (coming or result.renames) and back <= {*previous.names}
             if not fits or (renamed_task, current) != (task, listed):
                 continue
-            if not leaving or not (blind or leaving & self.project.painted_actions(task)):
+            if not leaving or not (blind or leaving & self.project.actions.painted(task)):
                 return previous
         return None
 
@@ -675,7 +677,7 @@ class Document(QObject):
         if self.project is None or not self.id:
             return {}
         try:
-            return self.project.origins(self.id, self.author)
+            return self.project.tracks.origins(self.id, self.author)
         except ForcelabError:  # a busy store is reported where labels are read or written
             return {}
 
@@ -732,7 +734,7 @@ class Document(QObject):
         if (run.what, run.after) != (what, segments[index]) or monotonic() > run.deadline:
             return False
         try:
-            head = self.project.head(self.id, self.author)
+            head = self.project.tracks.head(self.id, self.author)
         except ForcelabError:  # a busy store is reported where labels are written
             return False
         edit = run.edit

@@ -313,7 +313,7 @@ class ImportDialog(QDialog):
         self._task = QComboBox()
         self._task.setEditable(True)
         self._task.setAccessibleName("Task")
-        self._task.addItems(document.project.tasks() if document.project else ())
+        self._task.addItems(document.project.demonstrations.tasks() if document.project else ())
         # Of no task until one is chosen: the last one is seldom what is done in the next files.
         self._task.setCurrentText("")
         self._task.currentTextChanged.connect(self._warn)
@@ -451,7 +451,8 @@ class ImportDialog(QDialog):
             return
         calibration = self.calibration.text().strip()
         options = ReadOptions(
-            task=settle_name(self, self._task.currentText(), project.tasks()) or None,
+            task=settle_name(self, self._task.currentText(), project.demonstrations.tasks())
+            or None,
             author=settle_name(self, self._author.currentText(), self._coders())
             or ReadOptions().author,
             rate=self._rate.value() or None,
@@ -474,7 +475,7 @@ class ImportDialog(QDialog):
     def _coders(self) -> tuple[str, ...]:
         """The coders whose labels the project has."""
         project = self._document.project
-        return project.coders() if project else ()
+        return project.coding.coders() if project else ()
 
     def _imported(self, files: Sequence[str], report: ImportReport) -> None:
         """Report the import; files that failed or were added meanwhile stay in the list."""

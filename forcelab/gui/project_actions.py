@@ -108,7 +108,7 @@ class ProjectActions(QObject):
     def _take_coder(self, path: Path) -> None:
         """Label as the requested coder, or as the last one in this project."""
         project = self._document.project
-        known = () if project is None else project.people()
+        known = () if project is None else project.coding.people()
         name = tidy_name(self._author) or settings.coder(path, known)
         if self._remembering:
             self._author = ""

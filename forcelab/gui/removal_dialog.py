@@ -69,7 +69,7 @@ def confirm_removal(
         dialog.deleteLater()
         if not agreed:
             return False
-        notes = project.notes(author)
+        notes = project.coding.notes(author)
         now = [
             replace(row, notes=tuple(n for n in notes if n.demonstration == row.info.id))
             for row in rows

@@ -456,7 +456,7 @@ class AuthorChoice(QWidget):
     def _names(self) -> list[str]:
         """The project's coders and the current one."""
         project, author = self._document.project, self._document.author
-        return list(dict.fromkeys([*(() if project is None else project.people()), author]))
+        return list(dict.fromkeys([*(() if project is None else project.coding.people()), author]))
 
     def _chosen(self, index: int) -> None:
         name = self._box.itemText(index)

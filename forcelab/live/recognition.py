@@ -471,13 +471,15 @@ class LiveRecognition:
             If the project cannot be written.
         """
         with Project.open(path) as project:
-            stamps = project.stamps(kept.added.id)
+            stamps = project.media.stamps(kept.added.id)
             start = self._begun if stamps is None else float(stamps["start"])
             segments = self._within(start, kept.seconds)
-            before = project.track(kept.added.id, self.author).segments
+            before = project.tracks.get(kept.added.id, self.author).segments
             if segments != before:
                 what = f"recognised live, {self.latency:g} s after the force"
-                project.edit(kept.added.id, self.author, before, segments, what, kind="predict")
+                project.tracks.edit(
+                    kept.added.id, self.author, before, segments, what, kind="predict"
+                )
         ages = np.array(self._ages) if self._ages else np.full(1, np.nan)
         labelled = math.fsum(segment.duration for segment in segments)
         middle, most = (_finite(float(age)) for age in np.percentile(ages, [50, 99]))

@@ -107,7 +107,7 @@ def keeping(
         asked = _with_own(variants, own)
         rows = yield from measuring(found.labelled, asked, size_of(task, found))
         with interruptible():
-            return project.add_run(
+            return project.runs.add(
                 KIND,
                 settings={"choice": {"tasks": [task], "author": coder}},
                 seed=None,
@@ -140,7 +140,7 @@ def load(project: Project, number: int) -> Measured:
     InputError
         If there is no such run, it is of another kind, or it is damaged.
     """
-    run = project.run(number)
+    run = project.runs.get(number)
     if run.kind != KIND:
         raise InputError(f"Run {number} of '{project.path}' is no measurement of recognition.")
     try:

@@ -30,7 +30,7 @@ def usual_coder(project: Project, task: str) -> str:
     InputError
         If nobody labelled any.
     """
-    names = (name for info in project.demonstrations(task) for name in info.labelled)
+    names = (name for info in project.demonstrations.infos(task) for name in info.labelled)
     count = Counter(name for name in names if not is_model(name))
     if not count:
         raise InputError(f"Nothing of the task '{task}' is labelled; label at least two actions.")
@@ -86,7 +86,7 @@ def rows_of_tasks(
 ) -> Rows:
     """The rows of all tasks, of which one at least could be measured."""
     rows: list[Row] = []
-    for task in tuple(tasks) or project.tasks():
+    for task in tuple(tasks) or project.demonstrations.tasks():
         rows += yield from _of_task(project, task, author, name, measure)
     if not rows:
         raise InputError(f"'{project.path}' has nothing to measure; import recordings first.")

@@ -1,6 +1,6 @@
 """The project: one folder, one SQLite store, and every edit ever made."""
 
-from forcelab.project.project import Project, UndoResult
+from forcelab.project.project import Project
 from forcelab.project.records import (
     Added,
     Assignment,
@@ -16,6 +16,7 @@ from forcelab.project.records import (
     left_to_label,
 )
 from forcelab.project.runs import LabelsUsed, RunSummary, RunUse, StoredRecogniser, StoredRun
+from forcelab.project.tracks import UndoResult
 
 __all__ = [
     "Added",

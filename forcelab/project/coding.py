@@ -1,4 +1,4 @@
-"""Who is to label what, blind or not, what is done, and notes: append-only, as the edits are.
+"""Coders' assignments, notes and verdicts on predictions: append-only, as the edits are.
 
 An assignment follows from its events, the latest of which counts. So it stays known when a coder
 who saw the others' labels, because the assignment was done or open, labels on.
@@ -6,75 +6,57 @@ who saw the others' labels, because the assignment was done or open, labels on.
 
 from __future__ import annotations
 
+import json
+import math
+import sqlite3
 from collections.abc import Iterable
 from dataclasses import replace
 from datetime import datetime, timedelta, timezone
 
 from forcelab.errors import InputError
 from forcelab.labels import Track, is_model
-from forcelab.project.database import Database, time_of
-from forcelab.project.folder import ProjectFolder
-from forcelab.project.loading import known_ids, row_of
-from forcelab.project.records import Assignment, AssignmentEvent, AssignmentKind, Note, utc_now
-from forcelab.project.tracks import kind_of
+from forcelab.project.database import Database, fits, read_time
+from forcelab.project.records import (
+    VERDICT_KINDS,
+    Assignment,
+    AssignmentEvent,
+    AssignmentKind,
+    Author,
+    Edit,
+    Note,
+    StoredVerdict,
+    Verdict,
+    changed_labels,
+    utc_now,
+)
 
 #: The shortest time that a note can be later than another one.
 _TICK = timedelta(microseconds=1)
 
 
-def write_note(database: Database, demonstration: str, author: str, text: str) -> None:
-    """Write a coder's note in place of the one that counts, inside a transaction."""
-    before = [one for one in notes_of(database, demonstration) if one.author == author]
-    time, there = utc_now(), ""
-    if before:  # a clock that was set back must not let the older note count
-        time, there = max(time, before[-1].time + _TICK), before[-1].text
-    new = Note(demonstration, author, text, time)
-    if new.text != there:
-        add_notes(database, demonstration, [new])
+class CodingStore:
+    """Coders, what is assigned to them, their notes and verdicts; ``project.coding``."""
 
+    def __init__(self, database: Database) -> None:
+        self._db = database
 
-def add_notes(database: Database, demonstration: str, notes: Iterable[Note]) -> bool:
-    """Keep notes that are not there yet, inside a transaction; gives whether there were any.
+    def authors(self) -> tuple[Author, ...]:
+        """Everybody who made an edit, in order of first appearance."""
+        rows = self._db.all("SELECT name, kind FROM author ORDER BY id")
+        return tuple(Author(row["name"], row["kind"]) for row in rows)
 
-    Of a coder's the latest counts, wherever it was written: two projects that take each other's
-    notes over come to have the same.
-    """
-    known = {(one.author, one.time, one.text) for one in notes_of(database, demonstration)}
-    new = [one for one in notes if (one.author, one.time, one.text) not in known]
-    for one in new:
-        Track(one.author)  # refuses an author without a name
-        database.insert(
-            "note",
-            demonstration=demonstration,
-            author=one.author,
-            text=one.text,
-            time=one.time.astimezone(timezone.utc).isoformat(),
-        )
-    return bool(new)
+    def coders(self) -> tuple[str, ...]:
+        """The people who made an edit, by name, in order of first appearance: no models."""
+        return tuple(author.name for author in self.authors() if author.kind == "coder")
 
+    def people(self) -> tuple[str, ...]:
+        """All people the project knows by name: coders, then those assigned, then note writers.
 
-def notes_of(database: Database, demonstration: str | None) -> tuple[Note, ...]:
-    """Every note on a demonstration, or on all of them."""
-    which, values = (
-        ("", []) if demonstration is None else ("WHERE demonstration = ?", [demonstration])
-    )
-    # Texts of times in UTC are sorted as the times are.
-    return tuple(
-        Note(
-            row["demonstration"],
-            row["author"],
-            row["text"],
-            time_of(row, f"A note of {row['author']}"),
-        )
-        for row in database.all(f"SELECT * FROM note {which} ORDER BY time, author, text", *values)
-    )
-
-
-_Key = tuple[str, str]
-
-
-class ProjectCoding(ProjectFolder):
-    """The assignments and the notes of a :class:`~forcelab.project.Project`."""
+        A coder who is to label blind has to be found under the very name of the assignment.
+        """
+        assigned = (assignment.author for assignment in self.assignments())
+        noted = (note.author for note in self.notes())
+        return tuple(dict.fromkeys([*self.coders(), *assigned, *noted]))
 
     def assign(self, demonstration: str, author: str, blind: bool = True) -> Assignment:
         """Assign a demonstration to a coder.
@@ -96,11 +78,11 @@ class ProjectCoding(ProjectFolder):
             If there is no such demonstration, or the author has no name or is a model.
         """
         with self._db.writing():
-            row_of(self._db, demonstration)
+            self._db.demonstration(demonstration)
             self._check_coder(author, "are assigned to label")
-            one = self._assignment(demonstration, author)
-            if one is None or one.blind != blind:
-                self._note_assignment(demonstration, author, "blind" if blind else "open")
+            assignment = self._assignment(demonstration, author)
+            if assignment is None or assignment.blind != blind:
+                self._insert_assignment(demonstration, author, "blind" if blind else "open")
             return self._standing_assignment(demonstration, author)
 
     def unassign(self, demonstration: str, author: str) -> None:
@@ -113,7 +95,7 @@ class ProjectCoding(ProjectFolder):
         """
         with self._db.writing():
             self._standing_assignment(demonstration, author)
-            self._note_assignment(demonstration, author, "removed")
+            self._insert_assignment(demonstration, author, "removed")
 
     def set_done(self, demonstration: str, author: str, done: bool = True) -> Assignment:
         """Mark a demonstration as done by a coder, or open it again; both are kept for ever.
@@ -128,12 +110,12 @@ class ProjectCoding(ProjectFolder):
         """
         with self._db.writing():
             if done and self._assignment(demonstration, author) is None:
-                row_of(self._db, demonstration)
+                self._db.demonstration(demonstration)
                 self._check_coder(author, "mark as done")
-                self._note_assignment(demonstration, author, "open")
-            one = self._standing_assignment(demonstration, author)
-            if (one.done is not None) != done:
-                self._note_assignment(demonstration, author, "done" if done else "reopened")
+                self._insert_assignment(demonstration, author, "open")
+            assignment = self._standing_assignment(demonstration, author)
+            if (assignment.done is not None) != done:
+                self._insert_assignment(demonstration, author, "done" if done else "reopened")
             return self._standing_assignment(demonstration, author)
 
     def assignments(self, author: str | None = None) -> tuple[Assignment, ...]:
@@ -143,16 +125,24 @@ class ProjectCoding(ProjectFolder):
             if author is None
             else self._assignment_events("author = ?", author)
         )
-        return tuple(_standing(events).values())
+        return tuple(_assignments_after(events).values())
 
     def is_blind(self, demonstration: str, author: str) -> bool:
         """Whether the other tracks and all predictions are to be hidden from a coder now."""
-        one = self._assignment(demonstration, author)
-        return one is not None and one.hides
+        assignment = self._assignment(demonstration, author)
+        return assignment is not None and assignment.hides
 
     def blind_to(self, author: str) -> frozenset[str]:
         """The ids of demonstrations of which everything by others is hidden from a coder now."""
-        return frozenset(one.demonstration for one in self.assignments(author) if one.hides)
+        return frozenset(a.demonstration for a in self.assignments(author) if a.hides)
+
+    def blind_tasks(self, author: str) -> frozenset[str]:
+        """The tasks of demonstrations of which everything by others is hidden from a coder."""
+        rows = self._db.all(
+            "SELECT DISTINCT task FROM demonstration WHERE id IN (SELECT value FROM json_each(?))",
+            json.dumps(sorted(self.blind_to(author))),
+        )
+        return frozenset(row["task"] for row in rows)
 
     def assignment_events(self) -> tuple[AssignmentEvent, ...]:
         """Everything that ever happened to assignments, the first event first."""
@@ -173,14 +163,14 @@ class ProjectCoding(ProjectFolder):
         """
         events = tuple(events)
         with self._db.writing():
-            if missing := {event.demonstration for event in events} - known_ids(self._db):
+            if missing := {event.demonstration for event in events} - self._db.demonstration_ids():
                 raise InputError(
                     f"There is no demonstration '{min(missing)}' in '{self._db.folder}'."
                 )
-            _standing(events)
+            _assignments_after(events)
             for event in events:
                 Track(event.author)
-                self._note_assignment(event.demonstration, event.author, event.kind, event.time)
+                self._insert_assignment(event.demonstration, event.author, event.kind, event.time)
 
     def set_note(self, demonstration: str, author: str, text: str) -> None:
         """Write a coder's note on a demonstration in place of the one there, which stays known.
@@ -200,9 +190,36 @@ class ProjectCoding(ProjectFolder):
             If there is no such demonstration, or the author has no name or is a model.
         """
         with self._db.writing():
-            row_of(self._db, demonstration)
+            self._db.demonstration(demonstration)
             self._check_coder(author, "write notes")
-            write_note(self._db, demonstration, author, text)
+            before = [note for note in self.note_events(demonstration) if note.author == author]
+            time, old_text = utc_now(), ""
+            if before:  # a clock that was set back must not let the older note count
+                time, old_text = max(time, before[-1].time + _TICK), before[-1].text
+            new = Note(demonstration, author, text, time)
+            if new.text != old_text:
+                self.add_notes(demonstration, [new])
+
+    def add_notes(self, demonstration: str, notes: Iterable[Note]) -> bool:
+        """Add notes that are not there yet; gives whether there were any.
+
+        Of a coder's the latest counts, wherever it was written: two projects that take each
+        other's notes over come to have the same.
+        """
+        with self._db.writing():
+            existing = self.note_events(demonstration)
+            known = {(note.author, note.time, note.text) for note in existing}
+            new = [note for note in notes if (note.author, note.time, note.text) not in known]
+            for note in new:
+                Track(note.author)  # refuses an author without a name
+                self._db.insert(
+                    "note",
+                    demonstration=demonstration,
+                    author=note.author,
+                    text=note.text,
+                    time=note.time.astimezone(timezone.utc).isoformat(),
+                )
+        return bool(new)
 
     def notes(self, viewer: str | None = None) -> tuple[Note, ...]:
         """The notes that count, of each demonstration and coder the latest; the oldest one first.
@@ -212,47 +229,108 @@ class ProjectCoding(ProjectFolder):
         viewer : str, optional
             A coder who is to see no note of others on what is to be coded blind.
         """
-        latest = {(one.demonstration, one.author): one for one in self.note_events()}
+        latest = {(note.demonstration, note.author): note for note in self.note_events()}
         hidden = self.blind_to(viewer) if latest and viewer is not None else frozenset()
         return tuple(
-            one
-            for one in sorted(latest.values(), key=lambda one: one.time)
-            if one.text and (one.author == viewer or one.demonstration not in hidden)
+            note
+            for note in sorted(latest.values(), key=lambda note: note.time)
+            if note.text and (note.author == viewer or note.demonstration not in hidden)
         )
 
     def note_events(self, demonstration: str | None = None) -> tuple[Note, ...]:
         """Every note ever written, on one demonstration or on all, the oldest one first.
 
+        One without a text took the coder's note away.
+        """
+        rows = self._db.all(
+            # Texts of times in UTC are sorted as the times are.
+            "SELECT * FROM note WHERE ? IS NULL OR demonstration = ? ORDER BY time, author, text",
+            demonstration,
+            demonstration,
+        )
+        return tuple(
+            Note(
+                row["demonstration"],
+                row["author"],
+                row["text"],
+                read_time(row, f"A note of {row['author']}"),
+            )
+            for row in rows
+        )
+
+    def add_verdict(self, verdict: Verdict) -> StoredVerdict:
+        """Keep a verdict for ever; no label changes.
+
         Parameters
         ----------
-        demonstration : str, optional
-            Its id.
+        verdict : Verdict
+            One of the kind ``"withdrawn"`` takes back what was said of the same place before.
 
         Returns
         -------
-        tuple of Note
-            One without a text took the coder's note away.
+        StoredVerdict
+            With its number, and with the time now where it had none.
+
+        Raises
+        ------
+        InputError
+            If there is no such demonstration or run, the stretch is empty, or a name is blank.
         """
-        return notes_of(self._db, demonstration)
+        return self.add_verdicts((verdict,))[0]
+
+    def add_verdicts(self, verdicts: Iterable[Verdict]) -> tuple[StoredVerdict, ...]:
+        """Keep several verdicts as one transaction, all or nothing; see :meth:`add_verdict`."""
+        verdicts = tuple(verdicts)
+        with self._db.writing():
+            return tuple(_insert(self._db, verdict) for verdict in verdicts)
+
+    def verdicts(self, demonstration: str | None = None) -> tuple[StoredVerdict, ...]:
+        """The verdicts that count: of each place the latest, unless it was withdrawn.
+
+        A place is a stretch of a coder's labels over a demonstration with what coder and model see
+        there; see :attr:`Verdict.place`.
+
+        Parameters
+        ----------
+        demonstration : str, optional
+            Its id; by default those on all demonstrations.
+
+        Returns
+        -------
+        tuple of StoredVerdict
+            In the order in which they were given.
+        """
+        latest = {verdict.place: verdict for verdict in self.verdict_events(demonstration)}
+        counting = (verdict for verdict in latest.values() if verdict.verdict != "withdrawn")
+        return tuple(sorted(counting, key=lambda verdict: verdict.id))
+
+    def verdict_events(self, demonstration: str | None = None) -> tuple[StoredVerdict, ...]:
+        """Every verdict ever given, on one demonstration or on all, the first one first."""
+        rows = self._db.all(
+            "SELECT * FROM verdict WHERE ? IS NULL OR demonstration = ? ORDER BY id",
+            demonstration,
+            demonstration,
+        )
+        return tuple(_verdict(row) for row in rows)
 
     def _check_coder(self, author: str, what: str) -> None:
-        """Refuse who has no name, and a model, for what only coders do."""
+        """Refuse a nameless author and a model."""
         Track(author)
-        if is_model(author) or kind_of(self._db, author) == "model":
+        if is_model(author) or self._db.author_kind(author) == "model":
             raise InputError(f"'{author}' is a model; only coders {what}.")
 
     def _standing_assignment(self, demonstration: str, author: str) -> Assignment:
         """An assignment that must be there."""
-        row = row_of(self._db, demonstration)
-        one = self._assignment(demonstration, author)
-        if one is None:
+        row = self._db.demonstration(demonstration)
+        assignment = self._assignment(demonstration, author)
+        if assignment is None:
             raise InputError(f"'{row['name']}' is not assigned to '{author}'; assign it first.")
-        return one
+        return assignment
 
     def _assignment(self, demonstration: str, author: str) -> Assignment | None:
         """An assignment, if it stands."""
         events = self._assignment_events("demonstration = ? AND author = ?", demonstration, author)
-        return _standing(events).get((demonstration, author))
+        return _assignments_after(events).get((demonstration, author))
 
     def _assignment_events(self, where: str, *values: str) -> tuple[AssignmentEvent, ...]:
         """The events of some assignments."""
@@ -262,35 +340,128 @@ class ProjectCoding(ProjectFolder):
                 demonstration=row["demonstration"],
                 author=row["author"],
                 kind=row["kind"],
-                time=time_of(row, f"An assignment of {row['author']}"),
+                time=read_time(row, f"An assignment of {row['author']}"),
             )
             for row in self._db.all(f"SELECT * FROM assignment {condition} ORDER BY id", *values)
         )
 
-    def _note_assignment(
+    def _insert_assignment(
         self, demonstration: str, author: str, kind: AssignmentKind, time: datetime | None = None
     ) -> None:
-        """Write an event down."""
+        """Store an event."""
         when = (time or utc_now()).isoformat()
         self._db.insert(
             "assignment", demonstration=demonstration, author=author, kind=kind, time=when
         )
 
 
-def _standing(events: Iterable[AssignmentEvent]) -> dict[_Key, Assignment]:
-    """What the events lead to."""
-    found: dict[_Key, Assignment] = {}
+def _assignments_after(events: Iterable[AssignmentEvent]) -> dict[tuple[str, str], Assignment]:
+    """The assignments that stand after some events, by demonstration and author."""
+    found: dict[tuple[str, str], Assignment] = {}
     for event in events:
         key = (event.demonstration, event.author)
-        one = found.get(key)
+        assignment = found.get(key)
         if event.kind in ("blind", "open"):
             blind = event.kind == "blind"
             new = Assignment(event.demonstration, event.author, blind, event.time)
-            found[key] = new if one is None else replace(one, blind=blind)
-        elif one is None:
+            found[key] = new if assignment is None else replace(assignment, blind=blind)
+        elif assignment is None:
             raise InputError(f"What was never assigned to '{event.author}' cannot be {event.kind}.")
         elif event.kind == "removed":
             del found[key]
         else:
-            found[key] = replace(one, done=event.time if event.kind == "done" else None)
+            found[key] = replace(assignment, done=event.time if event.kind == "done" else None)
     return found
+
+
+def follow_edit(database: Database, edit: Edit, original: Edit) -> None:
+    """Withdraw a verdict when the edit that it made is undone, and renew it when that is redone.
+
+    Verdict and edit have the same time. Needs a transaction around it.
+    """
+    rows = database.all(
+        "SELECT * FROM verdict WHERE demonstration = ? AND coder = ? AND time = ?",
+        original.demonstration,
+        original.author,
+        original.time.isoformat(),
+    )
+    given = {verdict.place: verdict for verdict in map(_verdict, rows) if changed_labels(verdict)}
+    for place, verdict in given.items():
+        latest = database.one(
+            "SELECT verdict, time FROM verdict WHERE demonstration = ? AND coder = ? "
+            "AND start = ? AND end = ? AND human IS ? AND predicted IS ? ORDER BY id DESC LIMIT 1",
+            *place,
+        )
+        assert latest is not None
+        if edit.kind == "redo" and latest["verdict"] == "withdrawn":
+            _insert(database, verdict)
+        elif edit.kind == "undo" and latest["verdict"] == "model":
+            _insert(database, replace(verdict, verdict="withdrawn", time=edit.time))
+
+
+def _insert(database: Database, verdict: Verdict) -> StoredVerdict:
+    """Store one verdict."""
+    _check(database, verdict)
+    number = database.insert(
+        "verdict",
+        demonstration=verdict.demonstration,
+        author=verdict.author,
+        coder=verdict.coder,
+        start=float(verdict.start),
+        end=float(verdict.end),
+        human=verdict.human,
+        predicted=verdict.predicted,
+        verdict=verdict.verdict,
+        run=verdict.run if verdict.run is None or _has_run(database, verdict.run) else None,
+        time=(verdict.time or utc_now()).isoformat(),
+    )
+    row = database.one("SELECT * FROM verdict WHERE id = ?", number)
+    assert row is not None
+    return _verdict(row)
+
+
+def _check(database: Database, verdict: Verdict) -> None:
+    """Refuse a verdict on what is not there."""
+    name = database.demonstration(verdict.demonstration)["name"]
+    Track(verdict.author)  # refuses an author without a name
+    Track(verdict.coder)
+    if verdict.verdict not in VERDICT_KINDS:
+        raise InputError(
+            f"'{verdict.verdict}' is no verdict; use one of {', '.join(VERDICT_KINDS)}."
+        )
+    start, end = verdict.start, verdict.end
+    if not (math.isfinite(start) and math.isfinite(end) and start < end):
+        raise InputError(
+            f"A verdict on '{name}' must last some time, not go from {start} s to {end} s."
+        )
+    if verdict.human == "" or verdict.predicted == "":
+        raise InputError(f"A verdict on '{name}' names no action; use None for unlabelled.")
+    if verdict.run is not None and not _had_run(database, verdict.run):
+        raise InputError(f"There is no run {verdict.run} in '{database.folder}'.")
+
+
+def _had_run(database: Database, number: int) -> bool:
+    """Whether there is such a run, or was one: another window may have let go of it."""
+    newest = database.one("SELECT seq FROM sqlite_sequence WHERE name = 'run'")
+    return _has_run(database, number) or (newest is not None and 0 < number <= newest["seq"])
+
+
+def _has_run(database: Database, number: int) -> bool:
+    """Whether there is such a run; a number that SQLite cannot hold is none."""
+    return fits(number) and database.one("SELECT 1 FROM run WHERE id = ?", number) is not None
+
+
+def _verdict(row: sqlite3.Row) -> StoredVerdict:
+    return StoredVerdict(
+        demonstration=row["demonstration"],
+        author=row["author"],
+        coder=row["coder"],
+        start=row["start"],
+        end=row["end"],
+        human=row["human"],
+        predicted=row["predicted"],
+        verdict=row["verdict"],
+        run=row["run"],
+        time=read_time(row, f"Verdict {row['id']}"),
+        id=row["id"],
+    )

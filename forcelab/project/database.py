@@ -13,14 +13,21 @@ from pathlib import Path
 from typing import Final
 
 from forcelab.errors import InputError, StoreBusyError
-from forcelab.project.files import STORED_ID, STORED_VIDEO, check_file
+from forcelab.project.files import (
+    DEMONSTRATIONS,
+    STORED_ID,
+    STORED_VIDEO,
+    check_file,
+    check_folder,
+)
+from forcelab.project.records import AuthorKind
 from forcelab.project.schema import APPLICATION_ID, MIGRATIONS, check_version, migrate
 
 #: Name of the SQLite file inside the project's folder.
 FILE = "project.sqlite"
 
-#: Kinds of trouble: SQLite's numbers of them, and words of its texts.
-_TROUBLES: Final = {
+#: Kinds of errors: SQLite's numbers of them, and words of its texts.
+_ERROR_KINDS: Final = {
     "busy": ((5, 6), ("is locked", "busy")),
     "disk": ((10, 13), ("is full", "disk I/O")),
     "rights": ((3, 8, 14), ("readonly", "unable to open", "permission denied")),
@@ -30,8 +37,8 @@ _TROUBLES: Final = {
 
 
 @contextlib.contextmanager
-def told_of_store(folder: Path, timeout: float) -> Iterator[None]:
-    """Turn what SQLite says about the outside world into one sentence."""
+def store_errors(folder: Path, timeout: float) -> Iterator[None]:
+    """Turn SQLite's errors about the outside world into one sentence."""
     try:
         yield
     except UnicodeEncodeError as error:
@@ -42,26 +49,23 @@ def told_of_store(folder: Path, timeout: float) -> Iterator[None]:
     except (
         UnicodeDecodeError
     ) as error:  # a name in the schema, or SQLite's sentence that quotes one
-        raise InputError(sentence_of(folder, sqlite3.DatabaseError("malformed"), 0)) from error
+        raise InputError(error_sentence(folder, sqlite3.DatabaseError("malformed"), 0)) from error
     except (sqlite3.IntegrityError, sqlite3.ProgrammingError) as error:
         if "FOREIGN KEY" in str(error):  # rows that refer where the program lets none refer
-            raise InputError(sentence_of(folder, sqlite3.DatabaseError("malformed"), 0)) from error
+            raise InputError(
+                error_sentence(folder, sqlite3.DatabaseError("malformed"), 0)
+            ) from error
         raise  # the program's own mistakes
     except sqlite3.DatabaseError as error:
-        kind = StoreBusyError if trouble_of(error) == "busy" else InputError
-        raise kind(sentence_of(folder, error, timeout)) from error
+        kind = StoreBusyError if error_kind(error) == "busy" else InputError
+        raise kind(error_sentence(folder, error, timeout)) from error
 
 
 @contextlib.contextmanager
-def told_of_content(what: str, cure: str = "") -> Iterator[None]:
-    """Turn what is wrong with a stored text that is being parsed into one sentence.
+def content_errors(what: str, cure: str = "") -> Iterator[None]:
+    """Turn errors in parsing a stored text into one sentence that begins with `what`.
 
-    Parameters
-    ----------
-    what : str
-        Whose text it is, as a sentence begins.
-    cure : str
-        What helps besides a copy of the store.
+    `cure` is what helps besides a copy of the store.
     """
     try:
         yield
@@ -70,15 +74,15 @@ def told_of_content(what: str, cure: str = "") -> Iterator[None]:
         raise InputError(f"{what} is damaged in the store; {cures} {FILE} from a copy.") from error
 
 
-def time_of(row: sqlite3.Row, what: str) -> datetime:
-    """When something happened, as stored in a row; `what` begins the sentence where it is none."""
-    with told_of_content(what):
+def read_time(row: sqlite3.Row, what: str) -> datetime:
+    """The time stored in a row; `what` begins the sentence if there is none."""
+    with content_errors(what):
         return datetime.fromisoformat(row["time"])
 
 
-def sentence_of(folder: Path, error: sqlite3.DatabaseError, timeout: float) -> str:
+def error_sentence(folder: Path, error: sqlite3.DatabaseError, timeout: float) -> str:
     """What happened to the file of a project, and the cure."""
-    text, kind = str(error), trouble_of(error)
+    text, kind = str(error), error_kind(error)
     if kind == "busy":
         return (
             f"'{folder}' has been kept busy by another program for more than {timeout:g} s; "
@@ -100,33 +104,25 @@ def sentence_of(folder: Path, error: sqlite3.DatabaseError, timeout: float) -> s
     return f"The store of '{folder}' could not be used; SQLite says '{text}'."
 
 
-def trouble_of(error: sqlite3.DatabaseError) -> str:
-    """Which kind of trouble SQLite is in; empty for one that users seldom meet."""
+def error_kind(error: sqlite3.DatabaseError) -> str:
+    """The kind of an SQLite error; empty for one that users seldom meet."""
     # SQLite's number tells best; Python 3.10 has only the text.
     code = getattr(error, "sqlite_errorcode", None)
-    for kind, (codes, words) in _TROUBLES.items():
+    for kind, (codes, words) in _ERROR_KINDS.items():
         if code & 0xFF in codes if code is not None else any(word in str(error) for word in words):
             return kind
     return ""
 
 
 class WalSync:
-    """A thread that syncs a store's journal to the disk whenever there is something new in it.
+    """A thread that syncs SQLite's write-ahead log to the disk after each commit.
 
-    Parameters
-    ----------
-    journal : Path
-        SQLite's write-ahead log. Locks lie on the store and its index, never on this file: that it
-        is opened and closed here lets go of none.
-
-    Attributes
-    ----------
-    failed : bool
-        Whether the disk has refused: whoever writes has to wait for it from now on, and is told.
+    SQLite's locks lie on the store and its index, never on the log: opening and closing it here
+    releases none.
     """
 
     def __init__(self, journal: Path) -> None:
-        self.failed = False
+        self.failed = False  # once the disk has refused, commits wait for it again
         self._journal = journal
         self._asked = threading.Event()
         self._ended = False
@@ -134,17 +130,17 @@ class WalSync:
         self._thread.start()
 
     def ask(self) -> None:
-        """Have everything brought to the disk that was committed by now."""
+        """Sync all that is committed by now."""
         self._asked.set()
 
     def close(self) -> None:
-        """Bring the rest to the disk, and end."""
+        """Sync the rest and stop."""
         self._ended = True
         self._asked.set()
         self._thread.join()
 
     def _run(self) -> None:
-        """Sync as often as it is asked for; what is asked for meanwhile is one more time."""
+        """Sync once for all requests that came meanwhile."""
         while self._asked.is_set() or not self._ended:
             self._asked.wait()
             self._asked.clear()
@@ -170,15 +166,10 @@ _QUICK = 4 << 20
 
 
 def probe(folder: Path) -> None:
-    """Refuse what is no project of ours, without touching a byte of it.
+    """Refuse a folder that holds no project of ours, without touching a byte of it.
 
-    The file is looked at through SQLite and not with open(): closing an ordinary handle would
-    release the locks that this process holds on it through another connection.
-
-    Raises
-    ------
-    InputError
-        If it is none, a damaged one or one of a newer version.
+    The file is read through SQLite and not with open(): closing an ordinary handle would release
+    the locks that this process holds on it through another connection.
     """
     try:
         if not folder.exists():
@@ -204,45 +195,26 @@ def probe(folder: Path) -> None:
         if file.stat().st_size < pages * page_size:
             raise sqlite3.DatabaseError("the file is malformed: its end is missing")
     except UnicodeDecodeError as error:  # of SQLite's sentence, which quotes a damaged schema
-        raise InputError(sentence_of(folder, sqlite3.DatabaseError("malformed"), 0)) from error
+        raise InputError(error_sentence(folder, sqlite3.DatabaseError("malformed"), 0)) from error
     except sqlite3.DatabaseError as error:
         # With a journal it may be whole once SQLite has taken that into account.
         if not _in_journal(folder):
-            raise InputError(sentence_of(folder, error, 0)) from error
+            raise InputError(error_sentence(folder, error, 0)) from error
 
 
 def connected(folder: Path, timeout: float, writable: bool) -> tuple[sqlite3.Connection, str]:
-    """Connect to the file, whose tables are those of this version then.
+    """Connect to the file, or to a copy of it in memory, with this version's tables.
 
-    Parameters
-    ----------
-    folder : Path
-        The project's folder, as :func:`probe` let it pass.
-    timeout : float
-        Seconds to wait for another process that is writing.
-    writable : bool
-        Whether this user may write there.
-
-    Returns
-    -------
-    connection : sqlite3.Connection
-        To the file, or to a copy of it in memory.
-    refusal : str
-        Why nothing can be written, in a sentence; empty where it can.
-
-    Raises
-    ------
-    InputError
-        If it cannot be read.
+    The second value says in a sentence why nothing can be written; empty where it can.
     """
-    with told_of_store(folder, timeout):
+    with store_errors(folder, timeout):
         if not writable:
             refusal = f"'{folder}' may only be read here; copy it to where you may write."
             return _ready(_unwritten(folder, timeout), folder), refusal
         try:
             return _ready(_connect(folder, "rw", timeout), folder), ""
         except sqlite3.OperationalError as error:
-            if trouble_of(error) not in {"disk", "rights"}:
+            if error_kind(error) not in {"disk", "rights"}:
                 raise
             refusal = (
                 f"'{folder}' could only be opened to be read ({error}); make room on the disk or "
@@ -306,13 +278,7 @@ def _ready(connection: sqlite3.Connection, folder: Path) -> sqlite3.Connection:
 
 
 def _check_values(connection: sqlite3.Connection, folder: Path) -> None:
-    """Refuse values that no forcelab writes: wrong kinds, numbers without bounds, names of files.
-
-    Raises
-    ------
-    InputError
-        If there are such; the sentence names the table.
-    """
+    """Refuse values that no forcelab writes: wrong types, numbers without bounds, file names."""
     if _pragma_of(connection, "page_count") * _pragma_of(connection, "page_size") <= _QUICK:
         for (found,) in connection.execute("PRAGMA quick_check"):
             if found == "ok" or found in _REMOVABLE:
@@ -410,31 +376,13 @@ Value = str | int | float | None
 
 
 class Database:
-    """One connection to a project's SQLite file, for the thread that made it.
-
-    Parameters
-    ----------
-    folder : Path
-        The project's folder.
-    timeout : float
-        Seconds to wait for another process that is writing.
-
-    Attributes
-    ----------
-    on_rollback : callable
-        Called after a transaction came to nothing, to drop what was remembered from it.
-
-    Raises
-    ------
-    InputError
-        If the folder holds no project, a damaged one or one of a newer version. Nothing is
-        written then.
-    """
+    """One connection to a project's SQLite file, for the thread that made it."""
 
     def __init__(self, folder: Path, timeout: float) -> None:
         self.folder = folder
-        self.on_rollback: Callable[[], None] = lambda: None
-        self._timeout = timeout
+        self.on_rollback: Callable[[], None] = lambda: None  # drops what was cached meanwhile
+        self._timeout = timeout  # seconds to wait for another process that is writing
+        self._writing = False
         self._syncing: WalSync | None = None
         probe(folder)
         writable = os.access(folder, os.W_OK) and os.access(folder / FILE, os.W_OK)
@@ -454,7 +402,7 @@ class Database:
     @staticmethod
     def create(folder: Path) -> None:
         """Make the file in an empty folder, without tables yet."""
-        with told_of_store(folder, 0):
+        with store_errors(folder, 0):
             new = sqlite3.connect(folder / FILE, isolation_level=None)
             with contextlib.closing(new):
                 new.execute("PRAGMA journal_mode = WAL")
@@ -480,12 +428,12 @@ class Database:
 
     def execute(self, sql: str, *values: Value) -> sqlite3.Cursor:
         """Carry out one statement."""
-        with told_of_store(self.folder, self._timeout):
+        with store_errors(self.folder, self._timeout):
             return self._connection.execute(sql, values)
 
     def all(self, sql: str, *values: Value) -> list[sqlite3.Row]:
         """All rows of a query."""
-        with told_of_store(self.folder, self._timeout):
+        with store_errors(self.folder, self._timeout):
             return self._connection.execute(sql, values).fetchall()
 
     def one(self, sql: str, *values: Value) -> sqlite3.Row | None:
@@ -501,14 +449,38 @@ class Database:
         assert number is not None
         return number
 
-    def refuse_read_only(self) -> None:
-        """Make sure that the project may be written here.
+    def demonstration(self, id_: str) -> sqlite3.Row:
+        """The row of a demonstration; InputError if there is none of this id."""
+        row = self.one("SELECT * FROM demonstration WHERE id = ?", id_)
+        if row is None:
+            if self.one("SELECT id FROM demonstration WHERE name = ?", id_) is not None:
+                raise InputError(
+                    f"'{id_}' is the name of a demonstration in '{self.folder}', not its id; "
+                    f"demonstrations.id_of('{id_}') gives that."
+                )
+            raise InputError(f"There is no demonstration '{id_}' in '{self.folder}'.")
+        return row
 
-        Raises
-        ------
-        InputError
-            If it can only be read.
-        """
+    def demonstration_ids(self) -> set[str]:
+        """The ids of all demonstrations."""
+        return {row["id"] for row in self.all("SELECT id FROM demonstration")}
+
+    def demonstration_folder(self, id_: str) -> Path:
+        """The folder of a demonstration, which need not exist; InputError if it is a link."""
+        if not STORED_ID.fullmatch(id_):
+            raise InputError(f"There is no demonstration '{id_}' in '{self.folder}'.")
+        home = self.folder / DEMONSTRATIONS / id_
+        check_folder(home.parent)
+        check_folder(home)
+        return home
+
+    def author_kind(self, author: str) -> AuthorKind | None:
+        """Whether an author is a coder or a model; None for an unknown one."""
+        row = self.one("SELECT kind FROM author WHERE name = ?", author)
+        return row["kind"] if row else None
+
+    def refuse_read_only(self) -> None:
+        """Raise InputError if the project can only be read here."""
         if self._refusal:
             raise InputError(self._refusal)
 
@@ -520,12 +492,18 @@ class Database:
 
     def _data_version(self) -> int:
         """A number that SQLite changes when another connection commits."""
-        with told_of_store(self.folder, self._timeout):
+        with store_errors(self.folder, self._timeout):
             return int(self._connection.execute("PRAGMA data_version").fetchone()[0])
 
     @contextlib.contextmanager
     def writing(self) -> Iterator[None]:
-        """A transaction that alone may write: all of it is committed at the end, or nothing."""
+        """A transaction that alone may write: all of it is committed at the end, or nothing.
+
+        Inside another one it is part of that.
+        """
+        if self._writing:
+            yield
+            return
         self.refuse_read_only()
         self._refuse_gone()
         if self._syncing is not None and self._syncing.failed:
@@ -534,7 +512,11 @@ class Database:
         with self._transaction("BEGIN IMMEDIATE"):
             version = int(self.execute("PRAGMA user_version").fetchone()[0])
             check_version(APPLICATION_ID, version, len(MIGRATIONS), str(self.folder))
-            yield
+            self._writing = True
+            try:
+                yield
+            finally:
+                self._writing = False
         if self._syncing is not None:
             self._syncing.ask()
 

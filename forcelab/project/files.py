@@ -27,29 +27,8 @@ from numpy.typing import NDArray
 from forcelab.errors import InputError
 from forcelab.io import sync_folder
 
-__all__ = [
-    "STORED_ID",
-    "STORED_VIDEO",
-    "UNCOMMITTED",
-    "appearing",
-    "check_file",
-    "check_folder",
-    "copy_named",
-    "leftovers",
-    "mark_uncommitted",
-    "move_into",
-    "read_array",
-    "read_json",
-    "remove",
-    "remove_video",
-    "same",
-    "staging",
-    "told",
-    "vacant",
-    "write_array",
-    "write_json",
-]
-
+#: Folders of a project: one folder a demonstration, one file a recogniser.
+DEMONSTRATIONS, RECOGNISERS = "demonstrations", "recognisers"
 #: Lies in a demonstration's folder until the store knows the demonstration.
 UNCOMMITTED = "uncommitted"
 
@@ -72,8 +51,8 @@ _ABANDONED = 3600.0  # seconds without a byte written, after which nobody is at 
 
 
 @contextlib.contextmanager
-def told(what: str) -> Iterator[None]:
-    """Turn a failure of the file system into one sentence that begins with `what`."""
+def file_errors(what: str) -> Iterator[None]:
+    """Turn an error of the file system into one sentence that begins with `what`."""
     try:
         yield
     except OSError as error:
@@ -85,22 +64,13 @@ def told(what: str) -> Iterator[None]:
 def check_folder(path: Path) -> None:
     """Refuse a folder of a project that is a link or no folder; a missing one may be made.
 
-    Raises
-    ------
-    InputError
-        If something else has its name: what is done in it would happen outside the project.
+    What is done in it would happen outside the project.
     """
     _check_kind(path, stat.S_ISDIR, "a folder")
 
 
 def check_file(path: Path) -> None:
-    """Refuse a file of a project that is a link, a pipe or a folder; a missing one is no fault.
-
-    Raises
-    ------
-    InputError
-        If something else has its name.
-    """
+    """Refuse a file of a project that is a link, a pipe or a folder; a missing one is no fault."""
     _check_kind(path, stat.S_ISREG, "a file")
 
 
@@ -143,13 +113,7 @@ def write_array(path: Path, array: NDArray[np.float64]) -> None:
 
 
 def read_array(path: Path, shape: tuple[int, ...]) -> NDArray[np.float64]:
-    """Map an array of known shape into memory, read-only.
-
-    Raises
-    ------
-    InputError
-        If the file is missing, truncated or another array.
-    """
+    """Map an array of known shape into memory, read-only."""
     cure = "import the recording again to put it back"
     check_file(path)
     try:
@@ -178,13 +142,7 @@ def read_array(path: Path, shape: tuple[int, ...]) -> NDArray[np.float64]:
 
 
 def write_json(path: Path, value: Mapping[str, Any]) -> None:
-    """Write a JSON object, forced to the disk.
-
-    Raises
-    ------
-    InputError
-        If a text in it is not valid Unicode.
-    """
+    """Write a JSON object, forced to the disk."""
     try:
         content = (json.dumps(dict(value), ensure_ascii=False) + "\n").encode()
     except UnicodeEncodeError as error:
@@ -196,13 +154,7 @@ def write_json(path: Path, value: Mapping[str, Any]) -> None:
 
 
 def read_json(path: Path) -> dict[str, Any] | None:
-    """Read a JSON object; None where there is no file.
-
-    Raises
-    ------
-    InputError
-        If the file is damaged.
-    """
+    """Read a JSON object; None where there is no file."""
     check_file(path)
     try:
         value = json.loads(path.read_bytes())
@@ -215,10 +167,10 @@ def read_json(path: Path) -> dict[str, Any] | None:
     return value
 
 
-def same(one: Path, other: Path) -> bool:
+def same_content(new: Path, stored: Path) -> bool:
     """Whether two small files have the same content; a missing one has none."""
-    check_file(other)
-    return other.exists() and one.read_bytes() == other.read_bytes()
+    check_file(stored)
+    return stored.exists() and new.read_bytes() == stored.read_bytes()
 
 
 def copy_named(source: Path, folder: Path, prefix: str) -> Path:
@@ -245,13 +197,7 @@ def move_into(home: Path, staged: Path) -> None:
 
 
 def mark_uncommitted(mark: Path) -> None:
-    """Put an empty file there, in place of what has its name: through a link it would be outside.
-
-    Raises
-    ------
-    OSError
-        If it cannot be written.
-    """
+    """Put an empty file there in place of what has its name, which may be a link to elsewhere."""
     mark.unlink(missing_ok=True)
     mark.touch(exist_ok=False)
 

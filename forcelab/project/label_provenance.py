@@ -15,19 +15,19 @@ from operator import attrgetter
 from types import MappingProxyType
 
 from forcelab.labels import Segment, Segments
-from forcelab.project.database import Database, told_of_content
+from forcelab.project.database import Database, content_errors
 from forcelab.project.records import Origin, segments_from_json
 from forcelab.segment_edits import SLIVER
 
-_Some = dict[Segment, Origin]
+_Origins = dict[Segment, Origin]
 _end = attrgetter("end")
 
-#: What is told of a track that holds nothing proposed.
+#: The origins of a track that holds nothing proposed.
 _NONE: Mapping[Segment, Origin] = MappingProxyType({})
 
 
 @dataclass(slots=True)
-class _Followed:
+class _TrackOrigins:
     """The origins after the edit `head`, and what the edits up to there did to them.
 
     Whatever came before the edit `first`, which a model proposed first, is human, and so is what
@@ -36,13 +36,13 @@ class _Followed:
 
     first: int
     head: int
-    now: _Some = field(default_factory=dict)
+    now: _Origins = field(default_factory=dict)
     # For each edit that touched an origin: those that it took away, and those that it gave.
-    done: dict[int, tuple[_Some, _Some]] = field(default_factory=dict)
-    told: Mapping[Segment, Origin] = field(default_factory=lambda: _NONE)
+    done: dict[int, tuple[_Origins, _Origins]] = field(default_factory=dict)
+    published: Mapping[Segment, Origin] = field(default_factory=lambda: _NONE)
 
 
-class Origins:
+class OriginTracker:
     """The origins of all tracks, followed from where they were asked for last.
 
     Costs two queries and one pass over the edits since then; the first time, over those since the
@@ -51,7 +51,7 @@ class Origins:
 
     def __init__(self, database: Database) -> None:
         self._db = database
-        self._known: dict[tuple[str, str], _Followed] = {}
+        self._known: dict[tuple[str, str], _TrackOrigins] = {}
 
     def of(self, demonstration: str, author: str) -> Mapping[Segment, Origin] | None:
         """Each segment of a track that was proposed, with its origin; None without a track."""
@@ -68,7 +68,7 @@ class Origins:
         followed = self._known.get((demonstration, author))
         # Numbers of edits are given once: with another first one, what was followed was removed.
         if followed is None or followed.first != row["first"]:
-            followed = _Followed(row["first"], head=row["first"] - 1)
+            followed = _TrackOrigins(row["first"], head=row["first"] - 1)
             self._known[demonstration, author] = followed
         rows = self._db.all(
             "SELECT id, removed, inserted, reverts, proposed_by FROM edit "
@@ -81,12 +81,12 @@ class Origins:
             touched |= _follow(followed, edit)
             followed.head = edit["id"]
         if touched:
-            # A copy, so that who was told before keeps what was told.
-            followed.told = MappingProxyType(dict(followed.now))
-        return followed.told
+            # A copy: what was handed out before stays as it was.
+            followed.published = MappingProxyType(dict(followed.now))
+        return followed.published
 
 
-def _follow(followed: _Followed, row: sqlite3.Row) -> bool:
+def _follow(followed: _TrackOrigins, row: sqlite3.Row) -> bool:
     """Follow one edit; gives whether it touched any origin."""
     now, reverts = followed.now, row["reverts"]
     if reverts is not None:
@@ -94,13 +94,13 @@ def _follow(followed: _Followed, row: sqlite3.Row) -> bool:
     elif not now and row["proposed_by"] is None:
         return False
     else:
-        with told_of_content(f"Edit {row['id']}"):
+        with content_errors(f"Edit {row['id']}"):
             removed, inserted = _segments(row["removed"]), _segments(row["inserted"])
         took = {segment: now[segment] for segment in removed if segment in now}
         if row["proposed_by"] is not None:
             gave = _accepted(removed, inserted, took, Origin(row["proposed_by"]))
         else:
-            gave = _handed_on(removed, inserted, took) if took else {}
+            gave = _inherited(removed, inserted, took) if took else {}
     if not took and not gave:
         return False
     for segment in took:
@@ -110,8 +110,8 @@ def _follow(followed: _Followed, row: sqlite3.Row) -> bool:
     return True
 
 
-def _accepted(removed: Segments, inserted: Segments, took: _Some, origin: Origin) -> _Some:
-    """The origins of what came when a prediction was accepted."""
+def _accepted(removed: Segments, inserted: Segments, took: _Origins, origin: Origin) -> _Origins:
+    """The origins of the segments inserted by accepting a prediction."""
     gave = {}
     for segment in inserted:
         old = _covering(removed, segment)
@@ -122,8 +122,8 @@ def _accepted(removed: Segments, inserted: Segments, took: _Some, origin: Origin
     return gave
 
 
-def _handed_on(removed: Segments, inserted: Segments, took: _Some) -> _Some:
-    """The origins of what came when a coder changed segments by hand."""
+def _inherited(removed: Segments, inserted: Segments, took: _Origins) -> _Origins:
+    """The origins of the segments inserted by a coder's own edit."""
     gave = {}
     proposed = tuple(segment for segment in removed if segment in took)
     for segment in inserted:

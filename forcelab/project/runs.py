@@ -1,8 +1,7 @@
-"""Recognisers and runs of a project: kept with everything to repeat them, and taken out again.
+"""Recognisers and runs of a project: stored with everything to repeat them, and removed again.
 
-What runs and recognisers take up, and taking them out again, whole or not at all. Labels never
-change by it, and what people said is kept: a verdict stays, without the number of its run, and a
-label that was accepted from a prediction remembers the name of what proposed it.
+A removal is whole or not at all, and no label changes by it: a verdict stays, without the number of
+its run, and a label that was accepted from a prediction remembers the name of what proposed it.
 """
 
 from __future__ import annotations
@@ -14,15 +13,39 @@ import math
 import os
 import re
 import sqlite3
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
+from os import PathLike
+from pathlib import Path
 from typing import Any
 
 from forcelab.errors import ForcelabError, InputError
 from forcelab.project import files
-from forcelab.project.database import Database, Value, fits, told_of_content
+from forcelab.project.database import Database, Value, content_errors, fits
+from forcelab.project.files import RECOGNISERS
 from forcelab.project.records import utc_now
+
+#: What a result says of itself in few words, if this is its first key.
+DIGEST = "digest"
+#: Characters of a result that are read for its digest.
+_FRONT = 4096
+#: The columns of a run that say how it was made.
+_PROVENANCE = "id, kind, time, settings, seed, labels, versions"
+#: All of its columns; bytes that are no text are met where the result is parsed.
+_RUN = f"{_PROVENANCE}, CAST(result AS BLOB) AS result"
+#: The last thing that a run's result names, where a recogniser belongs to it.
+_OWN = re.compile(r'"recogniser": "([0-9a-f]{32})"\}$')
+#: Characters at the end of a result in which that stands.
+_END = 64
+#: The name under which a run proposed labels: :attr:`forcelab.review.run_result.Outcome.proposer`.
+_PROPOSER = """(
+    'model ' || coalesce(
+        CASE WHEN json_valid(settings) THEN json_extract(settings, '$.preset') END, 'paper'
+    ) || ' ' || id
+)"""
+#: Free pages of the store that are given back to the disk: so many bytes, and this share of it.
+LEAST, SHARE = 1 << 20, 0.25
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,8 +68,8 @@ class LabelsUsed:
 
 
 @dataclass(frozen=True, slots=True)
-class Made:
-    """How something was made: everything needed to make it again.
+class Provenance:
+    """How a run or a recogniser was computed: everything needed to repeat it.
 
     Parameters
     ----------
@@ -75,13 +98,13 @@ class Made:
 
 
 @dataclass(frozen=True, slots=True)
-class StoredRecogniser(Made):
+class StoredRecogniser(Provenance):
     """A trained recogniser's record; its file is opaque to the store.
 
     Parameters
     ----------
     time, settings, seed, labels, versions
-        As of :class:`Made`.
+        As of :class:`Provenance`.
     id : str
         32 hex digits of the SHA-256 of its file.
     name : str
@@ -93,13 +116,13 @@ class StoredRecogniser(Made):
 
 
 @dataclass(frozen=True, slots=True)
-class RunSummary(Made):
+class RunSummary(Provenance):
     """A run without its result, which may be long.
 
     Parameters
     ----------
     time, settings, seed, labels, versions
-        As of :class:`Made`.
+        As of :class:`Provenance`.
     id : int
         Number in the project.
     kind : str
@@ -114,13 +137,13 @@ class RunSummary(Made):
 
 
 @dataclass(frozen=True, slots=True)
-class StoredRun(Made):
+class StoredRun(Provenance):
     """An evaluation or another computation, with everything needed to repeat it.
 
     Parameters
     ----------
     time, settings, seed, labels, versions
-        As of :class:`Made`.
+        As of :class:`Provenance`.
     id : int
         Number in the project.
     kind : str
@@ -132,240 +155,6 @@ class StoredRun(Made):
     id: int
     kind: str
     result: dict[str, Any]
-
-
-#: Name of the folder that holds one file per recogniser.
-RECOGNISERS = "recognisers"
-#: What a result says of itself in few words, if this is its first key.
-DIGEST = "digest"
-#: Characters of a result that are read for its digest.
-_FRONT = 4096
-#: The columns of a run that say how it was made.
-_HOW = "id, kind, time, settings, seed, labels, versions"
-#: All of its columns; bytes that are no text are met where the result is parsed.
-RUN = f"{_HOW}, CAST(result AS BLOB) AS result"
-
-
-def columns_of(
-    database: Database,
-    settings: Mapping[str, Any],
-    seed: int | None,
-    labels: Sequence[LabelsUsed],
-    versions: Mapping[str, str],
-    time: datetime | None = None,
-) -> dict[str, Value]:
-    """The columns that say how a thing was made; the labels must be there."""
-    if seed is not None and not fits(seed):
-        raise InputError(f"The seed {seed} does not fit into 64 bits; use a smaller one.")
-    for used in labels:
-        _check(database, used)
-    return {
-        "time": (time or utc_now()).isoformat(),
-        "settings": _json(dict(settings)),
-        "seed": seed,
-        "labels": _json([[used.demonstration, used.author, used.edit] for used in labels]),
-        "versions": _json(dict(versions)),
-    }
-
-
-def keep_run(
-    database: Database, kind: str, result: Mapping[str, Any], columns: Mapping[str, Value]
-) -> int:
-    """Write a run, in a transaction; gives its number."""
-    if not kind.strip():
-        raise InputError("A run needs a kind, such as 'evaluate'.")
-    return database.insert("run", kind=kind, result=_json(dict(result)), **columns)
-
-
-@contextlib.contextmanager
-def keeping(database: Database, id_: str) -> Iterator[None]:
-    """A transaction that keeps a recogniser, whose file is marked until that is committed."""
-    mark = database.folder / RECOGNISERS / f"{id_}.{files.UNCOMMITTED}"
-    try:
-        with database.writing():
-            files.mark_uncommitted(
-                mark
-            )  # in here, or whoever opens the project just now takes it away
-            yield
-    except BaseException:
-        with contextlib.suppress(ForcelabError, OSError):  # the next opening does it
-            clear_recognisers(database)
-        raise
-    with contextlib.suppress(OSError):
-        mark.unlink(missing_ok=True)
-
-
-def clear_recognisers(database: Database) -> None:
-    """Delete the files of recognisers that did not get as far as the store.
-
-    Only marked ones: a file without a mark may be of a newer store in whose place this one was put.
-    """
-    root = database.folder / RECOGNISERS
-    if not any(root.glob(f"*.{files.UNCOMMITTED}")):
-        return
-    with database.writing():  # whoever is just keeping one holds it until then
-        for mark in root.glob(f"*.{files.UNCOMMITTED}"):
-            if not database.one("SELECT 1 FROM recogniser WHERE id = ?", mark.stem):
-                mark.with_suffix(".skops").unlink(missing_ok=True)
-            mark.unlink(missing_ok=True)
-
-
-def keep_recogniser(
-    database: Database, id_: str, name: str, content: bytes, columns: Mapping[str, Value]
-) -> None:
-    """Write a recogniser, within :func:`keeping`, unless the same one is there."""
-    if not name.strip():
-        raise InputError("A recogniser needs a name.")
-    if database.one("SELECT 1 FROM recogniser WHERE id = ?", id_):
-        return
-    root = database.folder / RECOGNISERS
-    with files.staging(root) as staged:
-        with (staged / f"{id_}.skops").open("xb") as stream:
-            stream.write(content)
-            stream.flush()
-            os.fsync(stream.fileno())
-        files.move_into(root, staged)
-    database.insert("recogniser", id=id_, name=name, **columns)
-
-
-def recogniser_id(content: bytes) -> str:
-    """What a recogniser of this content is called in the store."""
-    return hashlib.sha256(content).hexdigest()[:32]
-
-
-def recogniser_of(row: sqlite3.Row) -> StoredRecogniser:
-    """A recogniser as stored."""
-    cure = f"remove it with 'forcelab remove --recogniser {row['id'][:8]}'"
-    with told_of_content(f"The recogniser '{row['name']}'", cure):
-        return StoredRecogniser(id=row["id"], name=row["name"], **_stored_provenance(row))
-
-
-def run_of(row: sqlite3.Row) -> StoredRun:
-    """A run as stored, of a row of :data:`RUN`."""
-    with told_of_content(f"What run {row['id']} found", "repeat it"):
-        result = json.loads(row["result"])
-    with _told_of_run(row):
-        return StoredRun(id=row["id"], kind=row["kind"], result=result, **_stored_provenance(row))
-
-
-def row_of_run(database: Database, number: int, columns: str = RUN) -> sqlite3.Row:
-    """The row of a run that must be there; what it found may be large, or damaged."""
-    query = f"SELECT {columns} FROM run WHERE id = ?"
-    row = database.one(query, number) if fits(number) else None
-    if row is None:
-        raise InputError(
-            f"There is no run {number} in '{database.folder}'; 'forcelab runs' lists those that "
-            "there are."
-        )
-    return row
-
-
-def summaries(database: Database, kind: str | None) -> tuple[RunSummary, ...]:
-    """Every run of a kind without its result, the first one first."""
-    rows = database.all(
-        f"SELECT {_HOW}, CAST(substr(result, 1, {_FRONT}) AS BLOB) AS front FROM run "
-        "WHERE ? IS NULL OR kind = ? ORDER BY id",
-        kind,
-        kind,
-    )
-    return tuple(map(_summary, rows))
-
-
-def _summary(row: sqlite3.Row) -> RunSummary:
-    """A run without its result."""
-    front = row["front"].decode(errors="replace")
-    with _told_of_run(row):
-        return RunSummary(
-            id=row["id"], kind=row["kind"], digest=_digest(front), **_stored_provenance(row)
-        )
-
-
-def _told_of_run(row: sqlite3.Row) -> contextlib.AbstractContextManager[None]:
-    """Tell that how a run was made cannot be read."""
-    number = row["id"]
-    return told_of_content(f"Run {number}", f"remove it with 'forcelab remove --run {number}'")
-
-
-def _check(database: Database, used: LabelsUsed) -> None:
-    """Refuse labels that were never there."""
-    if not database.one("SELECT 1 FROM demonstration WHERE id = ?", used.demonstration):
-        raise InputError(
-            f"There is no demonstration '{used.demonstration}' in '{database.folder}'."
-        )
-    found = used.edit == 0 or database.one(
-        "SELECT 1 FROM edit JOIN track ON track.id = edit.track "
-        "JOIN author ON author.id = track.author "
-        "WHERE edit.id = ? AND demonstration = ? AND name = ?",
-        used.edit,
-        used.demonstration,
-        used.author,
-    )
-    if not found:
-        raise InputError(
-            f"Edit {used.edit} in '{database.folder}' is none of '{used.author}' over the "
-            f"demonstration '{used.demonstration}'."
-        )
-
-
-def _digest(front: str) -> dict[str, Any]:
-    """The digest at the front of a result; empty where there is none."""
-    start = f'{{"{DIGEST}": '
-    if not front.startswith(start):
-        return {}
-    try:
-        found, _ = json.JSONDecoder().raw_decode(front, len(start))
-    except (ValueError, RecursionError):
-        return {}
-    return found if isinstance(found, dict) else {}
-
-
-def _stored_provenance(row: sqlite3.Row) -> dict[str, Any]:
-    """How a thing was made, as stored."""
-    settings, labels, versions = (
-        json.loads(row[name], parse_float=_finite, parse_constant=_finite)
-        for name in ("settings", "labels", "versions")
-    )
-    used = tuple(LabelsUsed(*each) for each in labels)
-    for each in used:
-        if [type(part) for part in (each.demonstration, each.author, each.edit)] != [str, str, int]:
-            raise TypeError("labels without demonstration, author and edit")
-    if not isinstance(settings, dict) or not isinstance(versions, dict):
-        raise TypeError("settings or versions that are none")
-    if not isinstance(settings.get("choice", {}), dict):
-        raise TypeError("a choice of labels that is none")
-    return {
-        "time": datetime.fromisoformat(row["time"]),
-        "settings": settings,
-        "seed": row["seed"],
-        "labels": used,
-        "versions": versions,
-    }
-
-
-def _finite(text: str) -> float:
-    """A number as JSON has them."""
-    if not math.isfinite(value := float(text)):
-        raise ValueError(f"{text} is no number")
-    return value
-
-
-def _json(value: list[list[str | int]] | dict[str, Any]) -> str:
-    """A value as JSON."""
-    return json.dumps(value, ensure_ascii=False)
-
-
-#: Free pages of the store that are given back to the disk: so many bytes, and this share of it.
-LEAST, SHARE = 1 << 20, 0.25
-#: The last thing that a run's result names, where a recogniser belongs to it.
-_OWN = re.compile(r'"recogniser": "([0-9a-f]{32})"\}$')
-#: Characters at the end of a result in which that stands.
-_END = 64
-#: Who proposed something, as of :attr:`forcelab.review.run_result.Outcome.proposer`.
-_PROPOSER = """(
-    'model ' || coalesce(
-        CASE WHEN json_valid(settings) THEN json_extract(settings, '$.preset') END, 'paper'
-    ) || ' ' || id
-)"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -393,118 +182,507 @@ class RunUse:
     accepted: int
 
 
-def uses(database: Database, number: int | None = None) -> tuple[RunUse, ...]:
-    """Of every run, the first one first; or of the run of a number alone."""
-    # The older way reads all of a result to tell how long it is.
-    new = sqlite3.sqlite_version_info >= (3, 43)
-    length = "octet_length(result)" if new else "length(CAST(result AS BLOB))"
-    rows = database.all(
-        f"SELECT id, {length} AS bytes, CAST(substr(result, {-_END}) AS BLOB) AS last, "
-        f"CAST({_PROPOSER} AS BLOB) AS proposer "  # a run that is no text can be removed, too
-        "FROM run WHERE ? IS NULL OR id = ? ORDER BY id",
-        number,
-        number,
-    )
-    verdicts = {
-        row["run"]: row["number"]
-        for row in database.all("SELECT run, count(*) AS number FROM verdict GROUP BY run")
-    }
-    accepted = {
-        row["proposed_by"]: row["number"]
-        for row in database.all(
-            "SELECT proposed_by, count(*) AS number FROM edit "
-            "WHERE proposed_by IS NOT NULL GROUP BY proposed_by"
+class RunStore:
+    """The runs and recognisers of a project; ``project.runs``."""
+
+    def __init__(self, database: Database) -> None:
+        self._db = database
+
+    def all(self) -> tuple[StoredRun, ...]:
+        """Every run, the first one first."""
+        return tuple(map(_run, self._db.all(f"SELECT {_RUN} FROM run ORDER BY id")))
+
+    def get(self, number: int) -> StoredRun:
+        """One run.
+
+        Raises
+        ------
+        InputError
+            If there is no such run, or it is damaged.
+        """
+        return _run(self._row(number))
+
+    def summaries(self, kind: str | None = None) -> tuple[RunSummary, ...]:
+        """Every run, or every run of a kind, without its result; the first one first."""
+        rows = self._db.all(
+            f"SELECT {_PROVENANCE}, CAST(substr(result, 1, {_FRONT}) AS BLOB) AS front FROM run "
+            "WHERE ? IS NULL OR kind = ? ORDER BY id",
+            kind,
+            kind,
         )
-    }
-    sizes = recogniser_bytes(database)
-    found = []
-    for row in rows:
-        own = _OWN.search(row["last"].decode(errors="replace"))
-        id_ = own[1] if own is not None and own[1] in sizes else ""
-        number, size = row["id"], row["bytes"] + sizes.get(id_, 0)
-        taken = accepted.get(row["proposer"].decode(errors="replace"), 0)
-        found.append(RunUse(number, size, id_, verdicts.get(number, 0), taken))
-    return tuple(found)
+        return tuple(map(_summary, rows))
 
+    def add(
+        self,
+        kind: str,
+        *,
+        settings: Mapping[str, Any],
+        seed: int | None,
+        labels: Sequence[LabelsUsed],
+        versions: Mapping[str, str],
+        result: Mapping[str, Any],
+        time: datetime | None = None,
+    ) -> int:
+        """Add a result and how it was computed; gives its number.
 
-def recogniser_bytes(database: Database) -> dict[str, int]:
-    """How large the file of each recogniser is, by its id; 0 where it is missing."""
-    sizes = {}
-    for row in database.all("SELECT id FROM recogniser ORDER BY rowid"):
-        sizes[row["id"]] = 0
-        with contextlib.suppress(OSError):
-            path = database.folder / RECOGNISERS / f"{row['id']}.skops"
-            sizes[row["id"]] = path.stat().st_size
-    return sizes
+        Parameters
+        ----------
+        kind : str
+            Such as ``"evaluate"``; not blank.
+        settings, seed, labels, versions, time
+            As of :meth:`add_recogniser`.
+        result : mapping
+            What came out; anything that JSON can hold.
 
+        Raises
+        ------
+        InputError
+            If it has no kind or labels are not in the project.
+        """
+        columns = self._provenance_columns(settings, seed, labels, versions, time)
+        with self._db.writing():
+            return self._insert_run(kind, result, columns)
 
-def remove_run(database: Database, number: int) -> None:
-    """Delete a run with its recogniser; see :meth:`forcelab.project.Project.remove_run`."""
-    with database.writing():
-        row_of_run(database, number, "id")
-        if database.one("SELECT 1 FROM verdict WHERE run = ?", number):
-            with lifted(database, "verdict_is_not_changed"):
-                database.execute("UPDATE verdict SET run = NULL WHERE run = ?", number)
-        own = _delete(database, number)
-    _delete_file(database, own)
-    give_back(database)
+    def add_recogniser(
+        self,
+        name: str,
+        data: bytes | str | PathLike[str],
+        *,
+        settings: Mapping[str, Any],
+        seed: int | None,
+        labels: Sequence[LabelsUsed],
+        versions: Mapping[str, str],
+        time: datetime | None = None,
+    ) -> str:
+        """Add a recogniser's file, which stays opaque here, and how it was made; gives its id.
 
+        Parameters
+        ----------
+        name : str
+            For people; not blank.
+        data : bytes or path-like
+            Its content, or the file. The same content is stored once, as it was added first.
+        settings : mapping
+            All settings of the training; anything that JSON can hold.
+        seed : int or None
+            The random seed.
+        labels : sequence of LabelsUsed
+            What it was trained on, one for each demonstration; see ``tracks.head``.
+        versions : mapping of str to str
+            Of the program and the libraries.
+        time : datetime, optional
+            When it was made, in UTC; by default now.
 
-def forget_run(database: Database, number: int, proposer: str) -> bool:
-    """Delete a run unless it was used; see :meth:`forcelab.project.Project.forget_run`."""
-    with database.writing():
-        there = database.one("SELECT 1 FROM run WHERE id = ?", number)
-        if not there or _is_used(database, number, proposer):
-            return False
-        own = _delete(database, number)
-    _delete_file(database, own)  # the next run fills the room in the store
-    return True
+        Raises
+        ------
+        InputError
+            If it has no name, labels are not in the project or the file cannot be read.
+        """
+        columns = self._provenance_columns(settings, seed, labels, versions, time)
+        with files.file_errors(f"The recogniser '{name}' was not added to '{self._db.folder}'"):
+            content = data if isinstance(data, bytes) else Path(data).read_bytes()
+            id_ = _recogniser_id(content)
+            with self._adding_recogniser(id_):
+                self._insert_recogniser(id_, name, content, columns)
+        return id_
 
+    def add_training(
+        self,
+        kind: str,
+        name: str,
+        content: bytes,
+        *,
+        settings: Mapping[str, Any],
+        seed: int | None,
+        labels: Sequence[LabelsUsed],
+        trained_on: Sequence[LabelsUsed],
+        versions: Mapping[str, str],
+        result: Mapping[str, Any],
+    ) -> int:
+        """Add a run and its recogniser, both or neither; gives the run's number.
 
-def _is_used(database: Database, number: int, proposer: str) -> bool:
-    """Whether a run was judged, or labels come from it."""
-    return bool(
-        database.one("SELECT 1 FROM verdict WHERE run = ?", number)
-        or database.one("SELECT 1 FROM edit WHERE proposed_by = ?", proposer)
-        or database.one("SELECT 1 FROM author WHERE name = ?", proposer)
-    )
+        Parameters
+        ----------
+        kind, settings, seed, labels, versions
+            As of :meth:`add`.
+        name, content
+            The recogniser's, as of :meth:`add_recogniser`.
+        trained_on : sequence of LabelsUsed
+            What the recogniser was trained on.
+        result : mapping
+            What came out; the recogniser's id is added to it as ``"recogniser"``.
 
+        Raises
+        ------
+        InputError
+            If labels are not in the project, or it cannot be written.
+        """
+        columns = self._provenance_columns(settings, seed, labels, versions)
+        of_recogniser = self._provenance_columns(settings, seed, trained_on, versions)
+        id_ = _recogniser_id(content)
+        with (
+            files.file_errors(f"The recogniser '{name}' was not added to '{self._db.folder}'"),
+            self._adding_recogniser(id_),
+        ):
+            number = self._insert_run(kind, dict(result) | {"recogniser": id_}, columns)
+            self._insert_recogniser(id_, name, content, of_recogniser)
+        return number
 
-def _delete(database: Database, number: int) -> str:
-    """Delete the rows of a run and of its recogniser, in a transaction.
+    def recognisers(self) -> tuple[StoredRecogniser, ...]:
+        """Every recogniser, the first one first."""
+        return tuple(map(_recogniser, self._db.all("SELECT * FROM recogniser ORDER BY rowid")))
 
-    Gives the recogniser's id, ``""`` where there is none or another run has it, too.
-    """
-    row = database.one(
-        "SELECT CASE WHEN json_valid(result) THEN json_extract(result, '$.recogniser') END AS own "
-        "FROM run WHERE id = ?",
-        number,
-    )
-    database.execute("DELETE FROM run WHERE id = ?", number)
-    own = row["own"] if row is not None else None
-    if own is None or database.one("SELECT 1 FROM run WHERE instr(result, ?)", own):
-        return ""
-    database.execute("DELETE FROM recogniser WHERE id = ?", own)
-    return str(own)
+    def recogniser_path(self, id_: str) -> Path:
+        """The file of a recogniser.
 
-
-def remove_recogniser(database: Database, id_: str) -> None:
-    """Delete a recogniser; see :meth:`forcelab.project.Project.remove_recogniser`."""
-    with database.writing():
-        if not database.one("SELECT 1 FROM recogniser WHERE id = ?", id_):
+        Raises
+        ------
+        InputError
+            If there is no such recogniser or its file is missing.
+        """
+        if not self._db.one("SELECT 1 FROM recogniser WHERE id = ?", id_):
             raise InputError(
-                f"There is no recogniser '{id_}' in '{database.folder}'; 'forcelab list --json' "
-                "tells those that there are."
+                f"There is no recogniser '{id_}' in '{self._db.folder}' any more; train it again."
             )
-        database.execute("DELETE FROM recogniser WHERE id = ?", id_)
-    _delete_file(database, id_)
+        path = self._recogniser_file(id_)
+        files.check_file(path)
+        if not path.is_file():
+            raise InputError(f"The file '{path}' is missing; train the recogniser again.")
+        return path
+
+    def recogniser_bytes(self) -> dict[str, int]:
+        """The size of each recogniser's file by its id; 0 where it is missing."""
+        sizes = {}
+        for row in self._db.all("SELECT id FROM recogniser ORDER BY rowid"):
+            sizes[row["id"]] = 0
+            with contextlib.suppress(OSError):
+                sizes[row["id"]] = self._recogniser_file(row["id"]).stat().st_size
+        return sizes
+
+    def existing_labels(self, labels: Iterable[LabelsUsed]) -> list[LabelsUsed]:
+        """Those of some labels whose demonstrations have not been removed meanwhile.
+
+        What took minutes to compute from the others is worth storing.
+        """
+        known = self._db.demonstration_ids()
+        return [used for used in labels if used.demonstration in known]
+
+    def uses(self, number: int | None = None) -> tuple[RunUse, ...]:
+        """What runs take up on the disk and what depends on them, the first one first.
+
+        Parameters
+        ----------
+        number : int, optional
+            Only of this run; by default of every one.
+        """
+        # The older way reads all of a result to tell how long it is.
+        new = sqlite3.sqlite_version_info >= (3, 43)
+        length = "octet_length(result)" if new else "length(CAST(result AS BLOB))"
+        rows = self._db.all(
+            f"SELECT id, {length} AS bytes, CAST(substr(result, {-_END}) AS BLOB) AS last, "
+            f"CAST({_PROPOSER} AS BLOB) AS proposer "  # a run that is no text can be removed, too
+            "FROM run WHERE ? IS NULL OR id = ? ORDER BY id",
+            number,
+            number,
+        )
+        verdicts = {
+            row["run"]: row["number"]
+            for row in self._db.all("SELECT run, count(*) AS number FROM verdict GROUP BY run")
+        }
+        accepted = {
+            row["proposed_by"]: row["number"]
+            for row in self._db.all(
+                "SELECT proposed_by, count(*) AS number FROM edit "
+                "WHERE proposed_by IS NOT NULL GROUP BY proposed_by"
+            )
+        }
+        sizes = self.recogniser_bytes()
+        found = []
+        for row in rows:
+            own = _OWN.search(row["last"].decode(errors="replace"))
+            id_ = own[1] if own is not None and own[1] in sizes else ""
+            number, size = row["id"], row["bytes"] + sizes.get(id_, 0)
+            taken = accepted.get(row["proposer"].decode(errors="replace"), 0)
+            found.append(RunUse(number, size, id_, verdicts.get(number, 0), taken))
+        return tuple(found)
+
+    def remove(self, number: int) -> None:
+        """Delete a run for good: its predictions and scores, and its recogniser.
+
+        Labels stay, those accepted from its predictions, too, and still tell who proposed them;
+        verdicts stay, but no longer tell which run they were given on. A recogniser that another
+        run has as well stays. Room that is free then is given back to the disk.
+
+        Raises
+        ------
+        InputError
+            If there is no such run.
+        """
+        with self._db.writing():
+            self._row(number, "id")
+            if self._db.one("SELECT 1 FROM verdict WHERE run = ?", number):
+                with without_trigger(self._db, "verdict_is_not_changed"):
+                    self._db.execute("UPDATE verdict SET run = NULL WHERE run = ?", number)
+            own = self._delete(number)
+        self._delete_file(own)
+        give_back(self._db)
+
+    def forget(self, number: int, proposer: str) -> bool:
+        """Delete a run that another one has taken the place of, with its recogniser.
+
+        It stays where a verdict was given on it or labels were accepted from it: what people said
+        is kept for ever, with what they said it of.
+
+        Parameters
+        ----------
+        number : int
+            The run's.
+        proposer : str
+            The name under which it proposed labels.
+
+        Returns
+        -------
+        bool
+            Whether it is gone.
+        """
+        with self._db.writing():
+            exists = self._db.one("SELECT 1 FROM run WHERE id = ?", number)
+            if (
+                not exists
+                or self._db.one("SELECT 1 FROM verdict WHERE run = ?", number)
+                or self._db.one("SELECT 1 FROM edit WHERE proposed_by = ?", proposer)
+                or self._db.one("SELECT 1 FROM author WHERE name = ?", proposer)
+            ):
+                return False
+            own = self._delete(number)
+        self._delete_file(own)  # the next run fills the room in the store
+        return True
+
+    def remove_recogniser(self, id_: str) -> None:
+        """Delete a recogniser for good; a run that it belongs to keeps what it found.
+
+        Raises
+        ------
+        InputError
+            If there is no such recogniser.
+        """
+        with self._db.writing():
+            if not self._db.one("SELECT 1 FROM recogniser WHERE id = ?", id_):
+                raise InputError(
+                    f"There is no recogniser '{id_}' in '{self._db.folder}'; "
+                    "'forcelab list --json' tells those that there are."
+                )
+            self._db.execute("DELETE FROM recogniser WHERE id = ?", id_)
+        self._delete_file(id_)
+
+    def clear_uncommitted(self) -> None:
+        """Delete the files of recognisers that did not get as far as the store.
+
+        Only marked ones: a file without a mark may be of a newer store in whose place this one was
+        put.
+        """
+        root = self._db.folder / RECOGNISERS
+        if not any(root.glob(f"*.{files.UNCOMMITTED}")):
+            return
+        with self._db.writing():  # another process that is just adding one holds it until then
+            for mark in root.glob(f"*.{files.UNCOMMITTED}"):
+                if not self._db.one("SELECT 1 FROM recogniser WHERE id = ?", mark.stem):
+                    mark.with_suffix(".skops").unlink(missing_ok=True)
+                mark.unlink(missing_ok=True)
+
+    def _recogniser_file(self, id_: str) -> Path:
+        return self._db.folder / RECOGNISERS / f"{id_}.skops"
+
+    def _row(self, number: int, columns: str = _RUN) -> sqlite3.Row:
+        """The row of a run that must exist; its result may be large, or damaged."""
+        query = f"SELECT {columns} FROM run WHERE id = ?"
+        row = self._db.one(query, number) if fits(number) else None
+        if row is None:
+            raise InputError(
+                f"There is no run {number} in '{self._db.folder}'; 'forcelab runs' lists those "
+                "that there are."
+            )
+        return row
+
+    def _provenance_columns(
+        self,
+        settings: Mapping[str, Any],
+        seed: int | None,
+        labels: Sequence[LabelsUsed],
+        versions: Mapping[str, str],
+        time: datetime | None = None,
+    ) -> dict[str, Value]:
+        if seed is not None and not fits(seed):
+            raise InputError(f"The seed {seed} does not fit into 64 bits; use a smaller one.")
+        for used in labels:
+            self._check_labels(used)
+        return {
+            "time": (time or utc_now()).isoformat(),
+            "settings": _to_json(dict(settings)),
+            "seed": seed,
+            "labels": _to_json([[used.demonstration, used.author, used.edit] for used in labels]),
+            "versions": _to_json(dict(versions)),
+        }
+
+    def _check_labels(self, used: LabelsUsed) -> None:
+        """Refuse labels that were never there."""
+        self._db.demonstration(used.demonstration)
+        found = used.edit == 0 or self._db.one(
+            "SELECT 1 FROM edit JOIN track ON track.id = edit.track "
+            "JOIN author ON author.id = track.author "
+            "WHERE edit.id = ? AND demonstration = ? AND name = ?",
+            used.edit,
+            used.demonstration,
+            used.author,
+        )
+        if not found:
+            raise InputError(
+                f"Edit {used.edit} in '{self._db.folder}' is none of '{used.author}' over the "
+                f"demonstration '{used.demonstration}'."
+            )
+
+    def _insert_run(
+        self, kind: str, result: Mapping[str, Any], columns: Mapping[str, Value]
+    ) -> int:
+        if not kind.strip():
+            raise InputError("A run needs a kind, such as 'evaluate'.")
+        return self._db.insert("run", kind=kind, result=_to_json(dict(result)), **columns)
+
+    @contextlib.contextmanager
+    def _adding_recogniser(self, id_: str) -> Iterator[None]:
+        """A transaction that adds a recogniser, whose file is marked until that is committed."""
+        mark = self._db.folder / RECOGNISERS / f"{id_}.{files.UNCOMMITTED}"
+        try:
+            with self._db.writing():
+                # Inside the transaction: a process that opens the project now would remove it.
+                files.mark_uncommitted(mark)
+                yield
+        except BaseException:
+            with contextlib.suppress(ForcelabError, OSError):  # the next opening does it
+                self.clear_uncommitted()
+            raise
+        with contextlib.suppress(OSError):
+            mark.unlink(missing_ok=True)
+
+    def _insert_recogniser(
+        self, id_: str, name: str, content: bytes, columns: Mapping[str, Value]
+    ) -> None:
+        """Write a recogniser, unless the same one is there."""
+        if not name.strip():
+            raise InputError("A recogniser needs a name.")
+        if self._db.one("SELECT 1 FROM recogniser WHERE id = ?", id_):
+            return
+        root = self._db.folder / RECOGNISERS
+        with files.staging(root) as staged:
+            with (staged / f"{id_}.skops").open("xb") as stream:
+                stream.write(content)
+                stream.flush()
+                os.fsync(stream.fileno())
+            files.move_into(root, staged)
+        self._db.insert("recogniser", id=id_, name=name, **columns)
+
+    def _delete(self, number: int) -> str:
+        """Delete the rows of a run and of its recogniser, in a transaction.
+
+        Gives the recogniser's id, ``""`` where there is none or another run has it, too.
+        """
+        row = self._db.one(
+            "SELECT CASE WHEN json_valid(result) THEN json_extract(result, '$.recogniser') END "
+            "AS own FROM run WHERE id = ?",
+            number,
+        )
+        self._db.execute("DELETE FROM run WHERE id = ?", number)
+        own = row["own"] if row is not None else None
+        if own is None or self._db.one("SELECT 1 FROM run WHERE instr(result, ?)", own):
+            return ""
+        self._db.execute("DELETE FROM recogniser WHERE id = ?", own)
+        return str(own)
+
+    def _delete_file(self, id_: str) -> None:
+        """Delete the file of a recogniser, which without its row only takes up room."""
+        if id_:
+            with contextlib.suppress(OSError):
+                self._recogniser_file(id_).unlink(missing_ok=True)
+
+
+def _recogniser_id(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()[:32]
+
+
+def _recogniser(row: sqlite3.Row) -> StoredRecogniser:
+    cure = f"remove it with 'forcelab remove --recogniser {row['id'][:8]}'"
+    with content_errors(f"The recogniser '{row['name']}'", cure):
+        return StoredRecogniser(id=row["id"], name=row["name"], **_provenance(row))
+
+
+def _run(row: sqlite3.Row) -> StoredRun:
+    with content_errors(f"What run {row['id']} found", "repeat it"):
+        result = json.loads(row["result"])
+    with _run_errors(row):
+        return StoredRun(id=row["id"], kind=row["kind"], result=result, **_provenance(row))
+
+
+def _summary(row: sqlite3.Row) -> RunSummary:
+    front = row["front"].decode(errors="replace")
+    with _run_errors(row):
+        return RunSummary(id=row["id"], kind=row["kind"], digest=_digest(front), **_provenance(row))
+
+
+def _run_errors(row: sqlite3.Row) -> contextlib.AbstractContextManager[None]:
+    number = row["id"]
+    return content_errors(f"Run {number}", f"remove it with 'forcelab remove --run {number}'")
+
+
+def _digest(front: str) -> dict[str, Any]:
+    """The digest at the front of a result; empty where there is none."""
+    start = f'{{"{DIGEST}": '
+    if not front.startswith(start):
+        return {}
+    try:
+        found, _ = json.JSONDecoder().raw_decode(front, len(start))
+    except (ValueError, RecursionError):
+        return {}
+    return found if isinstance(found, dict) else {}
+
+
+def _provenance(row: sqlite3.Row) -> dict[str, Any]:
+    settings, labels, versions = (
+        json.loads(row[name], parse_float=_finite, parse_constant=_finite)
+        for name in ("settings", "labels", "versions")
+    )
+    used = tuple(LabelsUsed(*each) for each in labels)
+    for each in used:
+        if [type(part) for part in (each.demonstration, each.author, each.edit)] != [str, str, int]:
+            raise TypeError("labels without demonstration, author and edit")
+    if not isinstance(settings, dict) or not isinstance(versions, dict):
+        raise TypeError("settings or versions that are none")
+    if not isinstance(settings.get("choice", {}), dict):
+        raise TypeError("a choice of labels that is none")
+    return {
+        "time": datetime.fromisoformat(row["time"]),
+        "settings": settings,
+        "seed": row["seed"],
+        "labels": used,
+        "versions": versions,
+    }
+
+
+def _finite(text: str) -> float:
+    """A number; JSON's own parser takes infinities too."""
+    if not math.isfinite(value := float(text)):
+        raise ValueError(f"{text} is no number")
+    return value
+
+
+def _to_json(value: list[list[str | int]] | dict[str, Any]) -> str:
+    return json.dumps(value, ensure_ascii=False)
 
 
 @contextlib.contextmanager
-def lifted(database: Database, trigger: str) -> Iterator[None]:
-    """Without one of the triggers by which the store refuses to change what people did.
+def without_trigger(database: Database, trigger: str) -> Iterator[None]:
+    """Lift one of the triggers by which the store refuses to change what people did.
 
-    Only inside a transaction, in which nobody else can write: it is back at its end, whatever
+    Only inside a transaction, in which no other process can write: it is back at its end, whatever
     happens.
     """
     keeper = database.one("SELECT sql FROM sqlite_schema WHERE name = ?", trigger)
@@ -529,11 +707,3 @@ def give_back(database: Database) -> None:
     with contextlib.suppress(InputError):
         database.execute("VACUUM")
         database.execute("PRAGMA wal_checkpoint(TRUNCATE)")
-
-
-def _delete_file(database: Database, id_: str) -> None:
-    """Delete the file of a recogniser, which without its row only takes up room."""
-    if not id_:
-        return
-    with contextlib.suppress(OSError):
-        (database.folder / RECOGNISERS / f"{id_}.skops").unlink(missing_ok=True)

@@ -14,8 +14,9 @@ from typing import Concatenate, Literal, ParamSpec, Protocol, TypeVar
 
 from forcelab.errors import InputError
 from forcelab.labels import Segment, Segments, ordered
-from forcelab.project.project import Project, UndoResult
+from forcelab.project.project import Project
 from forcelab.project.records import Edit
+from forcelab.project.tracks import UndoResult
 from forcelab.segment_edits import (
     SLIVER,
     erase,
@@ -163,7 +164,7 @@ class TrackEditor:
     ------
     InputError
         Every verb: as of the function of :mod:`forcelab.segment_edits` that bears its name, and of
-        :meth:`Project.edit`; nothing was written then.
+        ``project.tracks.edit``; nothing was written then.
     StaleTrackError
         Every verb: if another window or process changed the track; :meth:`refresh` and repeat.
     """
@@ -187,12 +188,12 @@ class TrackEditor:
     def refresh(self) -> bool:
         """Read the track again; gives whether it had changed."""
         before = self.segments
-        self.segments = self.project.track(self.demonstration, self.author).segments
+        self.segments = self.project.tracks.get(self.demonstration, self.author).segments
         return self.segments is not before and self.segments != before
 
     def history(self) -> tuple[Edit, ...]:
         """Every edit of the track, the first one first."""
-        return self.project.history(self.demonstration, self.author)
+        return self.project.tracks.history(self.demonstration, self.author)
 
     def index_of(self, segment: Segment) -> int | None:
         """Which of the segments this one is; None if the track has it no more."""
@@ -305,9 +306,9 @@ class TrackEditor:
         InputError
             Also while the coder labels the demonstration blind.
         """
-        if self.project.is_blind(self.demonstration, self.author):
+        if self.project.coding.is_blind(self.demonstration, self.author):
             raise InputError("Other labels are hidden until you are done; nothing copied.")
-        other = self.project.track(self.demonstration, author).segments
+        other = self.project.tracks.get(self.demonstration, author).segments
         after = list(erase(self.segments, start, end))
         for segment in other:
             left, right = max(segment.start, start), min(segment.end, end)
@@ -343,22 +344,26 @@ class TrackEditor:
     @_verb
     def undo(self) -> Edit | None:
         """Take back the latest edit that was not taken back yet; reaches back past restarts."""
-        return self._reverted(self.project.undo(self.demonstration, self.author), "undo")
+        return self._reverted(self.project.tracks.undo(self.demonstration, self.author), "undo")
 
     @_verb
     def redo(self) -> Edit | None:
         """Take back the latest undo, unless another edit came after it."""
-        return self._reverted(self.project.redo(self.demonstration, self.author), "redo")
+        return self._reverted(self.project.tracks.redo(self.demonstration, self.author), "redo")
 
     @_verb
     def undo_everywhere(self) -> UndoResult | None:
         """Take back the latest edit, and a renaming in all of the coder's tracks."""
-        return self._reverted(self.project.undo_everywhere(self.demonstration, self.author), "undo")
+        return self._reverted(
+            self.project.tracks.undo_everywhere(self.demonstration, self.author), "undo"
+        )
 
     @_verb
     def redo_everywhere(self) -> UndoResult | None:
         """Take back the latest undo, and that of a renaming in all of the coder's tracks."""
-        return self._reverted(self.project.redo_everywhere(self.demonstration, self.author), "redo")
+        return self._reverted(
+            self.project.tracks.redo_everywhere(self.demonstration, self.author), "redo"
+        )
 
     def _before(self, edit: Edit | None) -> Segments:
         """The track as it was before its latest edit; as it is without one."""
@@ -378,7 +383,7 @@ class TrackEditor:
         if after == self.segments:
             self.unchanged = unchanged
             return None
-        edit = self.project.edit(
+        edit = self.project.tracks.edit(
             self.demonstration,
             self.author,
             self.segments,

@@ -1,179 +1,52 @@
 """Tracks and the edits that made them: append-only, undone and redone by further edits.
 
-Where a track stands in its history: what can be undone, and what can be redone. What can be undone
-is a stack, and what can be redone is another. Both are linked through the ``parent`` of the edits:
-that of a paint, an import or a prediction is the edit to undo once it is undone itself; that of an
-undo is the undo to redo once it is redone itself. So the tops of both stacks follow from the
-track's latest edit alone, whatever the length of the history. A new edit leaves the redo stack
-behind; nothing is ever deleted.
+What can be undone is a stack, and what can be redone is another. Both are linked through the
+``parent`` of the edits: that of a paint, an import or a prediction is the edit to undo once it is
+undone itself; that of an undo is the undo to redo once it is redone itself. So the tops of both
+stacks follow from the track's latest edit alone, whatever the length of the history. A new edit
+leaves the redo stack behind; nothing is ever deleted.
 
-Every edit replaces a run of segments by another (see :func:`forcelab.segment_edits.splice`), so
-that it
+Every edit replaces a run of segments by another (:func:`forcelab.segment_edits.splice`), so that it
 costs the same on a long track as on a short one, and swapping the two runs undoes it.
+
+Renaming an action edits many tracks at once. These edits share their author, their time and the
+first half of their sentence, by which one undo finds them again in a copied or merged project too.
 """
 
 from __future__ import annotations
 
 import json
 import sqlite3
-from collections.abc import Iterable, Sequence
+from collections import defaultdict
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
 from typing import Literal
 
 from forcelab.errors import InputError, StaleTrackError
 from forcelab.labels import Segment, Segments, Track, check_action_name, is_model, ordered
-from forcelab.project.database import Database, told_of_content
+from forcelab.project.coding import follow_edit
+from forcelab.project.database import Database, content_errors
+from forcelab.project.label_provenance import OriginTracker
 from forcelab.project.records import (
     AuthorKind,
     Edit,
     EditKind,
+    Origin,
     segments_from_json,
     segments_to_json,
     utc_now,
 )
 from forcelab.project.runs import LabelsUsed
-from forcelab.project.verdicts import follow_edit
 from forcelab.segment_edits import splice, spliced
-from forcelab.vocabulary import Vocabulary
+from forcelab.text import counted, listed
 
-
-def kind_of(database: Database, author: str) -> AuthorKind | None:
-    """What an author is, if known."""
-    row = database.one("SELECT kind FROM author WHERE name = ?", author)
-    return row["kind"] if row else None
-
-
-def track_of(database: Database, demonstration: str, author: str) -> int | None:
-    """The number of a track, if there is one."""
-    row = database.one(
-        "SELECT track.id FROM track JOIN author ON author.id = track.author "
-        "WHERE demonstration = ? AND name = ?",
-        demonstration,
-        author,
-    )
-    return row["id"] if row else None
-
-
-def track_for(database: Database, demonstration: str, author: str, kind: AuthorKind) -> int:
-    """The number of a track, made where there is none; needs a transaction around it.
-
-    Raises
-    ------
-    InputError
-        If the author has no name, or is of the other kind.
-    """
-    there = database.one(
-        "SELECT track.id, kind FROM track JOIN author ON author.id = track.author "
-        "WHERE demonstration = ? AND name = ?",
-        demonstration,
-        author,
-    )
-    if there is not None and there["kind"] == kind:
-        return int(there["id"])
-    Track(author)  # refuses an author without a name
-    known = kind_of(database, author)
-    if known is None:
-        database.execute("INSERT INTO author (name, kind) VALUES (?, ?)", author, kind)
-    elif known != kind:
-        raise InputError(
-            f"'{author}' is a {known} in this project and cannot be a {kind} as well; "
-            f"use another author's name."
-        )
-    database.execute(
-        "INSERT OR IGNORE INTO track (demonstration, author) "
-        "SELECT ?, id FROM author WHERE name = ?",
-        demonstration,
-        author,
-    )
-    row = track_of(database, demonstration, author)
-    assert row is not None
-    return row
-
-
-def vocabularies(database: Database) -> dict[str, Vocabulary]:
-    """By task, every vocabulary that was written."""
-    rows = database.all("SELECT task, actions FROM vocabulary ORDER BY task")
-    found = {}
-    for row in rows:
-        with told_of_content(f"The list of actions of {row['task'] or 'no task'}"):
-            found[row["task"]] = Vocabulary.from_json(json.loads(row["actions"]))
-    return found
-
-
-def write_vocabulary(database: Database, task: str, vocabulary: Vocabulary) -> None:
-    """Replace the vocabulary of a task."""
-    database.execute(
-        "INSERT INTO vocabulary VALUES (?, ?) "
-        "ON CONFLICT (task) DO UPDATE SET actions = excluded.actions",
-        task,
-        json.dumps(vocabulary.to_json(), ensure_ascii=False),
-    )
-
-
-def extend_vocabulary(database: Database, task: str, demonstration: str, looks: Vocabulary) -> None:
-    """Add the actions that a task's vocabulary lacks.
-
-    These are first those of `looks`, as they look there where that is free, then the others of the
-    demonstration's tracks.
-    """
-    rows = database.all(
-        "SELECT action FROM segment JOIN track ON track.id = segment.track "
-        "WHERE demonstration = ? GROUP BY action ORDER BY min(start), action",
-        demonstration,
-    )
-    old = vocabularies(database).get(task, Vocabulary())
-    new = _joined(old, looks).with_actions(*(row["action"] for row in rows))
-    if new != old:
-        write_vocabulary(database, task, new)
-
-
-def drop_imported_actions(database: Database, task: str, demonstration: str) -> tuple[str, ...]:
-    """Take out of a task's vocabulary what a demonstration that has left the task brought along.
-
-    These are the actions of its imported labels that no other demonstration of the task has. Where
-    it was the last of the task, the vocabulary stays as it is.
-
-    Returns
-    -------
-    tuple of str
-        The actions that were taken out.
-    """
-    if not database.one("SELECT 1 FROM demonstration WHERE task = ?", task):
-        return ()
-    imports = database.all(
-        "SELECT inserted FROM edit JOIN track ON track.id = edit.track "
-        "WHERE demonstration = ? AND kind = 'import'",
-        demonstration,
-    )
-    brought = {
-        segment.action
-        for row in imports
-        for segment in segments_from_json(json.loads(row["inserted"]))
-    }
-    painted = database.all(
-        "SELECT DISTINCT action FROM segment JOIN track ON track.id = segment.track "
-        "JOIN demonstration ON demonstration.id = track.demonstration WHERE task = ?",
-        task,
-    )
-    foreign = brought - {row["action"] for row in painted}
-    old = vocabularies(database).get(task, Vocabulary())
-    new = Vocabulary(tuple(action for action in old if action.name not in foreign))
-    if new != old:
-        write_vocabulary(database, task, new)
-    return tuple(name for name in old.names if name in foreign)
-
-
-def _joined(old: Vocabulary, looks: Vocabulary) -> Vocabulary:
-    """Add the actions that are missing; one whose look or key is taken gets free ones."""
-    for action in looks:
-        if action.name in old:
-            continue
-        free = all(action.look != a.look and action.key not in ("", a.key) for a in old)
-        old = Vocabulary((*old, action)) if free else old.with_actions(action.name)
-    return old
-
-
+#: The sentence of a renaming, and where its number of segments begins: "grab is now hold in 2 ..".
+RENAMED, NUMBER = " is now ", " in "
+#: A sentence names so many demonstrations, and only counts further ones.
+MOST_NAMED = 3
+#: The number of an edit that is not in the store yet.
+_NEW = 0
 _EDITS = """
     SELECT edit.*, track.demonstration, author.name AS author
     FROM edit JOIN track ON track.id = edit.track JOIN author ON author.id = track.author
@@ -189,8 +62,8 @@ class UndoState:
     redo: int | None = None
 
 
-def line_of(database: Database, track: int, until: int | None = None) -> UndoState:
-    """Where the track stands, or stood after the edit with the number `until`."""
+def undo_state(database: Database, track: int, until: int | None = None) -> UndoState:
+    """The state of a track now, or after the edit with the number `until`."""
     head = database.one(
         "SELECT id, kind, reverts FROM edit WHERE track = ? AND (? IS NULL OR id <= ?) "
         "ORDER BY id DESC LIMIT 1",
@@ -209,14 +82,14 @@ def line_of(database: Database, track: int, until: int | None = None) -> UndoSta
     return UndoState(head["id"], undo=taken["reverts"], redo=taken["parent"])
 
 
-def net_edits(database: Database, track: int, since: int) -> int:
-    """How many edits lie between what the track was after the edit number `since` and what it is.
+def _net_edits(database: Database, track: int, since: int) -> int:
+    """The number of edits between a track after the edit `since` and the track now.
 
-    An edit that was taken back counts for nothing. One that is older than `since` and was taken
-    back afterwards counts as one. Below an edit on the stack lie only older ones, so that the two
-    stacks are followed downwards side by side until they meet.
+    An edit that was taken back counts for nothing; one older than `since` that was taken back
+    afterwards counts as one. Below an edit on the stack lie only older ones, so the two stacks are
+    followed downwards side by side until they meet.
     """
-    then, now = line_of(database, track, since).undo, line_of(database, track).undo
+    then, now = undo_state(database, track, since).undo, undo_state(database, track).undo
     count = 0
     while then != now:
         count += 1
@@ -227,42 +100,12 @@ def net_edits(database: Database, track: int, since: int) -> int:
     return count
 
 
-def stands(database: Database, track: int, number: int) -> bool:
+def _is_in_effect(database: Database, track: int, number: int) -> bool:
     """Whether an edit that was no undo or redo is part of what the track is now."""
-    now = line_of(database, track).undo
+    now = undo_state(database, track).undo
     while now is not None and now > number:
         now = _below(database, now)
     return now == number
-
-
-def edits_since(database: Database, labels: Sequence[LabelsUsed], tasks: Sequence[str]) -> int:
-    """How many edits labels have had since, and demonstrations their tasks."""
-    used = json.dumps([[one.demonstration, one.author, one.edit] for one in labels])
-    edited = database.all(
-        """
-        SELECT track.id AS track, json_extract(value, '$[2]') AS edit
-        FROM json_each(?)
-        JOIN author ON author.name = json_extract(value, '$[1]')
-        JOIN track ON track.demonstration = json_extract(value, '$[0]')
-                  AND track.author = author.id
-        WHERE EXISTS (
-            SELECT 1 FROM edit
-            WHERE edit.track = track.id AND edit.id > json_extract(value, '$[2]')
-        )
-        """,
-        used,
-    )
-    (new,) = database.all(
-        """
-        SELECT count(*) AS number FROM demonstration
-        WHERE task IN (SELECT value FROM json_each(?))
-          AND id NOT IN (SELECT json_extract(value, '$[0]') FROM json_each(?))
-        """,
-        json.dumps(list(tasks)),
-        used,
-    )
-    changed = sum(net_edits(database, row["track"], row["edit"]) for row in edited)
-    return changed + int(new["number"])
 
 
 def _below(database: Database, number: int | None) -> int | None:
@@ -272,30 +115,14 @@ def _below(database: Database, number: int | None) -> int | None:
     return None if row["parent"] is None else int(row["parent"])
 
 
-def edits_of(
-    database: Database, track: int, latest: int | None = None, before: int | None = None
-) -> tuple[Edit, ...]:
-    """Edits of a track, the first one first: the `latest` ones of those before number `before`."""
-    rows = database.all(
-        f"{_EDITS} WHERE track = ? AND (? IS NULL OR edit.id < ?) ORDER BY edit.id DESC LIMIT ?",
-        track,
-        before,
-        before,
-        -1 if latest is None else latest,
-    )
-    return tuple(_edit(row) for row in reversed(rows))
-
-
-def edit_of(database: Database, number: int) -> Edit:
-    """One edit."""
+def _edit_of(database: Database, number: int) -> Edit:
     row = database.one(f"{_EDITS} WHERE edit.id = ?", number)
     assert row is not None
-    return _edit(row)
+    return _edit_from(row)
 
 
-def _edit(row: sqlite3.Row) -> Edit:
-    """An edit as stored."""
-    with told_of_content(f"Edit {row['id']}"):
+def _edit_from(row: sqlite3.Row) -> Edit:
+    with content_errors(f"Edit {row['id']}"):
         return Edit(
             id=row["id"],
             demonstration=row["demonstration"],
@@ -311,46 +138,90 @@ def _edit(row: sqlite3.Row) -> Edit:
         )
 
 
-#: The number of an edit that is not in the store yet.
-_NEW = 0
+@dataclass(frozen=True, slots=True)
+class UndoResult:
+    """What an undo or a redo has changed.
+
+    Parameters
+    ----------
+    edits : tuple of Edit
+        The undo, or redo, of each track; that of the demonstration that was asked for comes first.
+    tasks : mapping of str to str
+        By the id of each demonstration among them, its task.
+    left : tuple of str
+        Names of further demonstrations where the same was done and stays as it is, as something
+        else was edited there since.
+    """
+
+    edits: tuple[Edit, ...]
+    tasks: Mapping[str, str]
+    left: tuple[str, ...] = ()
+
+    @property
+    def actions(self) -> dict[str, tuple[set[str], set[str]]]:
+        """By task, the actions of what was taken away and of what came instead."""
+        found: dict[str, tuple[set[str], set[str]]] = defaultdict(lambda: (set(), set()))
+        for edit in self.edits:
+            gone, back = found[self.tasks[edit.demonstration]]
+            gone.update(segment.action for segment in edit.removed)
+            back.update(segment.action for segment in edit.inserted)
+        return dict(found)
+
+    @property
+    def reaches_farther(self) -> bool:
+        """Whether other demonstrations are concerned than the one that was asked for."""
+        return len(self.edits) > 1 or bool(self.left)
+
+    @property
+    def renames(self) -> bool:
+        """Whether it is a renaming that was undone or redone."""
+        return RENAMED in self.edits[0].what
+
+    def sentence(self) -> str:
+        """What was done, for people."""
+        sentence = self.edits[0].what
+        if len(self.edits) > 1:
+            pairs = [zip(edit.removed, edit.inserted, strict=True) for edit in self.edits]
+            changed = sum(old != new for pair in pairs for old, new in pair)
+            what, _, _ = sentence.rpartition(NUMBER)
+            sentence = f"{what}{NUMBER}{counted(changed, 'segment')} of "
+            sentence += counted(len(self.edits), "demonstration")
+        if self.left:
+            names = listed([f"'{name}'" for name in self.left], MOST_NAMED)
+            sentence += f"; not in {names}, where something else was edited since"
+        return sentence
 
 
-class Tracks:
-    """All tracks of a project. Methods that write need a transaction around them."""
+class TrackStore:
+    """The tracks of a project and their edits; ``project.tracks``.
+
+    A track is one author's segments over one demonstration, which is named by its id. Every method
+    raises InputError if there is no such demonstration.
+    """
 
     def __init__(self, database: Database) -> None:
         self._db = database
+        self._origins = OriginTracker(database)
         # Segments as they were after the edit whose number stands beside them; a track whose
         # latest edit is another one, made by another process, is read again.
-        self._known: dict[int, tuple[int, Segments]] = {}
+        self._cache: dict[int, tuple[int, Segments]] = {}
         # The number of an edit that was rolled back is given out again.
-        database.on_rollback = self._known.clear
+        database.on_rollback = self._cache.clear
 
-    def track(self, demonstration: str, author: str) -> Track:
-        """The track as it is now, empty where the author made none."""
-        row = track_of(self._db, demonstration, author)
-        return Track(author) if row is None else Track(author, self._segments(row))
+    def get(self, demonstration: str, author: str) -> Track:
+        """One author's track, empty if the author made none."""
+        track = self._track_id(demonstration, author)
+        return Track(author) if track is None else Track(author, self._segments(track))
 
-    def tracks(self, demonstration: str) -> tuple[Track, ...]:
-        """The tracks of every author, in order of first appearance."""
+    def of(self, demonstration: str) -> tuple[Track, ...]:
+        """The tracks over a demonstration, in order of their authors' first appearance."""
+        self._db.demonstration(demonstration)
         rows = self._db.all(
             "SELECT track.id, name FROM track JOIN author ON author.id = track.author "
             "WHERE demonstration = ? ORDER BY author",
             demonstration,
         )
         return tuple(Track(row["name"], self._segments(row["id"])) for row in rows)
-
-    def head(self, demonstration: str, author: str) -> int:
-        """The number of a track's latest edit, 0 where there is none."""
-        row = track_of(self._db, demonstration, author)
-        return 0 if row is None else line_of(self._db, row).head
-
-    def history(
-        self, demonstration: str, author: str, latest: int | None = None, before: int | None = None
-    ) -> tuple[Edit, ...]:
-        """The edits of a track, the first one first; see :func:`edits_of`."""
-        row = track_of(self._db, demonstration, author)
-        return () if row is None else edits_of(self._db, row, latest, before)
 
     def edit(
         self,
@@ -360,84 +231,257 @@ class Tracks:
         after: Segments,
         what: str,
         *,
-        kind: EditKind,
+        kind: Literal["paint", "predict", "import"] = "paint",
         proposed_by: str | None = None,
         replacing: int | None = None,
         time: datetime | None = None,
     ) -> Edit:
-        """Turn `before`, which the track must be, into `after`; at a `time`, by default now.
+        """Change a track, as one transaction that is in the store when this returns.
 
-        Where the latest edit is replaced it is undone at the same time, by which it can be told
-        from one that was undone by hand; an `after` as before it gives that undo.
+        Parameters
+        ----------
+        demonstration : str
+            Its id.
+        author : str
+            Whose track is changed, and who changes it. Whoever paints is a coder, whoever predicts
+            is a model, and nobody is ever both.
+        before, after : tuple of Segment
+            The whole track as it is, and as it becomes.
+        what : str
+            A line of history for people, such as ``"grab 1.25-1.73 s moved to 1.244"``.
+        kind : "paint", "predict" or "import"
+            Whether a person labelled, a model predicted, or the labels came from a file.
+        proposed_by : str, optional
+            The model whose prediction a person accepts with this edit.
+        replacing : int, optional
+            The number of the track's latest edit, in whose place this one is: one undo then takes
+            back both, and the history has one line.
+        time : datetime, optional
+            In UTC; by default now.
+
+        Raises
+        ------
+        StaleTrackError
+            If the track is not `before`, or `replacing` not its latest edit, as another window or
+            process changed it.
+        InputError
+            If there is no such demonstration, segments overlap or are out of order, or the author
+            is of the other kind, or what proposed is no model. Nothing was written then.
         """
+        self._db.demonstration(demonstration)
         before, after = tuple(before), tuple(after)
         time = utc_now() if time is None else time
-        if kind == "paint" and is_model(author):
-            raise InputError(f"'{author}' is a model's name; paint under a coder's.")
-        if proposed_by is not None:
-            self._check_proposer(proposed_by, kind)
-        track = track_for(self._db, demonstration, author, _made_by(kind, author))
-        line = line_of(self._db, track)
-        if self._segments(track, line.head) != before or replacing not in (None, line.head):
-            raise StaleTrackError(
-                f"The labels of '{author}' were changed elsewhere since they were read, so the "
-                f"edit was left out; look at them as they are now and repeat it."
+        with self._db.writing():
+            if kind == "paint" and is_model(author):
+                raise InputError(f"'{author}' is a model's name; paint under a coder's.")
+            if proposed_by is not None:
+                self._check_proposer(proposed_by, kind)
+            track = self._track_for(demonstration, author, _author_kind(kind, author))
+            state = undo_state(self._db, track)
+            if self._segments(track, state.head) != before or replacing not in (None, state.head):
+                raise StaleTrackError(
+                    f"The labels of '{author}' were changed elsewhere since they were read, so the "
+                    f"edit was left out; look at them as they are now and repeat it."
+                )
+            # The replaced edit is undone at the time of the new one, by which it can be told from
+            # an edit that was undone by hand; an `after` as before it gives that undo.
+            if replacing is not None and (undo := self._inverse("undo", state)) is not None:
+                undone = self._apply(track, state, replace(undo[0], time=time), undo[1])
+                state, before = undo_state(self._db, track), self._segments(track, undone.id)
+                if after == before:
+                    return undone
+            position, removed, inserted = splice(before, after)
+            if kind == "paint":
+                for action in {s.action for s in inserted} - {s.action for s in removed}:
+                    check_action_name(action)
+            around = after[max(position - 1, 0) : position + len(inserted) + 1]
+            if ordered(around) != around:
+                raise InputError(f"The labels of '{author}' must be in order of time.")
+            new = Edit(
+                id=_NEW,
+                demonstration=demonstration,
+                author=author,
+                kind=kind,
+                time=time,
+                what=what,
+                position=position,
+                removed=removed,
+                inserted=inserted,
+                proposed_by=proposed_by,
             )
-        if replacing is not None and (latest := self._reverting("undo", line)) is not None:
-            undone = self._carry_out(track, line, replace(latest[0], time=time), latest[1])
-            line, before = line_of(self._db, track), self._segments(track, undone.id)
-            if after == before:
-                return undone
-        position, removed, inserted = splice(before, after)
-        if kind == "paint":
-            for action in {s.action for s in inserted} - {s.action for s in removed}:
-                check_action_name(action)
-        around = after[max(position - 1, 0) : position + len(inserted) + 1]
-        if ordered(around) != around:
-            raise InputError(f"The labels of '{author}' must be in order of time.")
-        new = Edit(
-            id=_NEW,
-            demonstration=demonstration,
-            author=author,
-            kind=kind,
-            time=time,
-            what=what,
-            position=position,
-            removed=removed,
-            inserted=inserted,
-            proposed_by=proposed_by,
-        )
-        return self._carry_out(track, line, new, line.undo)
+            return self._apply(track, state, new, state.undo)
 
-    def revert(self, demonstration: str, author: str, kind: Literal["undo", "redo"]) -> Edit | None:
-        """Take back the latest edit, or the latest undo, if there is one to be taken back."""
-        track = track_of(self._db, demonstration, author)
-        if track is None:
-            return None
-        line = line_of(self._db, track)
-        found = self._reverting(kind, line)
-        if found is None:
-            return None
-        edit = self._carry_out(track, line, *found)
-        follow_edit(self._db, edit, self._original(edit))
-        return edit
+    def undo(self, demonstration: str, author: str) -> Edit | None:
+        """Take back a track's latest edit not yet taken back; None if there is none.
+
+        Reaches back to the first edit, past restarts. It is an edit itself. A verdict for which
+        the labels were edited goes with its edit, and comes back with it.
+        """
+        return self._revert(demonstration, author, "undo")
+
+    def redo(self, demonstration: str, author: str) -> Edit | None:
+        """Take back a track's latest undo; None if there is none or something was edited since."""
+        return self._revert(demonstration, author, "redo")
+
+    def undo_everywhere(self, demonstration: str, author: str) -> UndoResult | None:
+        """Take back a track's latest edit, and a renaming in all of the author's tracks.
+
+        A track in which something was edited after the renaming is left as it is. None if there is
+        nothing to undo in this track.
+        """
+        return self._revert_everywhere(demonstration, author, "undo")
+
+    def redo_everywhere(self, demonstration: str, author: str) -> UndoResult | None:
+        """Take back a track's latest undo, and that of a renaming in all of the author's tracks.
+
+        A track in which the renaming can be redone no more, or not yet, is left as it is. None if
+        there is nothing to redo in this track.
+        """
+        return self._revert_everywhere(demonstration, author, "redo")
 
     def revertible(
         self, demonstration: str, author: str, kind: Literal["undo", "redo"]
     ) -> Edit | None:
-        """The edit that an undo, or the undo that a redo, would take back."""
-        track = track_of(self._db, demonstration, author)
+        """The edit that :meth:`undo` would take back, or the undo that :meth:`redo` would."""
+        track = self._track_id(demonstration, author)
         if track is None:
             return None
-        line = line_of(self._db, track)
-        top = line.undo if kind == "undo" else line.redo
-        return None if top is None else edit_of(self._db, top)
+        state = undo_state(self._db, track)
+        top = state.undo if kind == "undo" else state.redo
+        return None if top is None else _edit_of(self._db, top)
 
-    def _original(self, edit: Edit) -> Edit:
-        """The edit that an undo, or the redo of one, is about."""
-        while edit.reverts is not None:
-            edit = edit_of(self._db, edit.reverts)
-        return edit
+    def head(self, demonstration: str, author: str) -> int:
+        """The number of the latest edit of a track, undoing and redoing included; 0 if none.
+
+        As long as it is the same the track is the same.
+        """
+        track = self._track_id(demonstration, author)
+        return 0 if track is None else undo_state(self._db, track).head
+
+    def history(
+        self,
+        demonstration: str,
+        author: str,
+        *,
+        latest: int | None = None,
+        before: int | None = None,
+    ) -> tuple[Edit, ...]:
+        """Every edit ever made of a track, the first one first.
+
+        Parameters
+        ----------
+        demonstration, author : str
+            Whose track over what.
+        latest : int, optional
+            Only so many, the latest ones; a long history is read by pages.
+        before : int, optional
+            Only edits before the one with this number.
+        """
+        track = self._track_id(demonstration, author)
+        if track is None:
+            return ()
+        rows = self._db.all(
+            f"{_EDITS} WHERE track = ? AND (? IS NULL OR edit.id < ?) "
+            "ORDER BY edit.id DESC LIMIT ?",
+            track,
+            before,
+            before,
+            -1 if latest is None else latest,
+        )
+        return tuple(_edit_from(row) for row in reversed(rows))
+
+    def replay(self, edits: Iterable[Edit]) -> dict[int, int]:
+        """Make edits again as they were made, with their times, all or nothing.
+
+        Parameters
+        ----------
+        edits : iterable of Edit
+            In the order in which they were made, as from :meth:`history`.
+
+        Returns
+        -------
+        dict of int to int
+            The new number of each edit by its old one.
+
+        Raises
+        ------
+        InputError
+            If an edit does not fit what the edits before it left, or its demonstration is not here.
+        """
+        numbers: dict[int, int] = {}
+        with self._db.writing():
+            known = self._db.demonstration_ids()
+            for edit in edits:
+                if edit.demonstration not in known:
+                    raise InputError(
+                        f"There is no demonstration '{edit.demonstration}' in '{self._db.folder}'."
+                    )
+                kind = _author_kind(edit.kind, edit.author)
+                if edit.reverts is not None:
+                    kind = self._db.author_kind(edit.author) or kind
+                track = self._track_for(edit.demonstration, edit.author, kind)
+                state = undo_state(self._db, track)
+                change, parent = edit, state.undo
+                if edit.kind in ("undo", "redo"):
+                    change, parent = self._matching(edit, state, numbers.get(edit.reverts or 0))
+                numbers[edit.id] = self._apply(track, state, change, parent).id
+        return numbers
+
+    def origins(self, demonstration: str, author: str) -> Mapping[Segment, Origin]:
+        """Which segments of a track, as it is now, a model proposed; what is human is left out.
+
+        A segment keeps its origin, as changed, while a hand moves its edges, splits it, or merges
+        it with others; one that gets another action is the coder's. What is taken back takes
+        origins back as well.
+
+        Returns
+        -------
+        mapping of Segment to Origin
+            Stays as it is when the track is edited. The same object as long as nothing in it
+            changes, so that it costs a query of the latest edit only.
+        """
+        origins = self._origins.of(demonstration, author)
+        if origins is None:
+            self._db.demonstration(demonstration)
+            return {}
+        return origins
+
+    def edits_since(self, labels: Sequence[LabelsUsed], tasks: Sequence[str] = ()) -> int:
+        """How many edits some labels have had since, and how many demonstrations are new.
+
+        Parameters
+        ----------
+        labels : sequence of LabelsUsed
+            Whose later edits are counted; one that was taken back counts for nothing.
+        tasks : sequence of str
+            Their demonstrations that `labels` does not name are counted.
+        """
+        used_json = json.dumps([[used.demonstration, used.author, used.edit] for used in labels])
+        edited = self._db.all(
+            """
+            SELECT track.id AS track, json_extract(value, '$[2]') AS edit
+            FROM json_each(?)
+            JOIN author ON author.name = json_extract(value, '$[1]')
+            JOIN track ON track.demonstration = json_extract(value, '$[0]')
+                      AND track.author = author.id
+            WHERE EXISTS (
+                SELECT 1 FROM edit
+                WHERE edit.track = track.id AND edit.id > json_extract(value, '$[2]')
+            )
+            """,
+            used_json,
+        )
+        (new,) = self._db.all(
+            """
+            SELECT count(*) AS number FROM demonstration
+            WHERE task IN (SELECT value FROM json_each(?))
+              AND id NOT IN (SELECT json_extract(value, '$[0]') FROM json_each(?))
+            """,
+            json.dumps(list(tasks)),
+            used_json,
+        )
+        changed = sum(_net_edits(self._db, row["track"], row["edit"]) for row in edited)
+        return changed + int(new["number"])
 
     def as_imported(self, demonstration: str, author: str) -> bool:
         """Whether the track is what the latest import made it."""
@@ -449,37 +493,121 @@ class Tracks:
             demonstration,
             author,
         )
-        return row is not None and line_of(self._db, row["track"]).undo == row["id"]
+        return row is not None and undo_state(self._db, row["track"]).undo == row["id"]
 
-    def replay(self, edits: Iterable[Edit]) -> dict[int, int]:
-        """Make edits again as they were made, with their own times; gives their new numbers."""
-        numbers: dict[int, int] = {}
-        for edit in edits:
-            kind = _made_by(edit.kind, edit.author)
-            if edit.reverts is not None:
-                kind = kind_of(self._db, edit.author) or kind
-            track = track_for(self._db, edit.demonstration, edit.author, kind)
-            line = line_of(self._db, track)
-            change, parent = edit, line.undo
-            if edit.kind in ("undo", "redo"):
-                change, parent = self._fitting(edit, line, numbers.get(edit.reverts or 0))
-            numbers[edit.id] = self._carry_out(track, line, change, parent).id
-        return numbers
+    def _track_id(self, demonstration: str, author: str) -> int | None:
+        row = self._db.one(
+            "SELECT track.id FROM track JOIN author ON author.id = track.author "
+            "WHERE demonstration = ? AND name = ?",
+            demonstration,
+            author,
+        )
+        if row is None:
+            self._db.demonstration(demonstration)  # it may be that which is unknown
+            return None
+        return int(row["id"])
 
-    def _fitting(self, edit: Edit, line: UndoState, reverts: int | None) -> tuple[Edit, int | None]:
-        """An undo or redo with its parent, if it is the one that stands to be made."""
-        told = replace(edit, id=_NEW, reverts=reverts)
-        found = self._reverting(edit.kind, line)
-        if found is None or replace(found[0], what=edit.what, time=edit.time) != told:
+    def _track_for(self, demonstration: str, author: str, kind: AuthorKind) -> int:
+        """The number of a track, made if there is none; refuses an author of the other kind."""
+        known = self._db.author_kind(author)
+        if known == kind and (track := self._track_id(demonstration, author)) is not None:
+            return track
+        Track(author)  # refuses an author without a name
+        if known is None:
+            self._db.execute("INSERT INTO author (name, kind) VALUES (?, ?)", author, kind)
+        elif known != kind:
+            raise InputError(
+                f"'{author}' is a {known} in this project and cannot be a {kind} as well; "
+                f"use another author's name."
+            )
+        self._db.execute(
+            "INSERT OR IGNORE INTO track (demonstration, author) "
+            "SELECT ?, id FROM author WHERE name = ?",
+            demonstration,
+            author,
+        )
+        track = self._track_id(demonstration, author)
+        assert track is not None
+        return track
+
+    def _revert(
+        self, demonstration: str, author: str, kind: Literal["undo", "redo"]
+    ) -> Edit | None:
+        with self._db.writing():
+            track = self._track_id(demonstration, author)
+            if track is None:
+                return None
+            state = undo_state(self._db, track)
+            inverse = self._inverse(kind, state)
+            if inverse is None:
+                return None
+            edit = self._apply(track, state, *inverse)
+            follow_edit(self._db, edit, self._original(edit))
+            return edit
+
+    def _revert_everywhere(
+        self, demonstration: str, author: str, kind: Literal["undo", "redo"]
+    ) -> UndoResult | None:
+        with self._db.writing():
+            first = self._revert(demonstration, author, kind)
+            if first is None:
+                return None
+            task = self._db.demonstration(demonstration)["task"]
+            edits, tasks, left = [first], {demonstration: str(task)}, []
+            for row in self._edits_made_with(self._original(first)):
+                state = undo_state(self._db, row["track"])
+                top = state.undo
+                if kind == "redo":
+                    top = None if state.redo is None else _edit_of(self._db, state.redo).reverts
+                if top == row["id"]:
+                    another = self._revert(row["demonstration"], author, kind)
+                    assert another is not None
+                    edits.append(another)
+                    tasks[another.demonstration] = str(row["task"])
+                elif _is_in_effect(self._db, row["track"], row["id"]) == (kind == "undo"):
+                    left.append(str(row["name"]))
+            return UndoResult(tuple(edits), tasks, tuple(left))
+
+    def _edits_made_with(self, edit: Edit) -> list[sqlite3.Row]:
+        """The edits of other tracks that were made by the same renaming as this one."""
+        what, _, number = edit.what.rpartition(NUMBER)
+        if not number or RENAMED not in what:
+            return []
+        return self._db.all(
+            "SELECT edit.id, track, demonstration, demonstration.name, task FROM edit "
+            "JOIN track ON track.id = edit.track JOIN author ON author.id = track.author "
+            "JOIN demonstration ON demonstration.id = track.demonstration "
+            "WHERE edit.time = ? AND author.name = ? AND edit.id <> ? "
+            "AND substr(what, 1, ?) = ? ORDER BY edit.id",
+            edit.time.isoformat(),
+            edit.author,
+            edit.id,
+            len(what) + len(NUMBER),
+            what + NUMBER,
+        )
+
+    def _original(self, edit: Edit) -> Edit:
+        """The edit that an undo, or the redo of one, is about."""
+        while edit.reverts is not None:
+            edit = _edit_of(self._db, edit.reverts)
+        return edit
+
+    def _matching(
+        self, edit: Edit, state: UndoState, reverts: int | None
+    ) -> tuple[Edit, int | None]:
+        """A replayed undo or redo with its parent, if it is the one that can be made now."""
+        change = replace(edit, id=_NEW, reverts=reverts)
+        inverse = self._inverse(edit.kind, state)
+        if inverse is None or replace(inverse[0], what=edit.what, time=edit.time) != change:
             raise InputError(f"Edit {edit.id} of '{edit.author}' takes back what was not there.")
-        return told, found[1]
+        return change, inverse[1]
 
-    def _reverting(self, kind: EditKind, line: UndoState) -> tuple[Edit, int | None] | None:
-        """The undo or redo that stands to be made, with its parent; None where there is none."""
-        top = line.undo if kind == "undo" else line.redo
+    def _inverse(self, kind: EditKind, state: UndoState) -> tuple[Edit, int | None] | None:
+        """The undo or redo that can be made now, with its parent; None if there is none."""
+        top = state.undo if kind == "undo" else state.redo
         if top is None:
             return None
-        old = edit_of(self._db, top)
+        old = _edit_of(self._db, top)
         change = replace(
             old,
             id=_NEW,
@@ -491,11 +619,11 @@ class Tracks:
             reverts=top,
             proposed_by=None,
         )
-        return change, line.redo if kind == "undo" else None
+        return change, state.redo if kind == "undo" else None
 
-    def _carry_out(self, track: int, line: UndoState, change: Edit, parent: int | None) -> Edit:
-        """Change the segments, and write down how; gives the edit with its number."""
-        before = self._segments(track, line.head)
+    def _apply(self, track: int, state: UndoState, change: Edit, parent: int | None) -> Edit:
+        """Change the segments and store the edit; gives it with its number."""
+        before = self._segments(track, state.head)
         after = spliced(before, change.position, change.removed, change.inserted)
         for segment in change.removed:
             self._db.execute(
@@ -522,26 +650,26 @@ class Tracks:
             parent=parent,
             proposed_by=change.proposed_by,
         )
-        self._known[track] = (new, after)
+        self._cache[track] = (new, after)
         removed, inserted = _as_stored(change.removed), _as_stored(change.inserted)
         return replace(change, id=new, removed=removed, inserted=inserted)
 
     def _segments(self, track: int, head: int | None = None) -> Segments:
         """The segments of a track as they are now."""
         # The latest edit is asked for before the segments: should another process edit in
-        # between, what is kept here only looks older than it is, and is read once more.
-        head = line_of(self._db, track).head if head is None else head
-        known = self._known.get(track)
-        if known is None or known[0] != head:
+        # between, what is cached here only looks older than it is, and is read once more.
+        head = undo_state(self._db, track).head if head is None else head
+        cached = self._cache.get(track)
+        if cached is None or cached[0] != head:
             rows = self._db.all(
                 "SELECT start, end, action FROM segment WHERE track = ? ORDER BY start", track
             )
-            known = self._known[track] = (head, tuple(Segment(*row) for row in rows))
-        return known[1]
+            cached = self._cache[track] = (head, tuple(Segment(*row) for row in rows))
+        return cached[1]
 
     def _check_proposer(self, proposer: str, kind: EditKind) -> None:
         """Only models propose, and only what coders paint."""
-        if kind != "paint" or not (is_model(proposer) or kind_of(self._db, proposer) == "model"):
+        if kind != "paint" or not (is_model(proposer) or self._db.author_kind(proposer) == "model"):
             raise InputError(
                 f"'{proposer}' is no model that proposes labels to a coder; copy a coder's labels."
             )
@@ -552,6 +680,6 @@ def _as_stored(segments: Segments) -> Segments:
     return tuple(Segment(float(s.start), float(s.end), s.action) for s in segments)
 
 
-def _made_by(kind: EditKind, author: str) -> AuthorKind:
+def _author_kind(kind: EditKind, author: str) -> AuthorKind:
     """Whether an edit is a model's: its prediction, or the import of one under a model's name."""
     return "model" if kind == "predict" or is_model(author) else "coder"

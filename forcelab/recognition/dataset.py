@@ -28,7 +28,7 @@ def coder_of(project: Project, infos: Sequence[DemonstrationInfo], author: str |
     InputError
         If nobody labelled anything, or the chosen one did not.
     """
-    people = project.coders()
+    people = project.coding.coders()
     coders = list(dict.fromkeys(a for info in infos for a in info.authors if a in people))
     if author is not None:
         if author not in coders:
@@ -116,14 +116,14 @@ def corpus(
     """
     with project.snapshot():
         for task in tasks:
-            project.check_task(task)
-        infos = [info for task in tasks for info in project.demonstrations(task)]
+            project.demonstrations.check_task(task)
+        infos = [info for task in tasks for info in project.demonstrations.infos(task)]
         coder = coder_of(project, infos, author)
         items = [
-            Labelled(_intact(project, info), project.track(info.id, coder).segments)
+            Labelled(_intact(project, info), project.tracks.get(info.id, coder).segments)
             for info in infos
         ]
-        labels = tuple(LabelsUsed(i.id, coder, project.head(i.id, coder)) for i in infos)
+        labels = tuple(LabelsUsed(i.id, coder, project.tracks.head(i.id, coder)) for i in infos)
     spelt = frozenset(s.action for item in items for s in item.segments)
     labelled = [item.merged(merge) for item in items]
     if apart:
@@ -133,7 +133,7 @@ def corpus(
 
 def _intact(project: Project, info: DemonstrationInfo) -> Demonstration:
     """Load a demonstration and make sure that it is what was imported."""
-    demonstration = project.load(info.id)
+    demonstration = project.demonstrations.load(info.id)
     if demonstration.fingerprint() != info.id:
         raise InputError(
             f"The arrays of '{info.name}' in '{project.path}' are damaged; import the recording "

@@ -108,9 +108,9 @@ def evaluate_tasks(
         )
     passing = _passing(choice, latency)
     chosen = tuple(dict.fromkeys(choice.tasks))
-    every = [(task,) for task in project.tasks() if task != choice.test_task]
+    every = [(task,) for task in project.demonstrations.tasks() if task != choice.test_task]
     groups = [chosen] if chosen else every
-    if not groups and project.tasks():
+    if not groups and project.demonstrations.tasks():
         raise InputError(
             f"'{project.path}' has no task but '{choice.test_task}', so there is none to train on; "
             "name no task to test on, and its demonstrations are left out in turn."
@@ -146,11 +146,13 @@ def evaluate_tasks(
         mixed += unlike(corpora, settings)
         if project.read_only or passing:
             continue
-        project.add_run(
+        project.runs.add(
             "evaluate",
             settings=told(settings, settled, tasks),
             seed=settings.seed,
-            labels=project.still_there(labels for part in corpora for labels in part.labels),
+            labels=project.runs.existing_labels(
+                labels for part in corpora for labels in part.labels
+            ),
             versions=versions(),
             result=kept(evaluation, certainty=certainty),
         )
@@ -264,7 +266,7 @@ def train_tasks(
     InputError
         If too little is labelled.
     """
-    tasks = tuple(dict.fromkeys(choice.tasks)) or project.tasks()
+    tasks = tuple(dict.fromkeys(choice.tasks)) or project.demonstrations.tasks()
     if len(tasks) > 1 and not choice.tasks:
         raise InputError(
             f"'{project.path}' has the tasks {', '.join(tasks)}; choose the task to train on, or "
@@ -274,12 +276,12 @@ def train_tasks(
     recogniser = yield from training(found.labelled, settings)
     content = dump(recogniser)
     if not project.read_only:
-        project.add_recogniser(
+        project.runs.add_recogniser(
             name,
             content,
             settings=told(settings, choice, tasks),
             seed=settings.seed,
-            labels=project.still_there(
+            labels=project.runs.existing_labels(
                 used for used in found.labels if used.demonstration in recogniser.trained_on
             ),
             versions=versions(),

@@ -167,20 +167,20 @@ def coded_demonstrations(
     InputError
         If there is no such task or coder.
     """
-    known = project.coders()
+    known = project.coding.coders()
     if unknown := [name for name in authors if name not in known]:
         there = ", ".join(f"'{name}'" for name in known) or "none at all"
         raise InputError(f"There is no coder '{unknown[0]}'; there are {there}.")
     if task is not None:
-        project.check_task(task)
+        project.demonstrations.check_task(task)
     found, hidden = [], 0
-    for info in project.demonstrations(task):
-        if viewer is not None and project.is_blind(info.id, viewer):
+    for info in project.demonstrations.infos(task):
+        if viewer is not None and project.coding.is_blind(info.id, viewer):
             hidden += 1
             continue
         tracks = {
             track.author: track.segments
-            for track in project.tracks(info.id)
+            for track in project.tracks.of(info.id)
             if track.segments
             and not is_model(track.author)
             and (track.author in authors if authors else track.author not in without)

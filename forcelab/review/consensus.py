@@ -81,7 +81,7 @@ class Consensus:
     ------
     InputError
         If the three are not three, or one of the coders labelled nothing. Verbs: as of
-        :meth:`Project.edit`.
+        ``project.tracks.edit``.
     StaleTrackError
         Verbs: if the consensus was changed elsewhere; :meth:`refresh` and repeat.
     """
@@ -106,14 +106,14 @@ class Consensus:
 
     def refresh(self) -> None:
         """Read the three tracks again, and what was left unlabelled on purpose."""
-        read = self.project.track
+        read = self.project.tracks.get
         before = self.track_a, self.track_b
         self.track_a = read(self.demonstration, self.a).segments
         self.track_b = read(self.demonstration, self.b).segments
         self.segments = read(self.demonstration, self.author).segments
         if (self.track_a, self.track_b) != before:
             self.differences = differences(self.track_a, self.track_b)
-        history = self.project.history(self.demonstration, self.author)
+        history = self.project.tracks.history(self.demonstration, self.author)
         edits = standing(history)
         self._left = frozenset(edit.what for edit in edits)
         self.can_undo, self.can_redo = bool(edits), _can_redo(history)
@@ -185,11 +185,11 @@ class Consensus:
 
     def undo(self) -> Edit | None:
         """Take back the latest decision; reaches back past restarts."""
-        return self._moved(self.project.undo)
+        return self._moved(self.project.tracks.undo)
 
     def redo(self) -> Edit | None:
         """Take back the latest undo."""
-        return self._moved(self.project.redo)
+        return self._moved(self.project.tracks.redo)
 
     def _moved(self, verb: Callable[[str, str], Edit | None]) -> Edit | None:
         """Undo or redo, and look again."""
@@ -226,7 +226,7 @@ class Consensus:
         """Write the consensus down."""
         if after == self.segments and not even_so:
             return None
-        edit = self.project.edit(self.demonstration, self.author, self.segments, after, what)
+        edit = self.project.tracks.edit(self.demonstration, self.author, self.segments, after, what)
         self.refresh()
         return edit
 

@@ -146,9 +146,11 @@ def current_tracks(project: Project, outcome: Outcome) -> dict[str, Segments]:
 
     Demonstrations that have left the project since are left out.
     """
-    there = {info.id for info in project.demonstrations()}
+    there = {info.id for info in project.demonstrations.infos()}
     return {
-        reviewed.id: spelt(project.track(reviewed.id, outcome.author).segments, outcome, reviewed)
+        reviewed.id: spelt(
+            project.tracks.get(reviewed.id, outcome.author).segments, outcome, reviewed
+        )
         for reviewed in outcome.tested
         if reviewed.id in there
     }

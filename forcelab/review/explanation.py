@@ -246,7 +246,7 @@ def tracing(path: Path, places: Sequence[Interval]) -> Generator[Progress, None,
     found = []
     with Project.open(path) as project:
         for place in places:
-            demonstration = project.load(place.demonstration)
+            demonstration = project.demonstrations.load(place.demonstration)
             made = trace(demonstration, place.start, place.end)
             if demonstration.video is not None:
                 middle = 0.5 * (place.start + place.end)
@@ -346,10 +346,10 @@ class Withheld:
 
 def track_at(project: Project, used: LabelsUsed) -> Segments:
     """One author's segments as they were after an edit, whatever was edited since."""
-    if project.head(used.demonstration, used.author) == used.edit:
-        return project.track(used.demonstration, used.author).segments
+    if project.tracks.head(used.demonstration, used.author) == used.edit:
+        return project.tracks.get(used.demonstration, used.author).segments
     segments: Segments = ()
-    for edit in project.history(used.demonstration, used.author):
+    for edit in project.tracks.history(used.demonstration, used.author):
         if edit.id > used.edit:
             break
         end = edit.position + len(edit.removed)
@@ -389,10 +389,10 @@ def withholding(path: Path, outcome: Outcome, id_: str) -> Generator[Progress, N
     with Project.open(path) as project:
         labelled = _labelled(project, outcome)
         own = next((item for item in labelled if item.demonstration.id == id_), None)
-        held_out = own or Labelled(project.load(id_))
+        held_out = own or Labelled(project.demonstrations.load(id_))
         final = None
         if own is None and outcome.recogniser:
-            final = load(project.recogniser_path(outcome.recogniser))
+            final = load(project.runs.recogniser_path(outcome.recogniser))
     tested = {one.id for one in outcome.tested}
     how: How = "final" if own is None else "left out" if outcome.test_task is None else "other task"
     together = labelled
@@ -452,8 +452,8 @@ def _labelled(project: Project, outcome: Outcome) -> list[Labelled]:
     for used in outcome.labels:
         segments = track_at(project, used)
         if segments:
-            items.append(Labelled(project.load(used.demonstration), segments))
-            tasks.append(project.info(used.demonstration).task)
+            items.append(Labelled(project.demonstrations.load(used.demonstration), segments))
+            tasks.append(project.demonstrations.info(used.demonstration).task)
     if not outcome.apart:
         return items
     return kept_apart([item.merged(outcome.settings.merge) for item in items], tasks)

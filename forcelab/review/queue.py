@@ -92,7 +92,7 @@ def queue(project: Project, outcome: Outcome, invented: bool = False) -> Queue:
         of a difference is None where that one left the time unlabelled.
     """
     tracks = current_tracks(project, outcome)
-    return finish(arranging(outcome, tracks, project.verdicts(), invented=invented))[0]
+    return finish(arranging(outcome, tracks, project.coding.verdicts(), invented=invented))[0]
 
 
 def arranging(

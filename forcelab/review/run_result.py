@@ -143,7 +143,7 @@ def load(project: Project, number: int) -> Outcome:
     InputError
         If there is no such run, it is of another kind, or it is damaged.
     """
-    run = project.run(number)
+    run = project.runs.get(number)
     if run.kind != KIND:
         raise InputError(
             f"Run {number} of '{project.path}' is of the kind '{run.kind}', which cannot be "
@@ -173,7 +173,7 @@ def latest(project: Project, tasks: Sequence[str] | None = None) -> Outcome | No
     InputError
         If it is damaged.
     """
-    runs = project.run_summaries(KIND)[::-1]
+    runs = project.runs.summaries(KIND)[::-1]
     if tasks is not None:
         told = [(run, *tasks_of(run.settings)) for run in runs]
         wanted = set(tasks)
@@ -194,7 +194,7 @@ def edits_since(project: Project, outcome: Outcome) -> int:
     since count as one each.
     """
     tested = () if outcome.test_task is None else (outcome.test_task,)
-    return project.edits_since(outcome.labels, (*outcome.tasks, *tested))
+    return project.tracks.edits_since(outcome.labels, (*outcome.tasks, *tested))
 
 
 def tasks_of(settings: Mapping[str, Any]) -> tuple[tuple[str, ...], str | None]:
@@ -212,7 +212,7 @@ def tasks_of(settings: Mapping[str, Any]) -> tuple[tuple[str, ...], str | None]:
 def _outcome(project: Project, run: StoredRun) -> Outcome:
     """A run as an outcome; whatever is raised over what it holds, it is damaged."""
     result = run.result
-    infos = {info.id: info for info in project.demonstrations()}
+    infos = {info.id: info for info in project.demonstrations.infos()}
     sure = result.get("certainty", {})
 
     def reviewed(plain: Mapping[str, Any]) -> Reviewed:
@@ -293,7 +293,7 @@ def _reviewed(
     if "start" in plain:
         start, end = float(plain["start"]), float(plain["end"])
     else:  # of a run that was made on the command line
-        demonstration = project.load(info.id)
+        demonstration = project.demonstrations.load(info.id)
         start, end = demonstration.start, demonstration.end
     stages = {name: _segments(rows) for name, rows in plain.items() if name not in _NO_STAGE}
     if "filtered" not in stages or not start < end:
@@ -332,6 +332,6 @@ def vocabulary_of(project: Project, outcome: Outcome) -> Vocabulary:
         If the project cannot be read.
     """
     tasks = dict.fromkeys(([outcome.test_task] if outcome.test_task else []) + [*outcome.tasks])
-    found = joined({task: project.vocabulary(task) for task in tasks}, apart=outcome.apart)
+    found = joined({task: project.actions.vocabulary(task) for task in tasks}, apart=outcome.apart)
     keyless = Vocabulary(tuple(replace(action, key="") for action in found))
     return keyless.with_actions(*outcome.actions)

@@ -283,7 +283,7 @@ def reviewing(
 
 def _snapshot(project: Project, settings: Settings, choice: Choice) -> _Snapshot:
     """Read what is labelled and what is not."""
-    tasks = tuple(dict.fromkeys(choice.tasks)) or project.tasks()
+    tasks = tuple(dict.fromkeys(choice.tasks)) or project.demonstrations.tasks()
     if len(tasks) > 1 and not choice.tasks:
         raise InputError(
             f"'{project.path}' has the tasks {', '.join(tasks)}; choose the task to train on, or "
@@ -296,7 +296,7 @@ def _snapshot(project: Project, settings: Settings, choice: Choice) -> _Snapshot
     bare = {
         item.demonstration.id for part in corpora for item in part.labelled if not item.segments
     }
-    infos = {info.id: info for info in project.demonstrations() if info.id in bare}
+    infos = {info.id: info for info in project.demonstrations.infos() if info.id in bare}
     return _Snapshot(tasks, corpora, tuple(infos.values()))
 
 
@@ -372,7 +372,7 @@ def _proposals(
     for i, info in enumerate(snapshot.new):
         yield steps.proposing(i, len(snapshot.new), info.name)
         try:
-            demonstration = project.load(info.id)
+            demonstration = project.demonstrations.load(info.id)
             examples = recogniser.prepared(demonstration)
             prediction = recogniser.predict(demonstration, certainty=True, examples=examples)
         except InputError as error:
@@ -417,9 +417,9 @@ def _stored(
     recogniser: Recogniser | None,
 ) -> int:
     """Keep everything, at once."""
-    seed, labels = result["seed"], project.still_there(snapshot.labels)
+    seed, labels = result["seed"], project.runs.existing_labels(snapshot.labels)
     if recogniser is None:
-        return project.add_run(
+        return project.runs.add(
             KIND,
             settings=asked,
             seed=seed,
@@ -427,14 +427,14 @@ def _stored(
             versions=versions(),
             result=result,
         )
-    return project.add_training(
+    return project.runs.add_training(
         KIND,
         name,
         dump(recogniser),
         settings=asked,
         seed=seed,
         labels=labels,
-        trained_on=project.still_there(
+        trained_on=project.runs.existing_labels(
             used for used in snapshot.found.labels if used.demonstration in recogniser.trained_on
         ),
         versions=versions(),

@@ -68,7 +68,7 @@ def judge(
     edit : Edit, optional
         What gave the coder's track what the model sees; the verdict is undone with it.
     """
-    return project.add_verdict(
+    return project.coding.add_verdict(
         Verdict(
             demonstration=difference.demonstration,
             author=author,
@@ -88,7 +88,7 @@ def withdraw(project: Project, verdict: StoredVerdict, author: str) -> StoredVer
     """Let a verdict count no more; what it was on is open again."""
     fields = {name: getattr(verdict, name) for name in Verdict.__dataclass_fields__}
     fields |= {"author": author, "verdict": "withdrawn", "time": None}
-    return project.add_verdict(Verdict(**fields))
+    return project.coding.add_verdict(Verdict(**fields))
 
 
 def action_for(outcome: Outcome, difference: Difference) -> str | None:
@@ -105,7 +105,7 @@ def report(verdicts: Iterable[Verdict]) -> tuple[Judged, ...]:
     Parameters
     ----------
     verdicts : iterable of Verdict
-        Those that count, as of :meth:`~forcelab.project.Project.verdicts`.
+        Those that count, as of ``project.coding.verdicts``.
     """
     counts: dict[tuple[str | None, str | None], Counter[str]] = {}
     for verdict in verdicts:

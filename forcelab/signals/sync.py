@@ -23,7 +23,7 @@ from forcelab.clock import ClockMap, fit_clock
 from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
 from forcelab.jobs import Progress
-from forcelab.project.loading import said_of_film
+from forcelab.project.media import name_video
 from forcelab.signals.grid import readings
 from forcelab.signals.taps import Tap, find_taps, rate_of_change
 from forcelab.video.motion import measuring_motion
@@ -274,7 +274,7 @@ def proposing_for(demonstration: Demonstration) -> Generator[Progress, None, Pro
     try:
         motion = yield from measuring_motion(path)
     except InputError as error:
-        raise InputError(said_of_film(str(error), path, demonstration.name)) from error
+        raise InputError(name_video(str(error), path, demonstration.name)) from error
     force = demonstration.signals
     newtons = [channel.unit == "N" for channel in demonstration.channels]
     if any(newtons):

@@ -260,4 +260,4 @@ def simulating(
         given = yield from producing(orders, Path(scratch), jobs)
         yield Progress(len(orders), len(orders), f"writing {path.name}")
         with Project.creating(path) if new else Project.open(path) as project:
-            return project.add_all(given)
+            return project.demonstrations.add_all(given)

@@ -147,8 +147,8 @@ def _counting(times: Real) -> NDArray[np.int64]:
 def _row(path: Path, name: str, begun: list[float], run: _Run, seconds: float) -> Row:
     """What became of it, beside the truth."""
     with Project.open(path) as project:
-        demonstration = project.load(name)
-        stamps = project.stamps(demonstration.id)
+        demonstration = project.demonstrations.load(name)
+        stamps = project.media.stamps(demonstration.id)
     assert stamps is not None
     host = np.asarray(demonstration.times) + float(stamps["start"])
     signals = np.asarray(demonstration.signals)

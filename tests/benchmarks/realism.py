@@ -570,7 +570,9 @@ def _recorded(path: Path, author: str | None) -> dict[Task, list[Labelled]]:
     """The labelled demonstrations of a project, by task, spelled as ours; each can be compared."""
     result: dict[Task, list[Labelled]] = {}
     with Project.open(path) as project:
-        tasks = [task for task in TASKS if any(i.authors for i in project.demonstrations(task))]
+        tasks = [
+            task for task in TASKS if any(i.authors for i in project.demonstrations.infos(task))
+        ]
         if not tasks:
             raise InputError(
                 f"'{path}' has no labelled demonstration of a task that can be simulated "

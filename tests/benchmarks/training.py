@@ -131,7 +131,7 @@ def _made(folder: Path, samples: int) -> Path:
                 Segment(start, end, actions[i % len(actions)])
                 for i, (start, end) in enumerate(pairwise(edges))
             )
-            project.add(demonstration, [Track(AUTHOR, track)])
+            project.demonstrations.add(demonstration, [Track(AUTHOR, track)])
         return project.path
 
 

@@ -298,7 +298,7 @@ def refusal(folder: Path, count: int) -> str:
 def long(folder: Path, count: int) -> Path:
     """A project with one recording of so many samples, in six channels."""
     with Project.create(folder / f"long {count}.forcelab") as project:
-        project.add(recording(count), [Track(AUTHOR, (Segment(0.5, 1.0, "grab"),))])
+        project.demonstrations.add(recording(count), [Track(AUTHOR, (Segment(0.5, 1.0, "grab"),))])
         return project.path
 
 
@@ -310,7 +310,7 @@ def segmented(folder: Path, segments: int, count: int = 1_000_000) -> Path:
         Segment(i * length, (i + 0.8) * length, ACTIONS[i % len(ACTIONS)]) for i in range(segments)
     )
     with Project.create(folder / f"segments {segments}.forcelab") as project:
-        project.add(whole, [Track(AUTHOR, track)])
+        project.demonstrations.add(whole, [Track(AUTHOR, track)])
         return project.path
 
 
@@ -327,7 +327,7 @@ def many(folder: Path, count: int) -> Path:
             yield Incoming(there, (Track(AUTHOR, track), Track("Other", track)))
 
     with Project.create(folder / f"many {count}.forcelab") as project:
-        project.add_all(each())
+        project.demonstrations.add_all(each())
         return project.path
 
 
@@ -926,7 +926,7 @@ def measuring_video(
     length = int(stamps[-1] * RATE) + 1000
     project = folder / f"{path.stem}.forcelab"
     with Project.create(project) as made:
-        made.add(recording(length, video=VideoReference(path)))
+        made.demonstrations.add(recording(length, video=VideoReference(path)))
     random = np.random.default_rng(4)
     jumps = random.integers(0, frames, times).tolist()
     rows = []

@@ -72,8 +72,8 @@ def test_a_recording_has_its_video_on_the_force_clock(project, own):
         recorder.stop()
     assert camera.released
     with Project.open(project) as opened:
-        d = opened.load("LEGO 01")
-        stamps = opened.stamps(d.id)
+        d = opened.demonstrations.load("LEGO 01")
+        stamps = opened.media.stamps(d.id)
     frames = stamps["frames_0"]
     assert np.isfinite(frames[:, 1]).all() == own
     with VideoReader(d.video.path) as video:
@@ -124,7 +124,10 @@ def test_a_recording_cut_off_has_its_video_when_it_is_recovered(project):
     recorder.close()
     (found,) = recover(project)
     assert found.kept is not None
-    with Project.open(project) as opened, VideoReader(opened.load("LEGO 01").video.path) as video:
+    with (
+        Project.open(project) as opened,
+        VideoReader(opened.demonstrations.load("LEGO 01").video.path) as video,
+    ):
         assert len(video) >= 20
 
 
@@ -221,8 +224,8 @@ def test_a_camera_that_was_away_is_a_gap_in_its_one_video(project, monkeypatch):
     # More than once, where the machine kept its thread from running as long.
     assert any("camera 0 was away " in remark for remark in kept.remarks)
     with Project.open(project) as opened:
-        d = opened.load("LEGO 01")
-        stamps = opened.stamps(d.id)
+        d = opened.demonstrations.load("LEGO 01")
+        stamps = opened.media.stamps(d.id)
     with VideoReader(d.video.path) as video:
         assert len(video) == len(stamps["frames_0"]) > 40
         at = d.video.clock.to_force(video.times)
@@ -244,12 +247,12 @@ def test_of_two_cameras_both_are_kept_and_that_is_said(project):
     (told,) = filmed_by_two(project).remarks
     assert "video of camera 1 lies beside" in told
     with Project.open(project) as opened:
-        d = opened.load("LEGO 01")
-        stamps = opened.stamps(d.id)
-        (beside,) = opened.beside(d.id)
-        first, other = opened.cameras(d)
+        d = opened.demonstrations.load("LEGO 01")
+        stamps = opened.media.stamps(d.id)
+        (beside,) = opened.media.attached_files(d.id)
+        first, other = opened.media.cameras(d)
         beside.rename(beside.with_suffix(".away"))
-        assert opened.cameras(d) == (), "one is not to be chosen among"
+        assert opened.media.cameras(d) == (), "one is not to be chosen among"
         beside.with_suffix(".away").rename(beside)
     assert [first.name, other.name] == ["camera 0", "camera 1"]
     assert (first.video, other.video.path) == (d.video, beside)
@@ -268,22 +271,24 @@ def test_of_two_cameras_both_are_kept_and_that_is_said(project):
 def test_of_an_old_recording_the_second_camera_is_found_by_when_its_frames_came(project):
     filmed_by_two(project)
     with Project.open(project) as opened:
-        d = opened.load("LEGO 01")
-        told = opened.cameras(d)
-        stamps = opened.stamps(d.id)
+        d = opened.demonstrations.load("LEGO 01")
+        told = opened.media.cameras(d)
+        stamps = opened.media.stamps(d.id)
         old = {name: kept for name, kept in stamps.items() if not name.startswith("video_")}
-        opened.attach_stamps(d.id, old)
-        found = opened.cameras(d)
+        opened.media.attach_stamps(d.id, old)
+        found = opened.media.cameras(d)
         assert [one.video.path for one in found] == [one.video.path for one in told]
         assert found[0].video == d.video
         assert found[1].video.clock.offset == pytest.approx(told[1].video.clock.offset, abs=2e-4)
-        (beside,) = opened.beside(d.id)
+        (beside,) = opened.media.attached_files(d.id)
         another = beside.with_name("beside-0123456789abcdef.mkv")
         another.write_bytes(b"of a third one")
-        assert opened.cameras(d) == (), "nothing tells which of the two is whose"
+        assert opened.media.cameras(d) == (), "nothing tells which of the two is whose"
         another.unlink()
-        opened.attach_stamps(d.id, {n: k for n, k in old.items() if not n.startswith("frames_1")})
-        assert opened.cameras(d) == (), "no second camera gave frames"
+        opened.media.attach_stamps(
+            d.id, {n: k for n, k in old.items() if not n.startswith("frames_1")}
+        )
+        assert opened.media.cameras(d) == (), "no second camera gave frames"
 
 
 @pytest.mark.parametrize("which", ["", "abc", "-1", " 0", "video0", "0?x=1", "\N{SUPERSCRIPT TWO}"])

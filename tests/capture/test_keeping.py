@@ -7,6 +7,8 @@ from forcelab.capture.recorder import Recorder
 from forcelab.capture.save import PartialSaveError
 from forcelab.errors import InputError
 from forcelab.project import Project
+from forcelab.project.demonstrations import DemonstrationStore
+from forcelab.project.media import MediaStore
 
 
 @pytest.mark.parametrize(
@@ -30,8 +32,8 @@ def test_what_is_neither_whole_nor_taken_back_is_told_and_can_be_mended(
         recorder.start("LEGO")
         eventually(lambda: recorder.state().devices[0].samples >= 100)
         with monkeypatch.context() as patch:
-            patch.setattr(Project, "attach_stamps", fail(first))
-            patch.setattr(Project, "discard", fail(InputError("It is kept busy.")))
+            patch.setattr(MediaStore, "attach_stamps", fail(first))
+            patch.setattr(DemonstrationStore, "discard", fail(InputError("It is kept busy.")))
             with pytest.raises(PartialSaveError) as caught:
                 recorder.stop()
         assert told in str(caught.value)
@@ -39,4 +41,4 @@ def test_what_is_neither_whole_nor_taken_back_is_told_and_can_be_mended(
         assert caught.value.__cause__ is first
         recorder.discard()  # as it knows that a part is in the project
     with Project.open(project) as opened:
-        assert opened.demonstrations() == ()
+        assert opened.demonstrations.infos() == ()

@@ -15,6 +15,8 @@ from forcelab.capture.recorder import Recorder
 from forcelab.capture.save import CAPTURES, discard, recover, unfinished
 from forcelab.errors import InputError
 from forcelab.project import Project
+from forcelab.project.demonstrations import DemonstrationStore
+from forcelab.project.media import MediaStore
 
 
 @pytest.fixture(autouse=True)
@@ -26,8 +28,14 @@ def _no_thread_is_left():
 
 def loaded(project, key):
     with Project.open(project) as opened:
-        d = opened.load(key)
-        return d, np.array(d.times), np.array(d.signals), opened.stamps(d.id), opened.tracks(d.id)
+        d = opened.demonstrations.load(key)
+        return (
+            d,
+            np.array(d.times),
+            np.array(d.signals),
+            opened.media.stamps(d.id),
+            opened.tracks.of(d.id),
+        )
 
 
 def came(recorder, samples, device=0):
@@ -76,7 +84,7 @@ def test_several_in_a_row_are_numbered_and_a_discarded_one_leaves_nothing(projec
         recorder.stop()
         assert not recorder.state().recording
     with Project.open(project) as opened:
-        names = [one.name for one in opened.demonstrations()]
+        names = [one.name for one in opened.demonstrations.infos()]
     assert names == ["by hand", "LEGO 01", "LEGO 02", "LEGO 03"]
     assert not list((project / CAPTURES).iterdir())
 
@@ -127,7 +135,7 @@ def test_marks_made_live_become_a_track(project):
     assert track.segments[0].end == track.segments[1].start
     assert track.segments[-1].end == d.end
     with Project.open(project) as opened:
-        assert "grab" in [action.name for action in opened.vocabulary("LEGO").actions]
+        assert "grab" in [action.name for action in opened.actions.vocabulary("LEGO").actions]
 
 
 @pytest.mark.parametrize("own_way", [True, False])
@@ -154,7 +162,7 @@ def test_unplugged_and_plugged_in_again_is_one_demonstration_with_a_gap(project,
     restarts = np.flatnonzero(np.diff(signals[:, 0]) < 0)
     np.testing.assert_allclose(times[restarts] + d.period, [gap[0] for gap in d.gaps])
     with Project.open(project) as opened:
-        assert len(opened.demonstrations()) == 1
+        assert len(opened.demonstrations.infos()) == 1
 
 
 @pytest.mark.parametrize("goes_on", [True, False])
@@ -340,7 +348,7 @@ def test_a_project_that_is_away_when_it_stops_gets_the_recording_later(project, 
     with Recorder(project, [FakeDevice()]) as recorder:
         recorder.start("LEGO")
         came(recorder, 200)
-        project.rename(tmp_path / "away")
+        project.demonstrations.rename(tmp_path / "away")
         came(recorder, 400)
         with pytest.raises(InputError):
             recorder.stop()
@@ -357,11 +365,11 @@ def test_what_could_not_be_kept_whole_is_not_kept_in_part(project, monkeypatch):
         recorder.mark("grab", True)
         came(recorder, 200)
         with monkeypatch.context() as patch:
-            patch.setattr(Project, "attach_stamps", refuse)
+            patch.setattr(MediaStore, "attach_stamps", refuse)
             with pytest.raises(InputError, match="disk is full"):
                 recorder.stop()
         with Project.open(project) as there:
-            assert there.demonstrations() == ()
+            assert there.demonstrations.infos() == ()
         assert recorder.stop().added.status == "new"
 
 
@@ -391,8 +399,8 @@ def in_part(project, monkeypatch):
         recorder.start("LEGO")
         came(recorder, 200)
         with monkeypatch.context() as patch:
-            patch.setattr(Project, "attach_stamps", refuse)
-            patch.setattr(Project, "discard", refuse)
+            patch.setattr(MediaStore, "attach_stamps", refuse)
+            patch.setattr(DemonstrationStore, "discard", refuse)
             with pytest.raises(InputError, match="'LEGO 01' is in the project"):
                 recorder.stop()
             with pytest.raises(InputError, match="disk is full"):
@@ -407,7 +415,7 @@ def in_part(project, monkeypatch):
 
 def there(project):
     with Project.open(project) as opened:
-        return opened.demonstrations()
+        return opened.demonstrations.infos()
 
 
 def test_what_is_in_the_project_in_part_is_removed_when_it_is_discarded(in_part):
@@ -416,7 +424,7 @@ def test_what_is_in_the_project_in_part_is_removed_when_it_is_discarded(in_part)
 
 def test_it_may_be_discarded_after_somebody_removed_that_part(in_part, project):
     with Project.open(project) as opened:
-        opened.remove_all({one.id: {} for one in opened.demonstrations()})
+        opened.demonstrations.remove_all({one.id: {} for one in opened.demonstrations.infos()})
     in_part.discard()
 
 
@@ -424,7 +432,7 @@ def test_stopped_again_it_is_new_and_may_be_discarded(in_part, project):
     kept = in_part.stop()
     assert kept.added.status == "new"
     with Project.open(project) as opened:
-        assert opened.stamps(kept.added.id) is not None
+        assert opened.media.stamps(kept.added.id) is not None
     discard(project, kept)
 
 

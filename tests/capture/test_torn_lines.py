@@ -177,7 +177,7 @@ def test_what_three_tearing_boards_print_is_stored_and_told(project):
         for board in boards:
             board.close()
     with Project.open(project) as opened:
-        stored = opened.load(kept.added.id)
+        stored = opened.demonstrations.load(kept.added.id)
     numbers = stored.signals[:, 0].astype(int)
     np.testing.assert_array_equal(stored.signals[:, 2], -numbers)
     sent = np.array(boards[0].whole)

@@ -58,10 +58,10 @@ def test_each_time_it_was_unplugged_is_a_gap_in_the_one_demonstration(project):
     how_often = "once" if UNPLUGS == 1 else f"{UNPLUGS} times"
     assert any(f"was unplugged {how_often}" in remark for remark in kept.remarks)
     with Project.open(project) as opened:
-        assert [one.name for one in opened.demonstrations()] == ["LEGO 01"]
-        d = opened.load("LEGO 01")
+        assert [one.name for one in opened.demonstrations.infos()] == ["LEGO 01"]
+        d = opened.demonstrations.load("LEGO 01")
         times, signals = np.array(d.times), np.array(d.signals)
-        stamps = opened.stamps(d.id)
+        stamps = opened.media.stamps(d.id)
     assert len(times) == len(stamps["arrived_0"]) >= 300 * (UNPLUGS + 1)
     assert np.isfinite(signals).all()
     assert len(d.gaps) == UNPLUGS
@@ -94,7 +94,7 @@ def test_one_of_two_that_is_unplugged_is_missing_while_the_other_goes_on(project
             eventually(lambda: recorder.state().devices[1].samples >= count + 200)
             recorder.stop()
     with Project.open(project) as opened:
-        d = opened.load("LEGO 01")
+        d = opened.demonstrations.load("LEGO 01")
         signals = np.array(d.signals)
     missing = np.isnan(signals[:, 3])
     assert np.isfinite(signals[:, :3]).all()

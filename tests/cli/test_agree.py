@@ -10,12 +10,12 @@ from forcelab.project import Project
 def coded(project):
     """Ann labels foam as the recordings say, but starts everything 30 ms later."""
     with Project.open(project) as opened:
-        for info in opened.demonstrations("foam"):
-            segments = opened.track(info.id, "coder").segments
+        for info in opened.demonstrations.infos("foam"):
+            segments = opened.tracks.get(info.id, "coder").segments
             late = tuple(Segment(s.start + 0.03, s.end, s.action) for s in segments)
             if info.name.endswith("01"):  # and takes one action for another
                 late = (*late[:2], Segment(late[2].start, late[2].end, "grab"), *late[3:])
-            opened.edit(info.id, "Ann", (), late, "made")
+            opened.tracks.edit(info.id, "Ann", (), late, "made")
     return project
 
 
@@ -39,9 +39,9 @@ def test_the_figures_and_the_worst_place(forcelab, coded):
 
 def test_names_cannot_steer_the_terminal(forcelab, coded):
     with Project.open(coded) as opened:
-        info = opened.info(opened.id_of("foam-01"))
-        opened.rename(info.id, "foam\x1b[31m")
-        opened.edit(info.id, "Bob\n\x1b[1m", (), (Segment(0.0, 1.0, "a\nb"),), "made")
+        info = opened.demonstrations.info(opened.demonstrations.id_of("foam-01"))
+        opened.demonstrations.rename(info.id, "foam\x1b[31m")
+        opened.tracks.edit(info.id, "Bob\n\x1b[1m", (), (Segment(0.0, 1.0, "a\nb"),), "made")
     said = forcelab("agree", coded).out
     assert "\x1b" not in said
     assert r"foam\x1b[31m" in said

@@ -25,8 +25,8 @@ def test_demonstrations_are_assigned_blind_and_done(forcelab, project):
     assert said.out.count("open") == 2
     forcelab("assign", project, "foam-01", "foam-02", "--author", "Anna", "--remove")
     with Project.open(project) as opened:
-        assert {one.author for one in opened.assignments()} == {"Bert"}
-        assert len(opened.assignment_events()) == 8
+        assert {one.author for one in opened.coding.assignments()} == {"Bert"}
+        assert len(opened.coding.assignment_events()) == 8
 
 
 def test_nothing_assigned_is_said(forcelab, project):

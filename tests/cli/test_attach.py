@@ -19,7 +19,7 @@ def test_a_video_comes_to_a_demonstration_with_its_offset(forcelab, project, fil
     said = forcelab("attach", project, "foam-01", film, "--offset", "-0.25", "--json").json
     assert not said["replaced"]
     with Project.open(project) as opened:
-        video = opened.load("foam-01").video
+        video = opened.demonstrations.load("foam-01").video
         assert video.clock.offset == -0.25
         assert video.path.read_bytes() == film.read_bytes()
     told = forcelab("attach", project, "foam-01", film)
@@ -46,4 +46,4 @@ def test_what_is_no_video_is_not_attached(forcelab, project, tmp_path, film):
     assert "There is no file" in forcelab("attach", project, "foam-01", missing).sentence
     assert "offset" in forcelab("attach", project, "foam-01", film, "--offset", "nan").sentence
     with Project.open(project) as opened:
-        assert opened.load("foam-01").video is None
+        assert opened.demonstrations.load("foam-01").video is None

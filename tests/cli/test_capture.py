@@ -69,9 +69,9 @@ def test_a_recording_of_two_seconds_is_in_a_new_project(forcelab, daq, tmp_path)
     assert device["rate"] == pytest.approx(1000, rel=0.01)
     assert "Ctrl+C" in said.err
     with Project.open(project) as opened:
-        d = opened.load("LEGO 01")
-        stamps = opened.stamps(d.id)
-        assert "optoforce" in opened.info(d.id).source
+        d = opened.demonstrations.load("LEGO 01")
+        stamps = opened.media.stamps(d.id)
+        assert "optoforce" in opened.demonstrations.info(d.id).source
     assert told["samples"] == len(d.times)
     assert d.gaps == ()
     assert (np.diff(stamps["ticks_0"]) == 1).all()
@@ -110,7 +110,7 @@ def test_killed_it_loses_at_most_a_second_and_is_recovered(forcelab, daq, tmp_pa
     assert found["name"] == "LEGO 01"
     assert found["samples"] == len(ticks)
     with Project.open(project) as opened:
-        d = opened.load("LEGO 01")
+        d = opened.demonstrations.load("LEGO 01")
     assert len(d.times) == len(ticks)
     assert unfinished(project) == ()
 
@@ -134,8 +134,8 @@ def test_ctrl_c_keeps_one_demonstration_though_unplugged_and_plugged_in_again(tm
     assert "unplugged" in " ".join(told["remarks"])
     assert "is back" in err
     with Project.open(project) as opened:
-        (one,) = opened.demonstrations()
-        d = opened.load(one.id)
+        (one,) = opened.demonstrations.infos()
+        d = opened.demonstrations.load(one.id)
     assert one.name == "LEGO 01"
     assert len(d.gaps) == 1
     begin, end = d.gaps[0]
@@ -150,7 +150,7 @@ def test_what_the_disk_does_not_take_is_kept_elsewhere_and_can_be_recovered(
     monkeypatch.setenv("HOME", str(home))
     process = started(project, "--device", f"optoforce:{daq.port}", "--task", "LEGO")
     journal_of(project, process)
-    project.rename(away)
+    project.demonstrations.rename(away)
     time.sleep(0.5)
     process.send_signal(signal.SIGINT)
     _, err = process.communicate(timeout=60)
@@ -168,7 +168,7 @@ def test_what_the_disk_does_not_take_is_kept_elsewhere_and_can_be_recovered(
     (found,) = said.json["recovered"]
     assert found["name"] == "LEGO 01"
     with Project.open(project) as opened:
-        d = opened.load("LEGO 01")
+        d = opened.demonstrations.load("LEGO 01")
     assert len(d.times) == found["samples"]
     assert not d.gaps
 

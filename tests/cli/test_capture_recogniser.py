@@ -78,9 +78,9 @@ def test_the_track_is_what_is_stated_for_the_latency_and_segments_are_told(
     assert said.status == 0, said.err
     told = said.json["recognised"]
     with Project.open(project) as opened:
-        d = opened.load("foam 01")
-        (track,) = opened.tracks(d.id)
-        (edit,) = opened.history(d.id, track.author)
+        d = opened.demonstrations.load("foam 01")
+        (track,) = opened.tracks.of(d.id)
+        (edit,) = opened.tracks.history(d.id, track.author)
         stated = with_latency(recogniser, d, LATENCY)
     assert (track.author, edit.kind) == ("model tiny", "predict")
     assert told["segments"] == len(track.segments) >= 2
@@ -147,7 +147,7 @@ def test_a_recogniser_that_fails_costs_its_track_and_not_the_recording(
     assert "recognised" not in said.json
     assert unfinished(project) == ()
     with Project.open(project) as opened:
-        assert opened.load("foam 01").duration > 0.4
+        assert opened.demonstrations.load("foam 01").duration > 0.4
 
 
 def test_who_has_seen_enough_segments_ends_no_recording(
@@ -165,9 +165,9 @@ def test_who_has_seen_enough_segments_ends_no_recording(
         said = forcelab("capture", project, *devices, *words)
     assert said.status == 0, said.err
     with Project.open(project) as opened:
-        d = opened.load("foam 01")
+        d = opened.demonstrations.load("foam 01")
         assert d.duration > 1.8
-        assert opened.tracks(d.id)[0].segments
+        assert opened.tracks.of(d.id)[0].segments
 
 
 def test_what_cannot_be_recognised_is_one_sentence_and_makes_no_project(

@@ -24,6 +24,7 @@ from forcelab.formats.label_tables import read_labels
 from forcelab.formats.recording import ReadOptions
 from forcelab.gui.qt_check import QtPlatform
 from forcelab.project import Project
+from forcelab.project.runs import RunStore
 from forcelab.recognition.presets import PRESETS
 from forcelab.recognition.settings import CLASSIFIERS
 from forcelab.signals.wavelets import WAVELETS
@@ -140,7 +141,7 @@ def test_importing_twice_updates(forcelab, project, recordings):
     told = forcelab("import", project, *files, "--task", "foam")
     assert told.out == "4 recordings: 0 new, 0 updated, 4 unchanged.\n"
     with Project.open(project) as opened:
-        assert len(opened.demonstrations()) == 6
+        assert len(opened.demonstrations.infos()) == 6
 
 
 def test_columns_are_read_as_it_is_said(forcelab, tmp_path):
@@ -152,7 +153,7 @@ def test_columns_are_read_as_it_is_said(forcelab, tmp_path):
     said = forcelab("import", project, file, "--signal", "crosshead", "--leave-out", "button")
     assert "crosshead" not in said.out
     with Project.open(project) as opened:
-        channels = {tuple(c.name for c in info.channels) for info in opened.demonstrations()}
+        channels = {tuple(c.name for c in info.channels) for info in opened.demonstrations.infos()}
     assert channels == {("fx", "button"), ("crosshead", "fx")}
 
 
@@ -178,7 +179,7 @@ def test_glitches_are_told_and_stay_as_they_are(forcelab, tmp_path):
     told = "torn.csv: 3 samples are glitches, no force, and count as missing (fx 2, fz 1)."
     assert told in said.out.splitlines()
     with Project.open(tmp_path / "p.forcelab") as opened:
-        assert opened.load("torn").signals[20:22, 0].tolist() == [3e12, -4e15]
+        assert opened.demonstrations.load("torn").signals[20:22, 0].tolist() == [3e12, -4e15]
 
 
 def test_a_bad_file_is_named_and_left_out(forcelab, recordings, tmp_path):
@@ -213,8 +214,8 @@ def test_list_tells_what_there_is(forcelab, project):
 def test_list_says_where_the_videos_of_further_cameras_lie(forcelab, project, tmp_path):
     (film := tmp_path / "second.mkv").write_bytes(b"a film")
     with Project.open(project) as opened:
-        info = opened.demonstrations()[0]
-        kept = opened.attach_beside(info.id, film)
+        info = opened.demonstrations.infos()[0]
+        kept = opened.media.attach_file(info.id, film)
     assert kept.read_bytes() == b"a film"
     said = forcelab("list", project).out
     assert f"Beside the video of '{info.name}', of another camera: {kept}" in said
@@ -227,7 +228,7 @@ def test_exported_labels_read_back_as_they_were(forcelab, project, tmp_path):
     assert len(said.json["written"]) == 6
     (track,) = read_labels(tmp_path / "csv" / "foam-01.labels.csv", ReadOptions())
     with Project.open(project) as opened:
-        assert track == opened.track(opened.load("foam-01").id, "coder")
+        assert track == opened.tracks.get(opened.demonstrations.load("foam-01").id, "coder")
 
 
 def test_an_exported_archive_is_the_whole_project(forcelab, project, tmp_path):
@@ -244,7 +245,7 @@ def test_an_exported_archive_is_the_whole_project(forcelab, project, tmp_path):
 
 def test_a_list_reads_no_results_of_runs(forcelab, project, monkeypatch):
     forcelab("evaluate", project, "--task", "foam", *FAST)
-    monkeypatch.setattr(Project, "runs", None)  # to call it would fail
+    monkeypatch.setattr(RunStore, "all", None)  # to call it would fail
     assert forcelab("list", project).out.endswith("6 demonstrations, 0 recognisers, 1 run.\n")
 
 
@@ -330,7 +331,7 @@ def test_names_cannot_steer_the_terminal(forcelab_on_terminal, project, recordin
     said = forcelab("import", project, file, "--task", "a\x1b[31m\nb")
     assert r"reading new\x1b[31m.csv" in said.err
     with Project.open(project) as opened:
-        opened.attach_beside(opened.id_of("new\x1b[31m"), file)
+        opened.media.attach_file(opened.demonstrations.id_of("new\x1b[31m"), file)
     said = forcelab("list", project)
     assert "\x1b" not in said.out
     assert r"a\x1b[31m\nb" in said.out
@@ -339,7 +340,7 @@ def test_names_cannot_steer_the_terminal(forcelab_on_terminal, project, recordin
 
 def test_what_an_encoding_lacks_is_printed_as_json_escapes_it(forcelab, project, monkeypatch):
     with Project.open(project) as opened:
-        opened.rename(opened.id_of("foam-01"), "Prüfung 🙂")
+        opened.demonstrations.rename(opened.demonstrations.id_of("foam-01"), "Prüfung 🙂")
     for words in (["list", project], ["list", project, "--json"]):
         with monkeypatch.context() as patch:
             patch.setattr(sys, "stdout", TextIOWrapper(BytesIO(), "latin-1"))
@@ -451,7 +452,7 @@ def test_two_first_imports_at_once_both_arrive(recordings, tmp_path):
     ]
     assert [process.wait(timeout=60) for process in both] == [0, 0]
     with Project.open(tmp_path / "p.forcelab") as opened:
-        assert len(opened.demonstrations()) == 2
+        assert len(opened.demonstrations.infos()) == 2
 
 
 def test_an_unknown_task_is_told_with_those_there_are(forcelab, project):
@@ -544,7 +545,7 @@ def interrupted(project, delay):
 def is_whole(project):
     """Whether a project is as it was before an evaluation that was stopped."""
     with Project.open(project) as opened:
-        return len(opened.demonstrations()) == 6 and opened.runs() == ()
+        return len(opened.demonstrations.infos()) == 6 and opened.runs.all() == ()
 
 
 def test_ctrl_c_stops_in_one_sentence_and_leaves_the_project_whole(project):
@@ -582,8 +583,8 @@ def test_a_name_is_stripped_and_one_that_is_nearly_there_is_told(forcelab, recor
     said = forcelab("assign", project, "foam-01", "--author", "INES")
     assert said.err == "'INES' is a new coder beside 'Ines'.\n"
     with Project.open(project) as opened:
-        assert [author.name for author in opened.authors()] == ["Ines", "ines"]
-        assert set(opened.tasks()) == {"foam", "Foam"}
+        assert [author.name for author in opened.coding.authors()] == ["Ines", "ines"]
+        assert set(opened.demonstrations.tasks()) == {"foam", "Foam"}
 
 
 def test_a_name_of_nothing_is_a_wrong_command_line(forcelab, recordings, tmp_path):

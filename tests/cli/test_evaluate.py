@@ -144,7 +144,9 @@ def test_figures_have_the_colours_of_the_window(forcelab, project, tmp_path, mon
     monkeypatch.setattr(TimelinePairs, "save", lambda figure, _path: drawn.append(figure))
     with Project.open(project) as opened:
         # What one learns from looks otherwise than what it is tested on.
-        opened.set_vocabulary("foam", opened.vocabulary("foam").recoloured("hold", "#112233"))
+        opened.actions.set_vocabulary(
+            "foam", opened.actions.vocabulary("foam").recoloured("hold", "#112233")
+        )
         words = ["--task", "foam", "--test-task", "sponge", *FAST, "--figure", tmp_path / "f.svg"]
         assert forcelab("evaluate", project, *words).status == 0
         seen = vocabulary_of(opened, latest(opened))
@@ -201,14 +203,14 @@ def test_outputs_are_checked_before_the_work(forcelab, project, tmp_path):
     ]:
         assert says in forcelab("evaluate", project, "--task", "foam", *FAST, *words).sentence
     with Project.open(project) as opened:
-        assert opened.runs() == ()
+        assert opened.runs.all() == ()
 
 
 def test_remarks_tell_what_does_not_fit(forcelab, project, tmp_path):
     spelling = tmp_path / "map.json"
     spelling.write_text('{"nonsense": "grab"}')
     with Project.open(project) as opened:
-        opened.rename(opened.id_of("foam-01"), "foam\x1b[1m")
+        opened.demonstrations.rename(opened.demonstrations.id_of("foam-01"), "foam\x1b[1m")
     words = ["--task", "foam", *FAST, "--max-scale", "1024", "--merge", spelling]
     said = forcelab("evaluate", project, *words)
     assert r"The largest scale, 1024 samples, is longer than foam\x1b[1m and 3 more" in said.out
@@ -217,7 +219,7 @@ def test_remarks_tell_what_does_not_fit(forcelab, project, tmp_path):
 
 def test_a_damaged_array_is_told_before_the_work(forcelab, project):
     with Project.open(project) as opened:
-        id_ = opened.demonstrations("foam")[0].id
+        id_ = opened.demonstrations.infos("foam")[0].id
     file = project / "demonstrations" / id_ / "signals.npy"
     content = bytearray(file.read_bytes())
     content[-3] ^= 1
@@ -227,8 +229,8 @@ def test_a_damaged_array_is_told_before_the_work(forcelab, project):
 
 def test_figures_of_joined_tasks_keep_the_colours_of_the_vocabulary(forcelab, project, tmp_path):
     with Project.open(project) as opened:
-        vocabulary = opened.vocabulary("foam").recoloured("hold", "#123456")
-        opened.set_vocabulary("foam", vocabulary)
+        vocabulary = opened.actions.vocabulary("foam").recoloured("hold", "#123456")
+        opened.actions.set_vocabulary("foam", vocabulary)
     for number, words in enumerate([[], ["--task", "sponge"]]):
         file = tmp_path / f"{number}.svg"
         forcelab("evaluate", project, "--task", "foam", *words, *FAST, "--figure", file)
@@ -251,8 +253,8 @@ def test_a_merge_map_joins_actions_and_leaves_the_stored_labels(forcelab, projec
     ).json
     assert content["labels"] == ["still", "move", "hold"]
     with Project.open(project) as opened:
-        first = opened.demonstrations("foam")[0].id
-        assert opened.track(first, "coder").actions == ("still", "grab", "hold", "release")
+        first = opened.demonstrations.infos("foam")[0].id
+        assert opened.tracks.get(first, "coder").actions == ("still", "grab", "hold", "release")
 
 
 def test_the_run_is_kept_with_all_that_repeats_it(forcelab, project):
@@ -260,8 +262,8 @@ def test_the_run_is_kept_with_all_that_repeats_it(forcelab, project):
         "evaluate", project, "--task", "foam", *FAST, "--seed", "7", "--json", "-"
     ).json
     with Project.open(project) as opened:
-        (run,) = opened.runs()
-        ids = {info.id for info in opened.demonstrations("foam")}
+        (run,) = opened.runs.all()
+        ids = {info.id for info in opened.demonstrations.infos("foam")}
     assert content.items() <= run.result.items()
     assert run.seed == 7
     assert set(run.demonstrations) == ids
@@ -270,11 +272,11 @@ def test_the_run_is_kept_with_all_that_repeats_it(forcelab, project):
     # Whose labels, and how old they were: an edit since then can be seen.
     assert {used.author for used in run.labels} == {"coder"}
     with Project.open(project) as opened:
-        assert all(opened.head(u.demonstration, u.author) == u.edit for u in run.labels)
+        assert all(opened.tracks.head(u.demonstration, u.author) == u.edit for u in run.labels)
         first = run.labels[0]
-        segments = opened.track(first.demonstration, "coder").segments
-        opened.edit(first.demonstration, "coder", segments, segments[1:], "erased")
-        assert opened.head(first.demonstration, "coder") > first.edit
+        segments = opened.tracks.get(first.demonstration, "coder").segments
+        opened.tracks.edit(first.demonstration, "coder", segments, segments[1:], "erased")
+        assert opened.tracks.head(first.demonstration, "coder") > first.edit
     # The predictions themselves are there to be looked at again.
     assert run.result["tracks"][0]["raw"][0][2] in ACTIONS
 
@@ -390,9 +392,9 @@ def test_where_no_task_has_a_single_coder_it_is_said_once(forcelab, project, rec
 
 def test_models_are_never_trained_on(forcelab, project):
     with Project.open(project) as opened:
-        for info in opened.demonstrations():
-            segments = opened.track(info.id, "coder").segments[:2]
-            opened.edit(info.id, "robot", (), segments, "predicted", kind="predict")
+        for info in opened.demonstrations.infos():
+            segments = opened.tracks.get(info.id, "coder").segments[:2]
+            opened.tracks.edit(info.id, "robot", (), segments, "predicted", kind="predict")
     assert forcelab("evaluate", project, "--task", "foam", *FAST).status == 0
     assert (
         "'robot' has labelled nothing"
@@ -409,7 +411,7 @@ def test_a_task_is_adapted_to_another_with_scores_with_and_without(forcelab, pro
     assert 0 <= content["unadapted"]["pooled"]["accuracy"] <= 1
     assert "With adaptation the result is kept as no run" in said.err
     with Project.open(project) as opened:
-        assert not opened.run_summaries("evaluate")
+        assert not opened.runs.summaries("evaluate")
     assert "choose" in forcelab("evaluate", project, "--task", "foam", "--adapt", *FAST).sentence
 
 
@@ -427,7 +429,7 @@ def test_many_demonstrations_are_left_out_in_groups_unless_it_is_said(
     told = [remark for remark in content["remarks"] if "groups" in remark]
     assert told == ([f"Left out in {folds} groups of up to 2."] if folds else [])
     with Project.open(project) as opened:
-        (run,) = opened.run_summaries("evaluate")
+        (run,) = opened.runs.summaries("evaluate")
     assert run.settings["choice"]["folds"] == folds  # which a review trains again
 
 

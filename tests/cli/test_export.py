@@ -19,7 +19,7 @@ def test_a_table_of_some_demonstrations(forcelab, project, tmp_path):
     assert {row["demonstration"] for row in rows} == {"foam-01", "foam-02"}
     with Project.open(project) as opened:
         for name in ("foam-01", "foam-02"):
-            segments = opened.track(opened.load(name).id, "coder").segments
+            segments = opened.tracks.get(opened.demonstrations.load(name).id, "coder").segments
             told = [float(row["start"]) for row in rows if row["demonstration"] == name]
             assert told == pytest.approx([segment.start for segment in segments])
 

@@ -19,7 +19,7 @@ def test_a_dump_becomes_a_demonstration_and_json_tells_what_was_lost(forcelab, t
     keys = ("packets", "bad_checksums", "skipped_bytes", "missing_samples")
     assert [said[key] for key in keys] == [97, 0, 16, 3]
     with Project.open(project) as opened:
-        made = opened.load("dump")
+        made = opened.demonstrations.load("dump")
     assert (made.rate, made.task, made.channels[0].unit) == (500, "LEGO", "N")
     assert made.times[50] - made.times[49] == pytest.approx(4 / 500)
 

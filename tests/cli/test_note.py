@@ -25,7 +25,7 @@ def test_a_note_is_written_replaced_and_taken_away(forcelab, project):
     said = forcelab("note", project, "foam-01", "--history", "--json")
     assert [text for *_, text in notes(said)] == ["slipped at 3.2 s", "leave out", ""]
     with Project.open(project) as opened:
-        assert [note.text for note in opened.notes()] == ["second try"]
+        assert [note.text for note in opened.coding.notes()] == ["second try"]
 
 
 def test_the_list_has_a_column_of_notes_where_there_are_any(forcelab, project):

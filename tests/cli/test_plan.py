@@ -152,7 +152,7 @@ def test_a_simulated_demonstration_tells_its_mechanics(forcelab, tmp_path, task)
     origin = Origin(task, 3, 2)
     project = tmp_path / "lab.forcelab"
     with Project.create(project) as opened:
-        opened.add_all([Incoming(replace(FOAM, task=task), source=str(origin))])
+        opened.demonstrations.add_all([Incoming(replace(FOAM, task=task), source=str(origin))])
     mechanics = forcelab("plan", project, FOAM.name, "--json").json["mechanics"]
     scene = scene_of(task, 3, 2)
     assert mechanics["source"] == str(origin)
@@ -184,7 +184,7 @@ def test_what_the_window_needs_and_does_without_is_told(forcelab, project, tmp_p
     film = tmp_path / "film.mp4"
     film.write_bytes(b"no video, but nothing looks into it")
     with Project.open(project) as opened:
-        opened.add(replace(FOAM, name="filmed", video=VideoReference(film)))
+        opened.demonstrations.add(replace(FOAM, name="filmed", video=VideoReference(film)))
     bare = parts_of(forcelab("plan", project, "foam-01", "--json").json)
     filmed = parts_of(forcelab("plan", project, "filmed", "--json").json)
     of_video = {"OpenCV", "video decoder", "video panel"}

@@ -10,6 +10,8 @@ import pytest
 
 from forcelab.labels import Segment
 from forcelab.project import LabelsUsed, Project, Verdict
+from forcelab.project.demonstrations import DemonstrationStore
+from forcelab.project.runs import RunStore
 from forcelab.project.track_editor import TrackEditor
 
 MADE = {"settings": {"preset": "fast"}, "seed": None, "versions": {}}
@@ -19,11 +21,11 @@ MADE = {"settings": {"preset": "fast"}, "seed": None, "versions": {}}
 def runs(project):
     """Three runs, the first two with a recogniser of theirs, and a recogniser of none."""
     with Project.open(project) as opened:
-        id_ = opened.load("foam-01").id
-        author = opened.info(id_).authors[0]
+        id_ = opened.demonstrations.load("foam-01").id
+        author = opened.demonstrations.info(id_).authors[0]
         used = [LabelsUsed(id_, author, 0)]
         numbers = [
-            opened.add_training(
+            opened.runs.add_training(
                 "evaluate",
                 "of a run",
                 content,
@@ -34,20 +36,20 @@ def runs(project):
             )
             for content in (b"one" * 1000, b"two" * 1000)
         ]
-        numbers.append(opened.add_run("evaluate", labels=used, result={}, **MADE))
-        opened.add_recogniser("alone", b"three" * 20_000, labels=used, **MADE)
+        numbers.append(opened.runs.add("evaluate", labels=used, result={}, **MADE))
+        opened.runs.add_recogniser("alone", b"three" * 20_000, labels=used, **MADE)
         return numbers
 
 
 def names_of(opened):
-    return [info.name for info in opened.demonstrations()]
+    return [info.name for info in opened.demonstrations.infos()]
 
 
 def test_it_is_removed_only_when_that_is_confirmed(forcelab, project):
     forcelab("assign", project, "foam-01", "--author", "Anna")
     with Project.open(project) as opened:
         names = names_of(opened)
-        authors = opened.info(opened.load("foam-01").id).authors
+        authors = opened.demonstrations.info(opened.demonstrations.load("foam-01").id).authors
     sentence = forcelab("remove", project, "foam-01").sentence
     for told in ("'foam-01' was not removed", "1 assignment", "--yes", *authors):
         assert told in sentence
@@ -60,7 +62,7 @@ def test_it_is_removed_only_when_that_is_confirmed(forcelab, project):
 
 def test_what_is_damaged_can_be_removed_assigned_and_exported(forcelab, project, tmp_path):
     with Project.open(project) as opened:
-        id_ = opened.id_of("foam-01")
+        id_ = opened.demonstrations.id_of("foam-01")
         times = opened.path / "demonstrations" / id_ / "times.npy"
     times.write_bytes(b"\x93NUMPY")
     assert forcelab("assign", project, "foam-01", "--author", "Anna").status == 0
@@ -104,34 +106,34 @@ def test_runs_go_with_their_recognisers_and_give_the_room_back(forcelab, project
         assert told in sentence
     with Project.open(project) as opened:
         before = store.stat().st_size
-        paths = [opened.recogniser_path(use.recogniser) for use in opened.run_uses()[:2]]
+        paths = [opened.runs.recogniser_path(use.recogniser) for use in opened.runs.uses()[:2]]
     assert not any(forcelab("remove", project, "--run", 2, 1, "--yes").err)
     assert store.stat().st_size < before / 2
     assert not any(path.exists() for path in paths)
     with Project.open(project) as opened:
-        assert [run.id for run in opened.run_summaries()] == [3]
-        assert [one.name for one in opened.recognisers()] == ["alone"]
+        assert [run.id for run in opened.runs.summaries()] == [3]
+        assert [one.name for one in opened.runs.recognisers()] == ["alone"]
     assert "There is no run 2" in forcelab("remove", project, "--run", 3, 2, "--yes").sentence
     assert [run["run"] for run in forcelab("runs", project, "--json").json] == [3]
 
 
 def test_what_people_said_and_accepted_of_a_run_stays(forcelab, project, runs):
     with Project.open(project) as opened:
-        id_ = opened.load("foam-01").id
+        id_ = opened.demonstrations.load("foam-01").id
         said = Verdict(id_, "bert", "anna", 0.0, 0.1, "grab", "slip", "model", run=1)
-        opened.add_verdict(said)
+        opened.coding.add_verdict(said)
         labelling = TrackEditor(opened, id_, "anna")
         labelling.accept((Segment(0.2, 0.3, "slip"),), "model fast 1")
-        segments, origins = labelling.segments, opened.origins(id_, "anna")
+        segments, origins = labelling.segments, opened.tracks.origins(id_, "anna")
     sentence = forcelab("remove", project, "--run", 1).sentence
     assert "1 verdict" in sentence
     assert "1 edit" in sentence
     forcelab("remove", project, "--run", 1, "--yes")
     with Project.open(project) as opened:
         assert TrackEditor(opened, id_, "anna").segments == segments
-        assert opened.origins(id_, "anna") == origins
+        assert opened.tracks.origins(id_, "anna") == origins
         assert [origin.proposer for origin in origins.values()] == ["model fast 1"]
-        (kept,) = opened.verdicts()
+        (kept,) = opened.coding.verdicts()
         assert replace(said, run=None, time=kept.time) == Verdict(
             **{one.name: getattr(kept, one.name) for one in fields(Verdict)}
         )
@@ -142,16 +144,16 @@ def test_what_people_said_and_accepted_of_a_run_stays(forcelab, project, runs):
 
 def test_a_recogniser_goes_and_its_run_stays(forcelab, project, runs):
     with Project.open(project) as opened:
-        ids = {one.name: one.id for one in opened.recognisers()}
+        ids = {one.name: one.id for one in opened.runs.recognisers()}
     assert (
         "no recogniser 'abcdef'"
         in forcelab("remove", project, "--recogniser", "abcdef", "--yes").sentence
     )
     forcelab("remove", project, "--recogniser", ids["alone"][:8], ids["of a run"], "--yes")
     with Project.open(project) as opened:
-        assert [one.name for one in opened.recognisers()] == ["of a run"]
-        assert [bool(use.recogniser) for use in opened.run_uses()].count(True) == 1
-        assert len(opened.run_summaries()) == len(runs)
+        assert [one.name for one in opened.runs.recognisers()] == ["of a run"]
+        assert [bool(use.recogniser) for use in opened.runs.uses()].count(True) == 1
+        assert len(opened.runs.summaries()) == len(runs)
     assert list((project / "recognisers").glob("*.skops"))
 
 
@@ -160,38 +162,38 @@ def test_nothing_named_is_told(forcelab, project):
 
 
 def test_a_run_that_appears_while_it_is_asked_for_is_told_as_none(forcelab, project, monkeypatch):
-    uses = Project.run_uses
+    uses = RunStore.uses
 
     def late(self, number=None):
         found = uses(self, number)
         with Project.open(project) as other:
-            other.add_run("evaluate", labels=[], result={}, **MADE)
+            other.runs.add("evaluate", labels=[], result={}, **MADE)
         return found
 
-    monkeypatch.setattr(Project, "run_uses", late)
+    monkeypatch.setattr(RunStore, "uses", late)
     assert "There is no run 1 in" in forcelab("remove", project, "--run", 1, "--yes").sentence
 
 
 def test_what_somebody_else_removes_meanwhile_does_not_keep_the_rest(
     forcelab, project, runs, monkeypatch
 ):
-    remove_all = Project.remove_all
+    remove_all = DemonstrationStore.remove_all
 
     def others_first(self, heads):
         with Project.open(project) as other:
-            (alone,) = (one.id for one in other.recognisers() if one.name == "alone")
-            other.remove_run(runs[0])
-            other.remove_recogniser(alone)
+            (alone,) = (one.id for one in other.runs.recognisers() if one.name == "alone")
+            other.runs.remove(runs[0])
+            other.runs.remove_recogniser(alone)
         remove_all(self, heads)
 
     with Project.open(project) as opened:
-        (alone,) = (one.id for one in opened.recognisers() if one.name == "alone")
-    monkeypatch.setattr(Project, "remove_all", others_first)
+        (alone,) = (one.id for one in opened.runs.recognisers() if one.name == "alone")
+    monkeypatch.setattr(DemonstrationStore, "remove_all", others_first)
     told = forcelab("remove", project, "--run", *runs[:2], "--recogniser", alone, "--yes")
     assert told.status == 0
     with Project.open(project) as opened:
-        assert [run.id for run in opened.run_summaries()] == runs[2:]
-        assert opened.recognisers() == ()
+        assert [run.id for run in opened.runs.summaries()] == runs[2:]
+        assert opened.runs.recognisers() == ()
 
 
 def test_a_number_that_the_store_cannot_hold_is_that_of_no_run(forcelab, project):
@@ -203,7 +205,7 @@ def test_a_number_that_the_store_cannot_hold_is_that_of_no_run(forcelab, project
 @pytest.mark.parametrize("damage", ["settings = '['", "name = CAST(x'ff' AS TEXT)"])
 def test_a_damaged_recogniser_can_be_removed(forcelab, project, runs, damage):
     with Project.open(project) as opened:
-        (alone,) = (one.id for one in opened.recognisers() if one.name == "alone")
+        (alone,) = (one.id for one in opened.runs.recognisers() if one.name == "alone")
     with closing(sqlite3.connect(project / "project.sqlite")) as store, store:
         store.execute("PRAGMA ignore_check_constraints = ON")
         store.execute(f"UPDATE recogniser SET {damage} WHERE id = ?", [alone])

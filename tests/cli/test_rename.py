@@ -7,8 +7,8 @@ def actions(project, author="coder"):
     with Project.open(project) as opened:
         return {
             segment.action
-            for info in opened.demonstrations("foam")
-            for segment in opened.track(info.id, author).segments
+            for info in opened.demonstrations.infos("foam")
+            for segment in opened.tracks.get(info.id, author).segments
         }
 
 

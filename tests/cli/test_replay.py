@@ -32,7 +32,7 @@ def stored(tmp_path):
     def store(demonstration):
         path = tmp_path / "lab.forcelab"
         with Project.create(path) as project:
-            project.add(demonstration)
+            project.demonstrations.add(demonstration)
         return path
 
     return store

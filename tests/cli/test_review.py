@@ -24,7 +24,7 @@ def path(tmp_path_factory):
 def test_the_queue_is_printed_and_says_the_same_as_json(path, forcelab):
     with Project.open(path) as project:
         found = queue(project, load(project, 1), invented=True)
-        infos = project.demonstrations()
+        infos = project.demonstrations.infos()
     plain = forcelab("review", path, "--kind", "boundaries", "--kind", "missed", "--json").json
     listed = [(d["start"], d["end"]) for d in plain["queue"]["boundaries"]]
     assert listed == [(d.start, d.end) for d in found.boundaries]

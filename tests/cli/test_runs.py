@@ -20,7 +20,7 @@ def path(tmp_path_factory):
 def test_the_list_names_every_run_with_its_scores(path, forcelab):
     lines = forcelab("runs", path).out.splitlines()
     with Project.open(path) as project:
-        accuracy = project.run(2).result["filtered"]["pooled"]["accuracy"]
+        accuracy = project.runs.get(2).result["filtered"]["pooled"]["accuracy"]
     assert [line.split()[0] for line in lines[1:3]] == ["1", "2"]
     assert f"{100 * accuracy:.1f}" in lines[2].split()
     usual = "paper, max_scale 32.0, classifier naive-bayes"

@@ -31,9 +31,9 @@ def content(path):
     """What a project tells, but for when it was told."""
     with Project.open(path) as project:
         return {
-            info.id: (info, project.tracks(info.id), project.truth(info.id))
-            for info in project.demonstrations()
-        }, project.vocabularies()
+            info.id: (info, project.tracks.of(info.id), project.demonstrations.truth(info.id))
+            for info in project.demonstrations.infos()
+        }, project.actions.vocabularies()
 
 
 def test_the_same_seed_gives_the_same_demonstrations_in_every_project(quick, forcelab, tmp_path):
@@ -63,10 +63,10 @@ def test_once_more_is_unchanged_and_more_of_them_are_added(quick, forcelab, tmp_
 
 def test_actions_that_a_task_has_already_keep_their_looks(quick, forcelab, project):
     with Project.open(project) as opened:
-        before = opened.vocabulary("foam")
+        before = opened.actions.vocabulary("foam")
     forcelab(*FOAM, "--count", "1", "--out", project, "--no-video")
     with Project.open(project) as opened:
-        now = opened.vocabulary("foam")
+        now = opened.actions.vocabulary("foam")
     assert tuple(now)[: len(before)] == tuple(before)
 
 

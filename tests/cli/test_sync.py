@@ -15,8 +15,8 @@ from forcelab.project import Project
 def filmed(tmp_path_factory):
     folder = tmp_path_factory.mktemp("filmed")
     with Project.create(folder / "lab.forcelab") as made:
-        made.add(filmed_demonstration(folder))
-        made.add(synthetic_demonstration(1, rate=100.0)[0])
+        made.demonstrations.add(filmed_demonstration(folder))
+        made.demonstrations.add(synthetic_demonstration(1, rate=100.0)[0])
     return folder / "lab.forcelab"
 
 
@@ -27,7 +27,7 @@ def project(filmed, tmp_path):
 
 def clock_of(folder):
     with Project.open(folder) as project:
-        return project.load("filmed 1").video.clock
+        return project.demonstrations.load("filmed 1").video.clock
 
 
 def test_a_proposal_is_told_and_not_stored(project, forcelab):
@@ -78,7 +78,7 @@ def test_what_cannot_be_done_is_told_and_changes_nothing(project, forcelab, word
 
 def test_without_a_video_that_is_said(project, forcelab):
     with Project.open(project) as made:
-        (name,) = (info.name for info in made.demonstrations() if not info.has_video)
+        (name,) = (info.name for info in made.demonstrations.infos() if not info.has_video)
     assert "has no video" in forcelab("sync", project, name).sentence
 
 
@@ -105,7 +105,7 @@ def test_a_proposal_that_is_not_sure_says_what_to_do_and_is_not_stored(
 
 def test_a_damaged_film_is_told_by_the_name_of_its_demonstration(project, forcelab):
     with Project.open(project) as opened:
-        path = opened.load("filmed 1").video.path
+        path = opened.demonstrations.load("filmed 1").video.path
     path.write_bytes(b"no film")
     sentence = forcelab("sync", project, "filmed 1").sentence
     assert f"The video of 'filmed 1' ('{path}') cannot be read as a video: " in sentence

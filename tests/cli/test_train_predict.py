@@ -38,8 +38,8 @@ def test_a_recogniser_labels_a_recording_it_has_not_seen(forcelab, recogniser, r
     assert list(rows[0]) == ["start", "end", "action", "author"]
     assert {row["author"] for row in rows} == {"model foam"}
     with Project.open(project) as opened:
-        demonstration = opened.load("sponge-11")
-        human = opened.track(demonstration.id, "coder")
+        demonstration = opened.demonstrations.load("sponge-11")
+        human = opened.tracks.get(demonstration.id, "coder")
     actions = ["still", "grab", "hold", "release"]
     truth = to_codes(human.segments, demonstration.times, actions)
     right = 0
@@ -65,8 +65,8 @@ def test_forces_in_another_unit_than_the_learnt_one_are_remarked_on(
 
 def test_the_project_keeps_a_copy_that_works(forcelab, recogniser, project, recordings):
     with Project.open(project) as opened:
-        (kept,) = opened.recognisers()
-        path = opened.recogniser_path(kept.id)
+        (kept,) = opened.runs.recognisers()
+        path = opened.runs.recogniser_path(kept.id)
     assert kept.name == "foam"
     assert len(kept.demonstrations) == 4
     assert path.read_bytes() == recogniser.read_bytes()
@@ -94,10 +94,10 @@ def test_several_demonstrations_are_written_into_a_folder(forcelab, recogniser, 
 
 def test_predicting_changes_no_track_of_the_project(forcelab, recogniser, project):
     with Project.open(project) as opened:
-        before = [opened.tracks(info.id) for info in opened.demonstrations()]
+        before = [opened.tracks.of(info.id) for info in opened.demonstrations.infos()]
     forcelab("predict", recogniser, project)
     with Project.open(project) as opened:
-        assert [opened.tracks(info.id) for info in opened.demonstrations()] == before
+        assert [opened.tracks.of(info.id) for info in opened.demonstrations.infos()] == before
 
 
 def test_json_tells_the_segments(forcelab, recogniser, recordings):
@@ -135,7 +135,7 @@ def test_a_recogniser_that_cannot_be_written_leaves_no_trace(forcelab, project, 
         in forcelab("train", project, "--task", "foam", *SETTINGS, "--out", nowhere).sentence
     )
     with Project.open(project) as opened:
-        assert opened.recognisers() == ()
+        assert opened.runs.recognisers() == ()
 
 
 def test_an_output_never_replaces_what_is_read(forcelab, recogniser, recordings, project, tmp_path):
@@ -178,7 +178,7 @@ def test_predictions_never_come_back_as_a_coders_labels(forcelab, recogniser, re
     project = tmp_path / "p.forcelab"
     assert forcelab("import", project, table).status == 0
     with Project.open(project) as opened:
-        (author,) = opened.authors()
+        (author,) = opened.coding.authors()
     assert (author.name, author.kind) == ("model foam", "model")
 
 
@@ -205,10 +205,10 @@ def test_names_cannot_steer_the_terminal(forcelab, project, recordings, tmp_path
 
 def test_actions_without_a_sample_are_not_said_to_be_learnt(forcelab, project, tmp_path):
     with Project.open(project) as opened:
-        id_ = opened.demonstrations("foam")[0].id
-        before = opened.track(id_, "coder").segments
+        id_ = opened.demonstrations.infos("foam")[0].id
+        before = opened.tracks.get(id_, "coder").segments
         after = paint(before, 1.0001, 1.0002, "blink")
-        opened.edit(id_, "coder", before, after, "blink")
+        opened.tracks.edit(id_, "coder", before, after, "blink")
     words = ["train", project, "--task", "foam", *SETTINGS, "--out", tmp_path / "r.skops", "--json"]
     content = forcelab(*words).json
     assert "blink" not in content["actions"]

@@ -26,7 +26,7 @@ def test_it_prints_what_the_window_computes(project, forcelab):
     printed = forcelab("why", project, "foam 02", "--at", "2.0", "--json").json
     with Project.open(project) as opened:
         outcome = load(opened, printed.pop("run"))
-        id_ = opened.load("foam 02").id
+        id_ = opened.demonstrations.load("foam 02").id
     withheld = finish(withholding(project, outcome, id_))
     why = finish(explaining(withheld, outcome, place_at(outcome.find(id_), 2.0)))
     expected = json.loads(json.dumps(why.to_json()))

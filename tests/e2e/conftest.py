@@ -45,9 +45,11 @@ def project(tmp_path):
     with Project.create(path) as project:
         for number in (1, 2):
             signals = np.full((1000, 2), 0.1 * number)
-            project.add(Demonstration(f"pen {number}", "stylus", times, signals, channels))
+            project.demonstrations.add(
+                Demonstration(f"pen {number}", "stylus", times, signals, channels)
+            )
         names = ("still", "grab", "hold", "pull", "release")
-        project.set_vocabulary("stylus", Vocabulary().with_actions(*names))
+        project.actions.set_vocabulary("stylus", Vocabulary().with_actions(*names))
     return path
 
 

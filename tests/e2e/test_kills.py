@@ -32,7 +32,9 @@ def test_every_painted_segment_that_was_seen_is_there(start, project):
             kept = sum(max(0.0, min(e, end) - max(s, start_)) for s, e, _ in there)
             assert kept > end - start_ - 2e-4
         with Project.open(project) as opened:  # so that the next time all is painted anew
-            info = opened.demonstrations()[0]
-            opened.edit(info.id, "Ada", opened.track(info.id, "Ada").segments, (), "cleared")
+            info = opened.demonstrations.infos()[0]
+            opened.tracks.edit(
+                info.id, "Ada", opened.tracks.get(info.id, "Ada").segments, (), "cleared"
+            )
         program = start(project, "--author", "Ada", "--demo", "pen 1")
         assert program.until(lambda state: state["settled"])["title"].startswith("pen 1")

@@ -39,7 +39,7 @@ def project(tmp_path):
                 for s in segments
             ]
             filmed = replace(demonstration, video=VideoReference(film, ClockMap()))
-            project.add(filmed, [Track("Ada", tuple(track))])
+            project.demonstrations.add(filmed, [Track("Ada", tuple(track))])
     return path
 
 
@@ -53,7 +53,7 @@ def cheap(tmp_path, monkeypatch, project):
 def tracks(path):
     """What is stored of every demonstration, by name."""
     with Project.open(path) as project:
-        names = [info.name for info in project.demonstrations()]
+        names = [info.name for info in project.demonstrations.infos()]
     return {name: stored(path, name) for name in names}
 
 
@@ -160,11 +160,11 @@ def three_keys_lead_to_the_first_mistake(program, project):
     program.press("ctrl+1", "shift+h")
     program.until(lambda state: state["title"].startswith("foam 01"), "the next mistake")
     with Project.open(project) as opened:
-        assert [verdict.verdict for verdict in opened.verdicts()] == ["human"]
+        assert [verdict.verdict for verdict in opened.coding.verdicts()] == ["human"]
     program.press("ctrl+z")
     program.until(lambda state: state["title"].startswith("foam 02"), "where the verdict was")
     with Project.open(project) as opened:
-        assert opened.verdicts() == ()
+        assert opened.coding.verdicts() == ()
     assert tracks(project) == before
 
 
@@ -181,6 +181,6 @@ def killed_while_it_trains(program, project):
         assert time.monotonic() < deadline, left
         time.sleep(0.02)
     with Project.open(project) as opened:
-        assert [run.id for run in opened.runs()] == [1]
-        assert len(opened.recognisers()) == 1
+        assert [run.id for run in opened.runs.all()] == [1]
+        assert len(opened.runs.recognisers()) == 1
     assert tracks(project) == before

@@ -36,9 +36,9 @@ def project(tmp_path):
     """A demonstration whose video starts 0.4 s before its forces, labelled by two."""
     path = tmp_path / "study.forcelab"
     with Project.create(path) as project:
-        added = project.add(filmed_demonstration(tmp_path, ClockMap(-0.4)))
+        added = project.demonstrations.add(filmed_demonstration(tmp_path, ClockMap(-0.4)))
         for author, segments in (("Ann", ANN), ("Zoe", ZOE)):
-            project.edit(added.id, author, (), segments, "painted")
+            project.tracks.edit(added.id, author, (), segments, "painted")
     return path
 
 
@@ -58,7 +58,7 @@ def test_one_table_holds_every_segment_with_whose_and_of_what_it_is(project):
     assert [row["action"] for row in rows] == ["grab", "hold, firmly", "grab"]
     assert [rows[1][name] for name in ("start", "end", "duration")] == ["0.3", "0.45", "0.15"]
     with Project.open(project) as opened:
-        info = opened.demonstrations()[0]
+        info = opened.demonstrations.infos()[0]
     assert {row["demonstration"] for row in rows} == {info.name}
     assert float(rows[0]["seconds"]) == pytest.approx(info.duration)
 
@@ -78,9 +78,9 @@ def test_a_boris_project_holds_every_segment_as_a_state_event(project):
     keys = [one["key"] for one in content["behaviors_conf"].values()]
     assert len(set(keys)) == 2
     with Project.open(project) as opened:
-        (info,) = opened.demonstrations()
-        video = opened.load(info.id).video.path
-        first = opened.history(info.id, "Ann")[0].time
+        (info,) = opened.demonstrations.infos()
+        video = opened.demonstrations.load(info.id).video.path
+        first = opened.tracks.history(info.id, "Ann")[0].time
     ann, zoe = (content["observations"][f"{info.name} - {name}"] for name in ("Ann", "Zoe"))
     assert ann["events"] == [
         [0.1, "", "grab", "", "", "NA"],
@@ -103,8 +103,8 @@ def test_a_boris_project_holds_every_segment_as_a_state_event(project):
 
 def test_boris_is_told_times_at_the_rate_of_the_video(project):
     with Project.open(project) as opened:
-        (info,) = opened.demonstrations()
-        opened.set_video_clock(info.id, ClockMap(-0.4, 1.25))
+        (info,) = opened.demonstrations.infos()
+        opened.media.set_video_clock(info.id, ClockMap(-0.4, 1.25))
     observation = boris(project)["observations"][f"{info.name} - Ann"]
     start = observation["events"][0][0]
     assert start - observation["time offset"] == pytest.approx((0.1 + 0.4) / 1.25)
@@ -128,8 +128,8 @@ def test_what_boris_cannot_hold_is_refused_and_what_is_alike_is_numbered():
 
 def test_of_a_video_that_is_gone_the_rest_is_told(project):
     with Project.open(project) as opened:
-        (info,) = opened.demonstrations()
-        video = opened.load(info.id).video.path
+        (info,) = opened.demonstrations.infos()
+        video = opened.demonstrations.load(info.id).video.path
         video.unlink()
     observation = boris(project)["observations"][f"{info.name} - Ann"]
     assert observation["media_info"]["fps"] == {str(video): 0.0}
@@ -179,11 +179,11 @@ def test_one_demonstration_that_cannot_be_written_is_named_and_none_is(
     project, kind, segment, told
 ):
     with Project.open(project) as opened:
-        first = opened.demonstrations()[0].id
-        again = replace(opened.load(first), name="zz last", video=None)
+        first = opened.demonstrations.infos()[0].id
+        again = replace(opened.demonstrations.load(first), name="zz last", video=None)
         again = replace(again, signals=again.signals + 1.0)
-        added = opened.add(again)
-        opened.edit(added.id, "Ann", (), (segment,), "painted")
+        added = opened.demonstrations.add(again)
+        opened.tracks.edit(added.id, "Ann", (), (segment,), "painted")
     with pytest.raises(InputError, match=told):
         export(project, kind)
     assert not (project.parent / "out").exists()
@@ -230,13 +230,13 @@ def test_exported_labels_are_read_again_beside_their_recording(tmp_path, name):
     options = ReadOptions(task="foam")
     finish(importing(tmp_path / "here.forcelab", [recording], options))
     with Project.open(tmp_path / "here.forcelab") as project:
-        (info,) = project.demonstrations()
-        project.edit(info.id, "Zoe", (), ZOE, "painted")
+        (info,) = project.demonstrations.infos()
+        project.tracks.edit(info.id, "Zoe", (), ZOE, "painted")
     assert export(tmp_path / "here.forcelab", "csv").parent == recording.parent
     finish(importing(tmp_path / "there.forcelab", [recording], options))
     with Project.open(tmp_path / "there.forcelab") as project:
-        (info,) = project.demonstrations()
-        assert project.track(info.id, "Zoe") == Track("Zoe", ZOE)
+        (info,) = project.demonstrations.infos()
+        assert project.tracks.get(info.id, "Zoe") == Track("Zoe", ZOE)
 
 
 def test_files_of_demonstrations_with_the_same_name_are_told_by_their_tasks(tmp_path):
@@ -245,7 +245,7 @@ def test_files_of_demonstrations_with_the_same_name_are_told_by_their_tasks(tmp_
     with Project.create(path) as project:
         for i, (name, task) in enumerate([("pull", "foam"), ("Pull", "stylus"), ("push", "foam")]):
             made = Demonstration(name, task, times, times[:, None] + i, (Channel("fz", "N"),))
-            project.edit(project.add(made).id, "Ann", (), ZOE, "painted")
+            project.tracks.edit(project.demonstrations.add(made).id, "Ann", (), ZOE, "painted")
     for kind, endings in (("csv", ".labels.csv"), ("audacity", " - Ann.txt")):
         written = finish(exporting(path, tmp_path / kind, kind))
         names = [f"{name}{endings}" for name in ("foam - pull", "push", "stylus - Pull")]

@@ -46,7 +46,7 @@ def project(tmp_path):
 def contents(project):
     """What a project holds: names, tasks and ids."""
     with Project.open(project) as opened:
-        return [(info.name, info.task, info.id) for info in opened.demonstrations()]
+        return [(info.name, info.task, info.id) for info in opened.demonstrations.infos()]
 
 
 def test_glitches_are_told_whoever_imports(project, tmp_path):
@@ -78,7 +78,7 @@ def test_the_same_files_again_change_nothing_and_new_labels_are_an_update(tmp_pa
     assert report.count("updated") == 1
     assert contents(project) == before
     with Project.open(project) as opened:
-        (track,) = opened.tracks(before[0][2])
+        (track,) = opened.tracks.of(before[0][2])
     assert (track.author, track.segments) == ("Ada", (Segment(0.1, 0.2, "grab"),))
 
 
@@ -90,7 +90,7 @@ def test_a_file_that_is_read_with_other_columns_is_told_to_be_there_twice(
     import_files(project, [file], ReadOptions(task="foam"))
     if labelled:
         with Project.open(project) as opened:
-            opened.edit(opened.load("a").id, "Ann", (), GRAB, "painted")
+            opened.tracks.edit(opened.demonstrations.load("a").id, "Ann", (), GRAB, "painted")
     report = import_files(project, [file], ReadOptions(task="foam", leave_out=("fx",)))
     its = "with its labels" if labelled else "not labelled yet"
     said = (
@@ -165,20 +165,26 @@ def test_a_repaired_import_leaves_no_foreign_actions_in_the_wrong_task(tmp_path,
 
     import_files(project, [labelled("foam", 1, ["grab", "hold"])], ReadOptions(task="foam"))
     with Project.open(project) as opened:
-        opened.add_actions("foam", ["squeeze"])  # by hand, and not painted yet
+        opened.actions.add("foam", ["squeeze"])  # by hand, and not painted yet
     pull = labelled("pull", 2, ["grab", "pull", "slip"])
     import_files(project, [pull], ReadOptions(task="foam"))
     report = import_files(project, [pull], ReadOptions(task="stylus"))
     with Project.open(project) as opened:
-        assert opened.vocabulary("foam").names == ("grab", "hold", "squeeze")
-        assert opened.vocabulary("stylus").names == ("grab", "pull", "slip")
+        assert opened.actions.vocabulary("foam").names == ("grab", "hold", "squeeze")
+        assert opened.actions.vocabulary("stylus").names == ("grab", "pull", "slip")
         assert any("no longer lists pull, slip" in one for one in report.remarks[pull])
-        opened.set_task(opened.load("pull").id, "foam")
-        assert opened.vocabulary("foam").names == ("grab", "hold", "squeeze", "pull", "slip")
-        opened.set_task(opened.load("pull").id, "stylus")
-        assert opened.vocabulary("foam").names == ("grab", "hold", "squeeze")
+        opened.demonstrations.set_task(opened.demonstrations.load("pull").id, "foam")
+        assert opened.actions.vocabulary("foam").names == (
+            "grab",
+            "hold",
+            "squeeze",
+            "pull",
+            "slip",
+        )
+        opened.demonstrations.set_task(opened.demonstrations.load("pull").id, "stylus")
+        assert opened.actions.vocabulary("foam").names == ("grab", "hold", "squeeze")
         # The last one of a task leaves it as it is, for those that are still to come.
-        assert opened.vocabulary("stylus").names == ("grab", "pull", "slip")
+        assert opened.actions.vocabulary("stylus").names == ("grab", "pull", "slip")
 
 
 def test_what_is_remarked_on_several_files_is_told_once(tmp_path, project):
@@ -320,11 +326,17 @@ def test_importing_again_without_saying_it_once_more_keeps_task_and_rate(tmp_pat
     import_files(project, [file], ReadOptions(task="foam", rate=250.0))
     assert import_files(project, [file]).count("unchanged") == 1
     with Project.open(project) as opened:
-        assert (opened.load("a").task, opened.load("a").grid_rate) == ("foam", 250.0)
+        assert (
+            opened.demonstrations.load("a").task,
+            opened.demonstrations.load("a").grid_rate,
+        ) == ("foam", 250.0)
     assert import_files(project, [file], ReadOptions(task="")).count("updated") == 1
     assert import_files(project, [file], ReadOptions(rate=100.0)).count("updated") == 1
     with Project.open(project) as opened:
-        assert (opened.load("a").task, opened.load("a").grid_rate) == ("", 100.0)
+        assert (
+            opened.demonstrations.load("a").task,
+            opened.demonstrations.load("a").grid_rate,
+        ) == ("", 100.0)
 
 
 @pytest.fixture
@@ -336,15 +348,15 @@ def archive(tmp_path):
         times = np.arange(40) / 100
         signals = np.random.default_rng(1).normal(size=(40, 1))
         given = Demonstration("a", "", times, signals, (Channel("fx"),), VideoReference(film))
-        id_ = old.add(given, [Track("Ada", GRAB)]).id
-        old.edit(id_, "Ada", GRAB, (), "erased")
-        old.undo(id_, "Ada")
-        old.edit(id_, "mlp", (), GRAB, "predicted", kind="predict")
-        old.set_vocabulary("", old.vocabulary("").rebound("grab", "q"))
-        used = [LabelsUsed(id_, "Ada", old.head(id_, "Ada"))]
+        id_ = old.demonstrations.add(given, [Track("Ada", GRAB)]).id
+        old.tracks.edit(id_, "Ada", GRAB, (), "erased")
+        old.tracks.undo(id_, "Ada")
+        old.tracks.edit(id_, "mlp", (), GRAB, "predicted", kind="predict")
+        old.actions.set_vocabulary("", old.actions.vocabulary("").rebound("grab", "q"))
+        used = [LabelsUsed(id_, "Ada", old.tracks.head(id_, "Ada"))]
         made = {"settings": {}, "seed": 1, "labels": used, "versions": {}}
-        old.add_recogniser("mlp", b"opaque", **made)
-        old.add_run("evaluate", **made, result={"accuracy": 0.5})
+        old.runs.add_recogniser("mlp", b"opaque", **made)
+        old.runs.add("evaluate", **made, result={"accuracy": 0.5})
         write_archive(old, tmp_path / "old.zip")
     return tmp_path / "old.zip"
 
@@ -374,10 +386,10 @@ def test_an_archive_in_an_existing_project_brings_labels_and_says_what_stayed(
     assert "stayed in the archive" in remark
     assert "into a new project brings everything" in remark
     with Project.open(project) as opened:
-        (id_,) = [info.id for info in opened.demonstrations() if info.name == "a"]
-        assert opened.tracks(id_) == (Track("Ada", GRAB),)
-        assert opened.runs() == ()
-        assert opened.load(id_).video.path.read_bytes() == bytes(range(256)) * 20
+        (id_,) = [info.id for info in opened.demonstrations.infos() if info.name == "a"]
+        assert opened.tracks.of(id_) == (Track("Ada", GRAB),)
+        assert opened.runs.all() == ()
+        assert opened.demonstrations.load(id_).video.path.read_bytes() == bytes(range(256)) * 20
     assert list(scratch.iterdir()) == []
 
 
@@ -456,7 +468,7 @@ def test_the_papers_databases_become_two_tasks_of_ten(project):
     report = import_files(project, [TONGS / "soft_sig.pdl"], ReadOptions(task="foam"))
     assert (report.count("new"), report.remarks) == (10, {})
     with Project.open(project) as opened:
-        infos = opened.demonstrations()
+        infos = opened.demonstrations.infos()
         assert [sum(info.task == task for info in infos) for task in ("stylus", "foam")] == [10, 10]
         for info in infos:
             assert info.rate == pytest.approx(1000, rel=1e-9)

@@ -31,7 +31,7 @@ def lab(tmp_path):
 
 def videos(path):
     with Project.open(path) as project:
-        return {info.name: info.has_video for info in project.demonstrations()}
+        return {info.name: info.has_video for info in project.demonstrations.infos()}
 
 
 def test_a_video_named_together_with_its_recording_is_attached(lab):
@@ -71,10 +71,10 @@ def test_importing_again_keeps_the_clock_that_the_video_was_given(lab):
     path, files, options = lab / "p.forcelab", sorted(lab.glob("*.csv")), ReadOptions(videos=True)
     import_files(path, files, options)
     with Project.open(path) as project:
-        project.set_video_clock(project.load("VP07_2").id, ClockMap(-3.4))
+        project.media.set_video_clock(project.demonstrations.load("VP07_2").id, ClockMap(-3.4))
     assert import_files(path, files, options).count("unchanged") == 2
     with Project.open(path) as project:
-        assert project.load("VP07_2").video.clock.offset == -3.4
+        assert project.demonstrations.load("VP07_2").video.clock.offset == -3.4
 
 
 def test_a_video_that_cannot_be_read_is_left_out(lab):
@@ -88,7 +88,7 @@ def test_a_video_that_cannot_be_read_is_left_out(lab):
     assert report.count("new") == len(files)
     assert list(report.unread) == [video]
     with Project.open(lab / "p.forcelab") as project:
-        assert project.load("VP07_1").video is None
+        assert project.demonstrations.load("VP07_1").video is None
 
 
 def test_a_video_without_its_recording_is_refused_with_what_to_do(lab):

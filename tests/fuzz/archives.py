@@ -163,10 +163,10 @@ def findings_of_archives(count: int, seed: int, folder: Path) -> Iterator[Findin
     path = folder / "whole.forcelab"
     make_project(path)
     with Project.open(path) as project:
-        id_ = project.demonstrations()[0].id
-        project.add_verdict(Verdict(id_, "ben", "anna", 0.0, 0.05, "grab", None, "human"))
-        project.assign(id_, "ben", blind=True)
-        project.undo(id_, "anna")
+        id_ = project.demonstrations.infos()[0].id
+        project.coding.add_verdict(Verdict(id_, "ben", "anna", 0.0, 0.05, "grab", None, "human"))
+        project.coding.assign(id_, "ben", blind=True)
+        project.tracks.undo(id_, "anna")
     if forcelab(["export", str(path), "--format", "archive", "--out", str(folder / "out")]):
         raise SystemExit("The archive could not be made.")
     (file,) = (folder / "out").iterdir()

@@ -169,7 +169,7 @@ def findings_of_recognisers(count: int, seed: int, folder: Path) -> Iterator[Fin
     path = folder / "whole.forcelab"
     with Project.create(path) as project:
         for demonstration, segments in synthetic_set(1, rate=100.0):
-            project.add(demonstration, [Track("Ann", segments)])
+            project.demonstrations.add(demonstration, [Track("Ann", segments)])
     # Elsewhere: a child that is forked after OpenMP began here would wait for its threads for ever.
     with ProcessPoolExecutor(1, get_context("spawn")) as pool:
         files = pool.submit(recognisers).result()

@@ -95,9 +95,11 @@ def make_project(folder: Path) -> None:
             "01", "LEGO", times, signals, channels, video=VideoReference(film, ClockMap())
         )
         labels = (Segment(0.0, 0.05, "grab"), Segment(0.06, 0.1, "hold"))
-        id_ = project.add(first, [Track("anna", labels), Track("ben", labels[:1])]).id
-        project.edit(id_, "anna", labels, labels[:1], "hold deleted")
-        project.add(Demonstration("02", "LEGO", times, signals + 1, channels))
+        id_ = project.demonstrations.add(
+            first, [Track("anna", labels), Track("ben", labels[:1])]
+        ).id
+        project.tracks.edit(id_, "anna", labels, labels[:1], "hold deleted")
+        project.demonstrations.add(Demonstration("02", "LEGO", times, signals + 1, channels))
 
 
 def change_row(folder: Path, chance: random.Random) -> str:

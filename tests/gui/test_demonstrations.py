@@ -30,7 +30,7 @@ from forcelab.gui.document import Document
 from forcelab.gui.removal_dialog import Removal, removal_of
 from forcelab.labels import Segment, Track
 from forcelab.project import DemonstrationInfo, Incoming, Project
-from forcelab.project.loading import natural_order
+from forcelab.text import natural_order
 
 MEMORY = "/dev/shm" if os.access("/dev/shm", os.W_OK) else None
 LONG = "a demonstration whose name " + "is very long indeed " * 12 + "and ends so"
@@ -55,7 +55,7 @@ def incoming(name: str, task: str, seed: int, **labelled: float) -> Incoming:
 
 def study(path):
     with Project.create(path) as project:
-        added = project.add_all(
+        added = project.demonstrations.add_all(
             [
                 incoming("pen-10", "stylus", 0),
                 incoming("pen-2", "stylus", 1, anna=5.0, bert=2.5),
@@ -65,7 +65,9 @@ def study(path):
             ]
         )
         block = next(one.id for one in added if one.name == "block")
-        project.edit(block, "net", (), (Segment(0.0, 1.0, "grab"),), "predicted", kind="predict")
+        project.tracks.edit(
+            block, "net", (), (Segment(0.0, 1.0, "grab"),), "predicted", kind="predict"
+        )
 
 
 @pytest.fixture
@@ -279,7 +281,7 @@ def test_what_the_coder_labelled_last_comes_first_with_its_task(listing, documen
     assert next(iter(after)) == "stylus"
     assert after["stylus"] == ["pen-10", "pen-2"]
     project, pen = document.project, id_of(document, "pen-2")
-    project.edit(pen, "bert", project.track(pen, "bert").segments, (), "erased")
+    project.tracks.edit(pen, "bert", project.tracks.get(pen, "bert").segments, (), "erased")
     document.refresh_listing()
     document.open_demonstration(id_of(document, "block"))
     assert shown(listing)["stylus"] == ["pen-10", "pen-2"]  # what others do does not count
@@ -347,14 +349,14 @@ def test_several_are_chosen_and_put_right_at_once(listing, document, until):
     document.listing_changed.connect(lambda: reads.append(None))
     entries(listing, rows)["Mark 3 as done"].trigger()
     assert len(reads) == 1  # read once for all of them
-    assert {one.demonstration for one in document.project.assignments("anna") if one.done} == {
-        row.info.id for row in rows
-    }
+    assert {
+        one.demonstration for one in document.project.coding.assignments("anna") if one.done
+    } == {row.info.id for row in rows}
     assert chosen(listing) == ["sponge", "pen-2", "pen-10"]
     again = entries(listing, listing._chosen())
     assert "Mark 3 as done" not in again
     again["Withdraw 3 assignments (anna)"].trigger()
-    assert not document.project.assignments("anna")
+    assert not document.project.coding.assignments("anna")
     assert listing.menu.set_task([row.info.id for row in rows], "marker")
     assert [info.task for info in document.infos if info.name.startswith("pen")] == ["marker"] * 2
     click(listing, "block")
@@ -377,10 +379,10 @@ def test_what_is_opened_is_chosen_alone(listing, document):
 
 def test_filters_show_what_is_left_to_do(listing, document):
     project = document.project
-    project.assign(id_of(document, "pen-10"), "anna")
-    project.assign(id_of(document, "block"), "anna", blind=False)
-    project.set_done(id_of(document, "block"), "anna")
-    project.assign(id_of(document, "sponge"), "bert")
+    project.coding.assign(id_of(document, "pen-10"), "anna")
+    project.coding.assign(id_of(document, "block"), "anna", blind=False)
+    project.coding.set_done(id_of(document, "block"), "anna")
+    project.coding.assign(id_of(document, "sponge"), "bert")
     document.refresh_listing()
     names = {}
     for i in range(listing.shown.count()):
@@ -436,7 +438,7 @@ def test_a_blind_coder_learns_nothing_of_the_others(listing, document, answers):
     document.open_demonstration(id_)
     assert "bert" in document.other_tracks
     assert listing.menu.assign([id_], "anna")
-    document.project.assign(id_, "bert")
+    document.project.coding.assign(id_, "bert")
     document.refresh_listing()
     assert document.coding_blind
     assert document.other_tracks == {}
@@ -468,7 +470,7 @@ def test_who_assigns_is_told_that_it_is_done(listing, document, said, monkeypatc
     monkeypatch.setattr(QInputDialog, "getItem", lambda *_: ("bert", True))
     listing.menu._ask_assign([id_of(document, name) for name in names])
     assert (told, False) in said
-    assert len(document.project.assignments("bert")) == len(names)
+    assert len(document.project.coding.assignments("bert")) == len(names)
 
 
 def test_what_the_menu_does_is_in_the_project(listing, document, said, tmp_path):
@@ -489,10 +491,10 @@ def test_what_the_menu_does_is_in_the_project(listing, document, said, tmp_path)
     assert document.demonstration.video is not None
     assert row(listing, "pencil").info.has_video
     assert menu.set_done([id_], True)
-    assert [one.done is not None for one in project.assignments("anna")] == [True]
+    assert [one.done is not None for one in project.coding.assignments("anna")] == [True]
     assert menu.set_done([id_], False)
     assert menu.unassign([id_], "anna")
-    assert project.assignments() == ()
+    assert project.coding.assignments() == ()
 
 
 def test_a_demonstration_changes_its_task_and_comes_back(listing, document):
@@ -512,7 +514,7 @@ def test_a_demonstration_changes_its_task_and_comes_back(listing, document):
 def test_what_was_imported_by_mistake_is_removed(listing, document, said):
     id_ = id_of(document, "pen-2")
     document.open_demonstration(id_)
-    heads = {name: document.project.head(id_, name) for name in ("anna", "bert")}
+    heads = {name: document.project.tracks.head(id_, name) for name in ("anna", "bert")}
     assert not listing.menu.remove({id_: {"anna": heads["anna"]}})
     assert "was labelled meanwhile" in said[-1][0]
     assert document.id == id_
@@ -606,7 +608,7 @@ def test_every_row_has_a_menu(listing, document):
 
 def test_one_demonstration_is_not_spoken_of_as_several(listing, document):
     project = document.project
-    project.assign(id_of(document, "block"), "Nora")
+    project.coding.assign(id_of(document, "block"), "Nora")
     document.refresh_listing()
     [alone] = [group for group in listing.model.groups if len(group.rows) == 1]
     listing.menu.set_done([alone.rows[0].info.id], True)
@@ -635,11 +637,13 @@ def test_what_another_window_does_shows_and_leaves_the_cursor_where_it_is(listin
     resets = []
     listing.model.modelReset.connect(lambda: resets.append(1))
     with Project.open(path) as other:
-        other.edit(id_of(document, "sponge"), "anna", (), (Segment(0.0, 5.0, "grab"),), "painted")
+        other.tracks.edit(
+            id_of(document, "sponge"), "anna", (), (Segment(0.0, 5.0, "grab"),), "painted"
+        )
         document.refresh()
         assert row(listing, "sponge").share == 0.5
         assert resets == []
-        other.add_all([incoming("cube", "foam", 9)])
+        other.demonstrations.add_all([incoming("cube", "foam", 9)])
         document.refresh()
     assert shown(listing)["foam"] == ["block", "cube", "sponge"]
     assert listing.view.currentIndex().data() == "sponge"
@@ -672,7 +676,7 @@ def test_where_there_is_nothing_it_says_what_to_do(listing, document, tmp_path):
 @pytest.mark.parametrize("width", [120, 260, 400])
 def test_every_row_is_painted_within_its_box(app, listing, document, choice, width):
     theme.use_theme(app, choice)
-    document.project.assign(id_of(document, "block"), "anna")
+    document.project.coding.assign(id_of(document, "block"), "anna")
     document.open_demonstration(id_of(document, "pen-2"))
     listing.resize(width, 400)
     image = listing.grab().toImage().convertToFormat(QImage.Format.Format_RGB32)
@@ -753,5 +757,5 @@ def test_another_one_is_opened_where_the_open_one_was_removed_elsewhere(document
     gone = id_of(document, "pen-10")
     document.open_demonstration(gone)
     with Project.open(path) as other:
-        other.remove_all({gone: {}})
+        other.demonstrations.remove_all({gone: {}})
     assert document.open_demonstration(id_of(document, "block"))

@@ -14,6 +14,7 @@ from forcelab.gui.document import Document
 from forcelab.gui.review.reviewed_run import reviewed_vocabulary
 from forcelab.labels import Segment, Track
 from forcelab.project import Incoming, Project
+from forcelab.project.demonstrations import DemonstrationStore
 
 
 def demonstration(name="pen 1", seconds=10.0, rate=1000.0):
@@ -25,7 +26,7 @@ def demonstration(name="pen 1", seconds=10.0, rate=1000.0):
 
 def study(path):
     with Project.create(path) as project:
-        project.add_all(
+        project.demonstrations.add_all(
             [
                 Incoming(
                     demonstration("pen 1"),
@@ -66,7 +67,7 @@ class Heard(QObject):
 
 def stored(document, author="Ada"):
     with Project.open(document.project.path) as project:
-        return project.track(document.id, author).segments
+        return project.tracks.get(document.id, author).segments
 
 
 def test_a_view_that_hears_of_an_edit_finds_it_in_the_store(document):
@@ -106,7 +107,7 @@ def test_what_stands_in_the_way_is_said_and_nothing_changes(document):
 
 def test_an_edit_from_elsewhere_is_not_written_over_but_shown(document):
     with Project.open(document.project.path) as other:
-        other.edit(document.id, "Ada", document.editor.segments, (), "emptied")
+        other.tracks.edit(document.id, "Ada", document.editor.segments, (), "emptied")
     heard = Heard(document)
     assert not document.editor.paint(1, 3, "hold")
     assert heard.sentences[-1][1]
@@ -118,8 +119,8 @@ def test_an_edit_from_elsewhere_is_not_written_over_but_shown(document):
 def test_what_another_process_painted_appears_when_one_looks(document):
     assert document.other_tracks == {"Ben": (Segment(3, 4, "pull"),)}
     with Project.open(document.project.path) as other:
-        other.edit(document.id, "Ben", (Segment(3, 4, "pull"),), (), "emptied")
-        other.edit(document.id, "Cleo", (), (Segment(0, 1, "wobble"),), "painted")
+        other.tracks.edit(document.id, "Ben", (Segment(3, 4, "pull"),), (), "emptied")
+        other.tracks.edit(document.id, "Cleo", (), (Segment(0, 1, "wobble"),), "painted")
     heard = Heard(document)
     document.refresh()
     assert document.other_tracks == {"Ben": (), "Cleo": (Segment(0, 1, "wobble"),)}
@@ -134,11 +135,11 @@ def test_a_new_action_gets_a_look_and_the_others_keep_theirs(document):
     document.editor.paint(5, 6, "polish")
     assert all(document.vocabulary[name] == action for name, action in before.items())
     with Project.open(document.project.path) as project:
-        assert "polish" in project.vocabulary("stylus")
+        assert "polish" in project.actions.vocabulary("stylus")
 
 
 def test_while_coding_blind_nobody_elses_labels_can_be_reached(document):
-    document.project.assign(document.id, "Ada", blind=True)
+    document.project.coding.assign(document.id, "Ada", blind=True)
     document.open_demonstration("pen 2")
     document.open_demonstration("pen 1")
     assert document.other_tracks == {}
@@ -251,12 +252,12 @@ def test_a_stroke_may_run_backwards_and_needs_time(document):
 
 def test_what_was_changed_elsewhere_is_read_once_the_store_can_be_read(document, monkeypatch):
     with Project.open(document.project.path) as other:
-        other.edit(document.id, "Ada", document.editor.segments, (), "emptied")
-        other.rename(document.infos[1].id, "pen 3")
-    for verbs in (("demonstrations", "load"), ("demonstrations",)):
+        other.tracks.edit(document.id, "Ada", document.editor.segments, (), "emptied")
+        other.demonstrations.rename(document.infos[1].id, "pen 3")
+    for verbs in (("infos", "load"), ("infos",)):
         with monkeypatch.context() as failing:
             for verb in verbs:
-                failing.setattr(Project, verb, refusing)
+                failing.setattr(DemonstrationStore, verb, refusing)
             document.refresh()
         assert bool(document.editor.segments) == ("load" in verbs)
         assert [info.name for info in document.infos] == ["pen 1", "pen 2"]
@@ -296,4 +297,4 @@ def test_what_only_a_model_predicts_looks_as_in_the_review(document):
     assert document.vocabulary["polish"].look == seen["polish"].look
     assert document.vocabulary["grab"].look == seen["grab"].look
     assert document.vocabulary["polish"].key  # it can be painted
-    assert "polish" not in document.project.vocabulary("stylus")
+    assert "polish" not in document.project.actions.vocabulary("stylus")

@@ -80,7 +80,7 @@ QTimer.singleShot(20_000, lambda: os._exit(99))
 
 def test_nothing_of_the_window_is_left_to_the_end_of_the_interpreter(run, study):
     with Project.open(study) as project:
-        project.add(demonstration())
+        project.demonstrations.add(demonstration())
     done = run("""
 atexit.register(lambda: print(len(QApplication.topLevelWidgets()), "widgets"))
 QTimer.singleShot(1000, application.closeAllWindows)

@@ -19,8 +19,8 @@ def document(app, tmp_path):
         project = document.project
         for info in document.infos:
             for author in (document.author, "Zoe"):
-                before = project.track(info.id, author).segments
-                project.edit(info.id, author, before, GRAB, "painted")
+                before = project.tracks.get(info.id, author).segments
+                project.tracks.edit(info.id, author, before, GRAB, "painted")
         document.reread()
         yield document
 
@@ -76,7 +76,7 @@ def test_the_whole_project_is_offered_beside_what_a_search_has_left(document, tm
 
 
 def test_a_blind_coder_exports_only_what_is_not_hidden(dialog, document, tmp_path, until):
-    document.project.assign(document.infos[0].id, document.author)
+    document.project.coding.assign(document.infos[0].id, document.author)
     dialog.export(tmp_path / "blind")
     until(dialog.go.isEnabled)
     [text] = written(tmp_path / "blind").values()

@@ -219,7 +219,7 @@ def test_labels_are_the_files_own_unless_a_coder_is_chosen(document, dialog, unt
     assert dialog._author.findText("Ann") > 0
     dialog._go.click()
     until(lambda: document.id)
-    assert [author.name for author in document.project.authors()] == ["coder"]
+    assert [author.name for author in document.project.coding.authors()] == ["coder"]
 
 
 @pytest.mark.parametrize(("answer", "tasks"), [(0, ("foam",)), (1, ("Foam", "foam"))])
@@ -227,7 +227,7 @@ def test_a_task_that_differs_by_case_alone_is_asked_about(
     document, dialog, until, monkeypatch, answer, tasks
 ):
     with Project.open(document.project.path) as other:
-        other.add(demonstration())  # of task foam
+        other.demonstrations.add(demonstration())  # of task foam
     asked = []
 
     def press(box):
@@ -241,7 +241,7 @@ def test_a_task_that_differs_by_case_alone_is_asked_about(
     dialog._go.click()
     until(lambda: "1 demonstration imported" in dialog._report_label.text())
     assert asked == [("'foam' already exists.", ["Use 'foam'", "Add 'Foam'"])]
-    assert sorted(document.project.tasks()) == list(tasks)
+    assert sorted(document.project.demonstrations.tasks()) == list(tasks)
 
 
 def test_a_missing_task_is_warned_of_plainly(dialog):

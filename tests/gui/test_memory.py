@@ -48,13 +48,13 @@ def study(tmp_path):
     film = films.write_with_opencv(tmp_path / "film.avi", "MJPG", 10)
     plain = painting_bench.demonstration()
     with Project.create(path) as project:
-        project.set_vocabulary("foam", Vocabulary().with_actions(*ACTIONS))
+        project.actions.set_vocabulary("foam", Vocabulary().with_actions(*ACTIONS))
         for number in range(COUNT):
             video = VideoReference(film, ClockMap()) if number % 5 == 0 else None
             one = replace(
                 plain, name=f"{number:03d}", signals=plain.signals + number / COUNT, video=video
             )
-            project.add(one, [Track("Ann", HUMAN)])
+            project.demonstrations.add(one, [Track("Ann", HUMAN)])
     yield path
     shutil.rmtree(folder)
 

@@ -77,7 +77,9 @@ def test_a_note_is_written_by_the_keyboard_and_shown_in_the_list(window, path, u
     before = window.demonstrations.view.grab().toImage()
     note(window, until, "slipped at <b>3.2 s")
     with Project.open(path) as other:
-        assert [(n.author, n.text) for n in other.notes()] == [("Ada", "slipped at <b>3.2 s")]
+        assert [(n.author, n.text) for n in other.coding.notes()] == [
+            ("Ada", "slipped at <b>3.2 s")
+        ]
     assert "Note by Ada: slipped at <b>3.2 s" in index_of(window, "01").data(ALOUD)
     assert "Note by Ada: slipped at &lt;b&gt;3.2 s" in index_of(window, "01").data(TIP)
     assert "Note" not in index_of(window, "02").data(TIP)
@@ -91,7 +93,7 @@ def test_a_note_is_written_by_the_keyboard_and_shown_in_the_list(window, path, u
     QTest.keyClick(line, Qt.Key.Key_Delete)
     QTest.keyClick(line, Qt.Key.Key_Return)
     until(lambda: "Note" not in index_of(window, "01").data(ALOUD))
-    assert len(window.document.project.note_events()) == 3
+    assert len(window.document.project.coding.note_events()) == 3
 
 
 def test_escape_leaves_the_note_as_it_was(window, until):
@@ -102,7 +104,7 @@ def test_escape_leaves_the_note_as_it_was(window, until):
     QTest.keyClicks(line, "not")
     QTest.keyClick(dialog, Qt.Key.Key_Escape)
     until(lambda: not asking(window))
-    assert [one.text for one in window.document.project.note_events()] == ["leave out"]
+    assert [one.text for one in window.document.project.coding.note_events()] == ["leave out"]
 
 
 def test_a_right_click_writes_on_another_one_than_the_open_one(window, until):
@@ -129,7 +131,7 @@ def test_a_right_click_writes_on_another_one_than_the_open_one(window, until):
 
 def test_a_long_note_leaves_room_for_what_else_is_said_of_removing(window):
     document = window.document
-    document.project.set_note(document.id, "Ada", "a long story " * 1000)
+    document.project.coding.set_note(document.id, "Ada", "a long story " * 1000)
     document.refresh_listing()
     dialog = removal_of([*window.demonstrations.model.rows][:1], "Ada", window)
     dialog.show()
@@ -150,7 +152,7 @@ def test_a_note_written_while_removing_is_asked_about_is_not_lost_unseen(
         told.append(dialog.text.text())
         if len(told) == 1:
             with Project.open(path) as other:
-                other.set_note(rows[-1].info.id, "Ben", "keep this one")
+                other.coding.set_note(rows[-1].info.id, "Ben", "keep this one")
         return len(told) == 1
 
     monkeypatch.setattr(Removal, "exec", answer)
@@ -168,7 +170,9 @@ def test_a_note_written_while_removing_is_asked_about_is_not_lost_unseen(
 
 def test_the_search_finds_a_note_of_anybody(window, path):
     with Project.open(path) as other:
-        other.set_note(other.id_of("02"), "Bert", "Second TRY of the same grip")
+        other.coding.set_note(
+            other.demonstrations.id_of("02"), "Bert", "Second TRY of the same grip"
+        )
     window.document.refresh()
     window.commands["search"].trigger()
     search = window.demonstrations.search
@@ -183,9 +187,9 @@ def test_the_search_finds_a_note_of_anybody(window, path):
 def test_who_codes_blind_learns_nothing_of_the_notes_of_others(window, path, until, answers):
     note(window, until, "mine")
     with Project.open(path) as other:
-        id_ = other.id_of("01")
-        other.set_note(id_, "Bert", "slipped where I say")
-        other.assign(id_, "Ada")
+        id_ = other.demonstrations.id_of("01")
+        other.coding.set_note(id_, "Bert", "slipped where I say")
+        other.coding.assign(id_, "Ada")
     window.document.refresh()
     told = index_of(window, "01").data(ALOUD) + index_of(window, "01").data(TIP)
     assert "Note by Ada: mine" in told

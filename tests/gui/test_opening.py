@@ -122,7 +122,7 @@ def test_who_is_to_label_blind_is_found_under_the_name_that_was_assigned_to(
     """A new name, one letter apart, would see all that is to be hidden."""
     path, project, (one, _) = document.project.path, document.project, document.infos
     choice = AuthorChoice(document)
-    project.assign(one.id, "Bert")
+    project.coding.assign(one.id, "Bert")
     document.refresh_listing()
     assert choice._box.findText("Bert") >= 0
     asked = []

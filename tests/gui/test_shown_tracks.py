@@ -32,7 +32,7 @@ def test_an_ampersand_in_a_name_is_no_mark_of_a_key(app):
 
 def test_nobody_is_named_to_a_blind_coder(app):
     with opened((), Ben=HERS) as document:
-        document.project.assign(document.id, "Ann")
+        document.project.coding.assign(document.id, "Ann")
         document.reread()
         menu = ShownTracks(document)
         assert "Ben" not in entries(menu)

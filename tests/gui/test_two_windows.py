@@ -16,6 +16,7 @@ from forcelab.gui.label.segment_list import SegmentTable
 from forcelab.gui.label.tracks import own_menu
 from forcelab.labels import Segment, Track
 from forcelab.project import Project
+from forcelab.project.demonstrations import DemonstrationStore
 from forcelab.review.differences import Interval
 from forcelab.vocabulary import Vocabulary
 
@@ -29,8 +30,12 @@ def demonstration(name, task):
 
 def study(path):
     with Project.create(path) as project:
-        project.add(demonstration("pen", "stylus"), [Track("Ada", (ONE, TWO, THREE))])
-        project.add(demonstration("brick", "LEGO"), [Track("Ben", (Segment(1, 2, "press"),))])
+        project.demonstrations.add(
+            demonstration("pen", "stylus"), [Track("Ada", (ONE, TWO, THREE))]
+        )
+        project.demonstrations.add(
+            demonstration("brick", "LEGO"), [Track("Ben", (Segment(1, 2, "press"),))]
+        )
 
 
 @pytest.fixture
@@ -69,7 +74,7 @@ def test_a_brush_stays_behind_where_the_task_has_no_such_action(window):
 
 def test_a_brush_that_the_next_task_has_is_kept(window):
     document = window()
-    document.project.set_vocabulary("LEGO", Vocabulary().with_actions("press", "pull"))
+    document.project.actions.set_vocabulary("LEGO", Vocabulary().with_actions("press", "pull"))
     document.set_action("pull")
     document.open_demonstration("brick")
     assert document.action == "pull"
@@ -83,12 +88,12 @@ def test_who_cannot_be_labelled_as_is_not_shown_as_the_coder(window, monkeypatch
     monkeypatch.undo()
     assert document.editor.paint(7, 8, "pull")
     with Project.open(document.project.path) as project:
-        assert project.track(document.id, document.author).segments == document.editor.segments
+        assert project.tracks.get(document.id, document.author).segments == document.editor.segments
 
 
 def test_a_project_whose_list_cannot_be_read_leaves_the_open_one(window, path, monkeypatch):
     document = window()
-    monkeypatch.setattr(Project, "demonstrations", broken)
+    monkeypatch.setattr(DemonstrationStore, "infos", broken)
     with pytest.raises(InputError):
         document.open_project(path)
     assert document.editor.segments == (ONE, TWO, THREE)
@@ -122,7 +127,7 @@ def test_actions_that_two_windows_add_are_both_there(window):
     second.refresh()
     assert first.vocabulary["slip"] == second.vocabulary["slip"] == slip
     assert first.vocabulary["drop"] == second.vocabulary["drop"]
-    assert first.project.vocabulary("stylus").names == ("grab", "pull", "slip", "drop")
+    assert first.project.actions.vocabulary("stylus").names == ("grab", "pull", "slip", "drop")
 
 
 def test_a_vocabulary_changed_elsewhere_is_not_written_over(window):
@@ -131,8 +136,8 @@ def test_a_vocabulary_changed_elsewhere_is_not_written_over(window):
     assert not first.set_vocabulary(first.vocabulary.recoloured("grab", "#123456"))
     assert "slip" in first.vocabulary
     assert first.set_vocabulary(first.vocabulary.recoloured("grab", "#123456"))
-    assert first.project.vocabulary("stylus")["grab"].colour == "#123456"
-    assert "slip" in first.project.vocabulary("stylus")
+    assert first.project.actions.vocabulary("stylus")["grab"].colour == "#123456"
+    assert "slip" in first.project.actions.vocabulary("stylus")
 
 
 def test_undoing_what_another_window_painted_keeps_the_selection(window):
@@ -179,13 +184,13 @@ def test_a_name_and_a_clock_given_elsewhere_are_taken_over(window, path, tmp_pat
     film = tmp_path / "film.mp4"
     film.write_bytes(b"film")
     document = window()
-    document.project.attach_video(document.id, film)
+    document.project.media.attach_video(document.id, film)
     document.reread()
     heard = []
     document.demonstration_changed.connect(lambda: heard.append(document.id))
     with Project.open(path) as other:
-        other.set_video_clock(document.id, ClockMap(1.5))
-        other.rename(document.id, "pencil")
+        other.media.set_video_clock(document.id, ClockMap(1.5))
+        other.demonstrations.rename(document.id, "pencil")
     document.view.seek(3)
     document.refresh()
     assert document.demonstration.video.clock.offset == 1.5
@@ -199,7 +204,9 @@ def test_what_was_removed_elsewhere_is_put_down_and_said(window, path):
     told = []
     document.message_shown.connect(lambda sentence, _: told.append(sentence))
     with Project.open(path) as other:
-        other.remove_all({document.id: {"Ada": other.head(document.id, "Ada")}})
+        other.demonstrations.remove_all(
+            {document.id: {"Ada": other.tracks.head(document.id, "Ada")}}
+        )
     document.refresh()
     assert document.demonstration is None
     assert told == ["'pen' was removed elsewhere."]
@@ -209,8 +216,8 @@ def test_blindness_given_elsewhere_hides_labels_and_their_actions(window, path):
     document = window("Ben")
     assert "pull" in document.vocabulary
     with Project.open(path) as other:
-        other.set_vocabulary("stylus", Vocabulary().with_actions("grab"))
-        other.assign(document.id, "Ben", blind=True)
+        other.actions.set_vocabulary("stylus", Vocabulary().with_actions("grab"))
+        other.coding.assign(document.id, "Ben", blind=True)
     document.refresh()
     assert document.other_tracks == {}
     assert document.vocabulary.names == ("grab",)
@@ -218,7 +225,7 @@ def test_blindness_given_elsewhere_hides_labels_and_their_actions(window, path):
     assert "pull" in document.vocabulary
     document.set_author("Cleo")
     assert set(document.other_tracks) == {"Ada"}
-    document.project.set_done(document.id, "Ben", False)
+    document.project.coding.set_done(document.id, "Ben", False)
     document.set_author("Ben")
     assert document.vocabulary.names == ("grab",)
 
@@ -227,7 +234,7 @@ def test_blindness_given_elsewhere_unmarks_the_place_that_is_examined(window, pa
     document = window("Ben")
     document.review.examine(Interval(document.id, 1.0, 2.0))  # where Ada's segment begins and ends
     with Project.open(path) as other:
-        other.assign(document.id, "Ben", blind=True)
+        other.coding.assign(document.id, "Ben", blind=True)
     document.refresh()
     assert (document.review.examined, document.view.range) == (None, None)
 
@@ -256,8 +263,8 @@ def test_a_large_undo_with_a_selection_is_quick(window):
     document = window()
     many = tuple(Segment(n / 1000, (n + 0.5) / 1000, "grab") for n in range(5000))
     less = tuple(Segment(s.start, s.end + 1e-4, "grab") for s in many)
-    document.project.edit(document.id, "Ada", document.editor.segments, many, "many")
-    document.project.edit(document.id, "Ada", many, less, "less")
+    document.project.tracks.edit(document.id, "Ada", document.editor.segments, many, "many")
+    document.project.tracks.edit(document.id, "Ada", many, less, "less")
     document.reread()
     document.select(2500)
     began = time.thread_time()  # what other programs take does not count

@@ -277,7 +277,9 @@ def test_panels_stay_hidden_until_they_are_put_back(windows, study):
 def test_the_demonstration_of_last_time_is_opened(windows, study):
     with Project.open(study) as project:
         other = demonstration()
-        project.add(type(other)("02", "foam", other.times, other.signals + 1, other.channels))
+        project.demonstrations.add(
+            type(other)("02", "foam", other.times, other.signals + 1, other.channels)
+        )
     first = windows(LaunchOptions(project=study))
     assert first.document.demonstration.name == "01"
     first.commands["next_demonstration"].trigger()
@@ -338,7 +340,7 @@ def test_a_sample_that_cannot_be_made_is_said_and_one_can_go_on(
 
 def test_a_blind_coder_sees_nobody_elses_labels_anywhere(windows, study, answers):
     with Project.open(study) as project:
-        project.assign(project.demonstrations()[0].id, "Ann")
+        project.coding.assign(project.demonstrations.infos()[0].id, "Ann")
     window = windows(LaunchOptions(project=study))
     assert window.document.other_tracks == {}
     model = window.demonstrations.findChild(QTreeView).model()
@@ -417,7 +419,9 @@ def test_files_that_are_dropped_are_imported_and_folders_opened(windows, study, 
 
 def test_what_was_painted_is_no_longer_said_of_another_demonstration(windows, study):
     with Project.open(study) as project:
-        second = project.add(replace(demonstration(), name="02", times=demonstration().times + 1))
+        second = project.demonstrations.add(
+            replace(demonstration(), name="02", times=demonstration().times + 1)
+        )
     window = windows(LaunchOptions(project=study))
     document, bar = window.document, window.statusBar()
     document.editor.paint(1.0, 2.0, "grab")
@@ -438,7 +442,9 @@ def test_what_was_painted_is_no_longer_said_of_another_demonstration(windows, st
 
 def test_ctrl_a_chooses_all_demonstrations_listed_wherever_the_keyboard_is(windows, study):
     with Project.open(study) as project:
-        project.add(replace(demonstration(), name="02", times=demonstration().times + 1))
+        project.demonstrations.add(
+            replace(demonstration(), name="02", times=demonstration().times + 1)
+        )
     window = windows(LaunchOptions(project=study))
     window.activateWindow()
     assert QTest.qWaitForWindowActive(window)
@@ -611,11 +617,13 @@ def test_when_the_open_demonstration_is_removed_the_keyboard_is_in_the_list(wind
     """Not: types into the filter of the segments, which then hides those of the next one."""
     with Project.open(study) as other:
         one = demonstration()
-        other.add(replace(one, name="the other one", signals=one.signals + 1))
+        other.demonstrations.add(replace(one, name="the other one", signals=one.signals + 1))
     window = windows(LaunchOptions(project=study))
     document = window.document
     with Project.open(study) as other:
-        other.remove_all({document.id: {name: other.head(document.id, name) for name in ("Ben",)}})
+        other.demonstrations.remove_all(
+            {document.id: {name: other.tracks.head(document.id, name) for name in ("Ben",)}}
+        )
     document.refresh()
     app.processEvents()
     assert document.demonstration is None

@@ -44,8 +44,8 @@ def window(kept, until):
     kept.show_workspace("label")
     document = kept.document
     document.cancel_stroke()
-    for assignment in document.project.assignments():
-        document.project.unassign(assignment.demonstration, assignment.author)
+    for assignment in document.project.coding.assignments():
+        document.project.coding.unassign(assignment.demonstration, assignment.author)
     document.reread()
     kept.label.tracks.setFocus()
     assert not document.editor.segments
@@ -132,7 +132,7 @@ def test_the_lists_stay_as_wide_when_there_is_no_video(window, until):
 def test_what_is_not_done_yet_is_said_in_blind_coding(window, answers):
     document, said = window.document, []
     document.message_shown.connect(lambda sentence, _: said.append(sentence))
-    document.project.assign(document.id, "Ann")
+    document.project.coding.assign(document.id, "Ann")
     document.reread()
     window.commands["copy_from"].trigger()
     assert "hidden until you are done" in said[-1]
@@ -157,7 +157,7 @@ def test_what_is_not_assigned_is_marked_as_done_without_a_question(window, answe
     window.commands["done"].trigger()
     assert asked == []
     assert said[-1] == "Marked as done."
-    assert [one.done is not None for one in document.project.assignments("Nora")] == [True]
+    assert [one.done is not None for one in document.project.coding.assignments("Nora")] == [True]
     document.set_author("Ann")
 
 

@@ -163,16 +163,16 @@ def test_a_measurement_is_kept_in_the_project_and_read_again(tmp_path):
         assert found.place_of(own) == 2
         assert found.place_of(PLAIN.replace(preset="best")) == 0
         assert found.place_of(preset("best")) is None
-        assert project.edits_since(found.labels, ("foam",)) == 0
-        (summary,) = project.run_summaries(KIND)
+        assert project.tracks.edits_since(found.labels, ("foam",)) == 0
+        (summary,) = project.runs.summaries(KIND)
         assert summary.digest == {"title": "foam", "tested": 3}
         with pytest.raises(InputError, match="There is no run 9"):
             load(project, 9)
-        other = project.add_run("evaluate", settings={}, seed=0, labels=(), versions={}, result={})
+        other = project.runs.add("evaluate", settings={}, seed=0, labels=(), versions={}, result={})
         with pytest.raises(InputError, match="no measurement"):
             load(project, other)
         for result in ({}, {"rows": [{}], "settings": [{}]}, {"rows": 3}):
-            damaged = project.add_run(
+            damaged = project.runs.add(
                 KIND, settings={"choice": {}}, seed=0, labels=(), versions={}, result=result
             )
             with pytest.raises(InputError, match="damaged; measure again"):
@@ -199,7 +199,7 @@ def test_tasks_of_a_project(tmp_path, monkeypatch):
         assert table.rows[0].pareto
         cells = table.cells(table.sizes[0])
         assert cells[1][cells[0].index("accuracy")] == f"{table.rows[0].further['accuracy']:.3f}"
-        assert not project.run_summaries()
+        assert not project.runs.summaries()
         with pytest.raises(InputError, match="'pen'"):
             finish(measured_tasks(project, ("pen",), quick=True))
         both = finish(measured_tasks(project, ("pen", "foam"), quick=True))

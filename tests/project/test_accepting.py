@@ -103,16 +103,16 @@ def test_what_cannot_be_accepted_leaves_nothing(labelling, replace):
             TrackEditor(labelling.project, labelling.demonstration, author).accept(
                 segments, proposer, replace
             )
-    assert labelling.project.authors() == ()
+    assert labelling.project.coding.authors() == ()
     with pytest.raises(InputError, match="no model that proposes"):
-        labelling.project.edit(
+        labelling.project.tracks.edit(
             labelling.demonstration, "mlp", (), good, "p", kind="predict", proposed_by=MODEL
         )
 
 
 def test_an_author_who_predicted_may_propose_whatever_the_name(labelling):
     given = (Segment(0.0, 1.0, "grab"),)
-    labelling.project.edit(labelling.demonstration, "mlp", (), given, "p", kind="predict")
+    labelling.project.tracks.edit(labelling.demonstration, "mlp", (), given, "p", kind="predict")
     assert labelling.accept(given, "mlp").proposed_by == "mlp"
     with pytest.raises(InputError, match="'mlp' is a model in this project"):
         TrackEditor(labelling.project, labelling.demonstration, "mlp").accept(
@@ -141,11 +141,11 @@ def test_a_failure_in_the_middle_of_accepting_leaves_nothing(labelling, monkeypa
     assert count == statement
     monkeypatch.undo()
     assert labelling.segments == stored(labelling) == before
-    assert labelling.project.origins(labelling.demonstration, "Ada") == {}
+    assert labelling.project.tracks.origins(labelling.demonstration, "Ada") == {}
     assert len(labelling.history()) == 1
     assert labelling.accept(given, MODEL) is not None
     assert len(stored(labelling)) == 9
-    assert list(labelling.project.origins(labelling.demonstration, "Ada")) == list(given)
+    assert list(labelling.project.tracks.origins(labelling.demonstration, "Ada")) == list(given)
 
 
 @settings(max_examples=15, deadline=None)
@@ -160,4 +160,4 @@ def test_undoing_all_that_was_accepted_leads_back(deeds):
             labelling.undo()
             assert labelling.segments == state
         assert labelling.undo() is None
-        assert labelling.project.origins(labelling.demonstration, "Ada") == {}
+        assert labelling.project.tracks.origins(labelling.demonstration, "Ada") == {}

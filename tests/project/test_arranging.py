@@ -14,92 +14,96 @@ GRAB = (Segment(0.0, 0.1, "grab"),)
 
 
 def test_a_renamed_demonstration_has_its_new_name_everywhere(project, make, path):
-    id_ = project.add(make(1, name="01"), [Track("anna", (Segment(0, 0.1, "grab"),))]).id
-    project.rename(id_, "  Grüße 7 ")
+    id_ = project.demonstrations.add(
+        make(1, name="01"), [Track("anna", (Segment(0, 0.1, "grab"),))]
+    ).id
+    project.demonstrations.rename(id_, "  Grüße 7 ")
     with Project.open(path) as again:
-        assert again.load("Grüße 7").id == id_
-        assert [info.name for info in again.demonstrations()] == ["Grüße 7"]
-        assert again.track(id_, "anna").segments == (Segment(0, 0.1, "grab"),)
+        assert again.demonstrations.load("Grüße 7").id == id_
+        assert [info.name for info in again.demonstrations.infos()] == ["Grüße 7"]
+        assert again.tracks.get(id_, "anna").segments == (Segment(0, 0.1, "grab"),)
 
 
 def test_no_two_demonstrations_of_a_task_get_one_name(project, make):
-    one = project.add(make(1, name="01")).id
-    project.add(make(2, name="02"))
-    project.add(make(3, name="03", task="foam"))
+    one = project.demonstrations.add(make(1, name="01")).id
+    project.demonstrations.add(make(2, name="02"))
+    project.demonstrations.add(make(3, name="03", task="foam"))
     with pytest.raises(InputError, match="'01' was not renamed, .* task 'LEGO' is called '02'"):
-        project.rename(one, "02")
+        project.demonstrations.rename(one, "02")
     with pytest.raises(InputError, match="needs a name"):
-        project.rename(one, " ")
+        project.demonstrations.rename(one, " ")
     with pytest.raises(InputError, match="no demonstration 'f00'"):
-        project.rename("f00", "x")
+        project.demonstrations.rename("f00", "x")
     with pytest.raises(InputError, match="not valid Unicode"):
-        project.rename(one, "\ud800")
-    project.rename(one, "03")
-    project.rename(one, "03")
-    assert {info.name for info in project.demonstrations("LEGO")} == {"02", "03"}
+        project.demonstrations.rename(one, "\ud800")
+    project.demonstrations.rename(one, "03")
+    project.demonstrations.rename(one, "03")
+    assert {info.name for info in project.demonstrations.infos("LEGO")} == {"02", "03"}
 
 
 def test_an_attached_video_is_copied_and_has_its_clock(project, make, film, path):
-    id_ = project.add(make(1)).id
-    assert not project.demonstrations()[0].has_video
-    project.attach_video(id_, film, ClockMap(-0.25, 1.00002))
+    id_ = project.demonstrations.add(make(1)).id
+    assert not project.demonstrations.infos()[0].has_video
+    project.media.attach_video(id_, film, ClockMap(-0.25, 1.00002))
     content = film.read_bytes()
     film.unlink()
-    video = project.load(id_).video
+    video = project.demonstrations.load(id_).video
     assert video is not None
     assert video.path.is_relative_to(path / "demonstrations" / id_)
     assert video.path.suffix == ".mp4"
     assert video.path.read_bytes() == content
     assert video.clock == ClockMap(-0.25, 1.00002)
-    assert project.demonstrations()[0].has_video
+    assert project.demonstrations.infos()[0].has_video
 
 
 def test_a_video_attached_once_more_takes_the_place_of_the_first(project, make, film, tmp_path):
-    id_ = project.add(make(1, video=VideoReference(film, ClockMap(1.0)))).id
-    home = project.load(id_).video.path.parent
+    id_ = project.demonstrations.add(make(1, video=VideoReference(film, ClockMap(1.0)))).id
+    home = project.demonstrations.load(id_).video.path.parent
     for _ in range(2):
         other = tmp_path / "other.avi"
         other.write_bytes(b"moving pictures")
-        project.attach_video(id_, other)
-        assert project.load(id_).video.path.read_bytes() == b"moving pictures"
-        assert project.load(id_).video.clock == ClockMap()
+        project.media.attach_video(id_, other)
+        assert project.demonstrations.load(id_).video.path.read_bytes() == b"moving pictures"
+        assert project.demonstrations.load(id_).video.clock == ClockMap()
         assert len(list(home.glob("video-*"))) == 1
-    project.set_video_clock(id_, ClockMap(0.5))
-    project.add(make(1))
-    assert project.load(id_).video.clock == ClockMap(0.5)
+    project.media.set_video_clock(id_, ClockMap(0.5))
+    project.demonstrations.add(make(1))
+    assert project.demonstrations.load(id_).video.clock == ClockMap(0.5)
 
 
 def test_a_video_that_cannot_be_read_changes_nothing(project, make, film, tmp_path, path):
-    id_ = project.add(make(1, name="01", video=VideoReference(film, ClockMap(1.0)))).id
+    id_ = project.demonstrations.add(
+        make(1, name="01", video=VideoReference(film, ClockMap(1.0)))
+    ).id
     before = sorted(path.rglob("*"))
     for wrong in (tmp_path / "missing.mp4", tmp_path):
         with pytest.raises(InputError, match="The video was not attached to '01': .*\\.") as caught:
-            project.attach_video(id_, wrong)
+            project.media.attach_video(id_, wrong)
         assert "\n" not in str(caught.value)
     assert sorted(path.rglob("*")) == before
-    assert project.load(id_).video.clock == ClockMap(1.0)
+    assert project.demonstrations.load(id_).video.clock == ClockMap(1.0)
 
 
 def test_a_clock_is_set_where_there_is_a_video(project, make, film):
-    id_ = project.add(make(1, name="01", video=VideoReference(film))).id
-    without = project.add(make(2, name="02")).id
-    project.set_video_clock(id_, ClockMap(0.125, 0.999))
-    assert project.load(id_).video.clock == ClockMap(0.125, 0.999)
+    id_ = project.demonstrations.add(make(1, name="01", video=VideoReference(film))).id
+    without = project.demonstrations.add(make(2, name="02")).id
+    project.media.set_video_clock(id_, ClockMap(0.125, 0.999))
+    assert project.demonstrations.load(id_).video.clock == ClockMap(0.125, 0.999)
     with pytest.raises(InputError, match="'02' has no video whose clock could be set; attach one"):
-        project.set_video_clock(without, ClockMap())
+        project.media.set_video_clock(without, ClockMap())
 
 
 def test_nothing_is_put_right_where_nothing_may_be_written(project, make, film, path, monkeypatch):
-    id_ = project.add(make(1)).id
+    id_ = project.demonstrations.add(make(1)).id
     project.close()
     before = {file: file.stat().st_mtime_ns for file in path.rglob("*")}
     monkeypatch.setattr("forcelab.project.database.os.access", lambda *_: False)
     with Project.open(path) as fixed:
         for verb in (
-            lambda: fixed.rename(id_, "x"),
-            lambda: fixed.attach_video(id_, film),
-            lambda: fixed.set_video_clock(id_, ClockMap()),
-            lambda: fixed.assign(id_, "anna"),
+            lambda: fixed.demonstrations.rename(id_, "x"),
+            lambda: fixed.media.attach_video(id_, film),
+            lambda: fixed.media.set_video_clock(id_, ClockMap()),
+            lambda: fixed.coding.assign(id_, "anna"),
         ):
             with pytest.raises(InputError, match="may only be read here"):
                 verb()
@@ -108,16 +112,16 @@ def test_nothing_is_put_right_where_nothing_may_be_written(project, make, film, 
 
 
 def test_what_others_write_is_noticed_and_what_one_writes_oneself_is_not(project, make, path):
-    id_ = project.add(make(1)).id
+    id_ = project.demonstrations.add(make(1)).id
     assert not project.changed_elsewhere()
     with Project.open(path) as other:
         assert not project.changed_elsewhere()
         assert not other.changed_elsewhere()
-        other.edit(id_, "anna", (), (Segment(0, 0.1, "grab"),), "painted")
+        other.tracks.edit(id_, "anna", (), (Segment(0, 0.1, "grab"),), "painted")
         assert project.changed_elsewhere()
         assert not project.changed_elsewhere()
         assert not other.changed_elsewhere()
-        project.rename(id_, "seven")
+        project.demonstrations.rename(id_, "seven")
         assert other.changed_elsewhere()
     assert not project.changed_elsewhere()
 
@@ -126,7 +130,9 @@ def test_a_thousand_demonstrations_are_listed_at_once(path):
     channels = (Channel("fx", "N"), Channel("fy", "N"))
     segments = tuple(Segment(i * 0.02, i * 0.02 + 0.015, "abc"[i % 3]) for i in range(20))
     with Project.create(path) as project:
-        project.add(Demonstration("first", "t", [0.0, 1.0], [[0.0, 0.0]] * 2, channels))
+        project.demonstrations.add(
+            Demonstration("first", "t", [0.0, 1.0], [[0.0, 0.0]] * 2, channels)
+        )
         with project._db.writing():  # as if added, without the slow files
             project._db.execute("INSERT INTO author VALUES (1, 'anna', 'coder'), (2, 'b', 'coder')")
             for i in range(1000):
@@ -155,7 +161,7 @@ def test_a_thousand_demonstrations_are_listed_at_once(path):
     for _ in range(5):
         begun = time.process_time()
         with Project.open(path) as project:
-            infos = project.demonstrations()
+            infos = project.demonstrations.infos()
         took.append(time.process_time() - begun)
     assert len(infos) == 1001
     assert infos[6].labelled == pytest.approx({"anna": 0.3, "b": 0.3})
@@ -164,20 +170,24 @@ def test_a_thousand_demonstrations_are_listed_at_once(path):
 
 
 def test_another_task_gets_the_demonstration_with_its_actions_and_their_looks(project, make):
-    first = project.add(make(1, name="pen-1", task="stylus"), [Track("anna", GRAB)]).id
-    project.add(make(2, name="block", task="foam"))
-    grab = project.vocabulary("stylus")["grab"]
-    project.set_task(first, " foam ")
-    assert project.info(first).task == project.load(first).task == "foam"
-    assert project.vocabulary("foam")["grab"].look == grab.look
-    assert project.track(first, "anna").segments == GRAB
-    project.set_task(first, "")
-    assert project.tasks() == ("", "foam")
+    first = project.demonstrations.add(
+        make(1, name="pen-1", task="stylus"), [Track("anna", GRAB)]
+    ).id
+    project.demonstrations.add(make(2, name="block", task="foam"))
+    grab = project.actions.vocabulary("stylus")["grab"]
+    project.demonstrations.set_task(first, " foam ")
+    assert (
+        project.demonstrations.info(first).task == project.demonstrations.load(first).task == "foam"
+    )
+    assert project.actions.vocabulary("foam")["grab"].look == grab.look
+    assert project.tracks.get(first, "anna").segments == GRAB
+    project.demonstrations.set_task(first, "")
+    assert project.demonstrations.tasks() == ("", "foam")
 
 
 def test_a_task_takes_no_second_demonstration_of_the_same_name(project, make):
-    first = project.add(make(1, name="pen-1", task="stylus")).id
-    project.add(make(2, name="pen-1", task="foam"))
+    first = project.demonstrations.add(make(1, name="pen-1", task="stylus")).id
+    project.demonstrations.add(make(2, name="pen-1", task="foam"))
     with pytest.raises(InputError, match="'foam' has another demonstration called 'pen-1'; rename"):
-        project.set_task(first, "foam")
-    assert project.info(first).task == "stylus"
+        project.demonstrations.set_task(first, "foam")
+    assert project.demonstrations.info(first).task == "stylus"

@@ -14,95 +14,95 @@ HOLD = (Segment(0.0, 0.1, "grab"), Segment(0.2, 0.3, "hold"))
 
 
 def kinds(project: Project) -> list[str]:
-    return [event.kind for event in project.assignment_events()]
+    return [event.kind for event in project.coding.assignment_events()]
 
 
 def test_a_coder_is_blind_from_the_assignment_until_it_is_done(project, make, path):
-    id_ = project.add(make(1)).id
+    id_ = project.demonstrations.add(make(1)).id
     before = datetime.now(timezone.utc)
-    assert project.assignments() == ()
-    assert not project.is_blind(id_, "anna")
-    made = project.assign(id_, "anna")
+    assert project.coding.assignments() == ()
+    assert not project.coding.is_blind(id_, "anna")
+    made = project.coding.assign(id_, "anna")
     assert (made.demonstration, made.author, made.blind, made.done) == (id_, "anna", True, None)
     assert before <= made.assigned <= datetime.now(timezone.utc)
     with Project.open(path) as again:
-        assert again.assignments() == (made,)
-        assert again.is_blind(id_, "anna")
-        assert not again.is_blind(id_, "bert")
-    done = project.set_done(id_, "anna")
+        assert again.coding.assignments() == (made,)
+        assert again.coding.is_blind(id_, "anna")
+        assert not again.coding.is_blind(id_, "bert")
+    done = project.coding.set_done(id_, "anna")
     assert done.done is not None
     assert done.done >= done.assigned == made.assigned
-    assert not project.is_blind(id_, "anna")
-    assert project.set_done(id_, "anna", done=False) == made
-    assert project.is_blind(id_, "anna")
-    project.unassign(id_, "anna")
-    assert project.assignments() == ()
-    assert not project.is_blind(id_, "anna")
+    assert not project.coding.is_blind(id_, "anna")
+    assert project.coding.set_done(id_, "anna", done=False) == made
+    assert project.coding.is_blind(id_, "anna")
+    project.coding.unassign(id_, "anna")
+    assert project.coding.assignments() == ()
+    assert not project.coding.is_blind(id_, "anna")
     assert kinds(project) == ["blind", "done", "reopened", "removed"]
 
 
 def test_what_changes_nothing_is_not_written_down(project, make):
-    id_ = project.add(make(1)).id
-    made = project.assign(id_, "anna")
-    assert project.assign(id_, "anna") == made
-    assert project.set_done(id_, "anna", done=False) == made
-    done = project.set_done(id_, "anna")
-    assert project.set_done(id_, "anna") == done
+    id_ = project.demonstrations.add(make(1)).id
+    made = project.coding.assign(id_, "anna")
+    assert project.coding.assign(id_, "anna") == made
+    assert project.coding.set_done(id_, "anna", done=False) == made
+    done = project.coding.set_done(id_, "anna")
+    assert project.coding.set_done(id_, "anna") == done
     assert kinds(project) == ["blind", "done"]
 
 
 def test_an_open_assignment_hides_nothing_and_may_become_blind(project, make):
-    id_ = project.add(make(1)).id
-    made = project.assign(id_, "anna", blind=False)
-    assert not project.is_blind(id_, "anna")
-    blind = project.assign(id_, "anna")
+    id_ = project.demonstrations.add(make(1)).id
+    made = project.coding.assign(id_, "anna", blind=False)
+    assert not project.coding.is_blind(id_, "anna")
+    blind = project.coding.assign(id_, "anna")
     assert (blind.blind, blind.assigned) == (True, made.assigned)
-    assert project.is_blind(id_, "anna")
+    assert project.coding.is_blind(id_, "anna")
     assert kinds(project) == ["open", "blind"]
 
 
 def test_assignments_are_told_by_coder_in_the_order_in_which_they_were_made(project, make):
-    one, two = (project.add(make(seed, name=str(seed))).id for seed in (1, 2))
-    project.assign(two, "anna")
-    project.assign(one, "bert")
-    project.assign(one, "anna", blind=False)
-    everybody = [(a.demonstration, a.author) for a in project.assignments()]
+    one, two = (project.demonstrations.add(make(seed, name=str(seed))).id for seed in (1, 2))
+    project.coding.assign(two, "anna")
+    project.coding.assign(one, "bert")
+    project.coding.assign(one, "anna", blind=False)
+    everybody = [(a.demonstration, a.author) for a in project.coding.assignments()]
     assert everybody == [(two, "anna"), (one, "bert"), (one, "anna")]
-    assert [a.demonstration for a in project.assignments("anna")] == [two, one]
-    project.unassign(two, "anna")
-    project.assign(two, "anna")
-    assert [a.demonstration for a in project.assignments("anna")] == [one, two]
-    assert project.authors() == ()
+    assert [a.demonstration for a in project.coding.assignments("anna")] == [two, one]
+    project.coding.unassign(two, "anna")
+    project.coding.assign(two, "anna")
+    assert [a.demonstration for a in project.coding.assignments("anna")] == [one, two]
+    assert project.coding.authors() == ()
 
 
 def test_only_what_is_there_is_assigned_and_only_to_coders(project, make):
-    id_ = project.add(make(1, name="01")).id
-    project.edit(id_, "mlp", (), HOLD, "predicted", kind="predict")
+    id_ = project.demonstrations.add(make(1, name="01")).id
+    project.tracks.edit(id_, "mlp", (), HOLD, "predicted", kind="predict")
     for author in ("mlp", "model x"):
         with pytest.raises(InputError, match=f"'{author}' is a model; only coders"):
-            project.assign(id_, author)
+            project.coding.assign(id_, author)
     with pytest.raises(InputError, match="needs an author"):
-        project.assign(id_, " ")
+        project.coding.assign(id_, " ")
     with pytest.raises(InputError, match="no demonstration 'f00'"):
-        project.assign("f00", "anna")
-    for verb in (project.unassign, lambda *what: project.set_done(*what, done=False)):
+        project.coding.assign("f00", "anna")
+    for verb in (project.coding.unassign, lambda *what: project.coding.set_done(*what, done=False)):
         with pytest.raises(InputError, match="'01' is not assigned to 'anna'; assign it first"):
             verb(id_, "anna")
     with pytest.raises(InputError, match="'mlp' is a model; only coders"):
-        project.set_done(id_, "mlp")
+        project.coding.set_done(id_, "mlp")
     with pytest.raises(InputError, match="no demonstration 'f00'"):
-        project.set_done("f00", "anna")
-    assert project.assignment_events() == ()
+        project.coding.set_done("f00", "anna")
+    assert project.coding.assignment_events() == ()
 
 
 def test_what_is_not_assigned_can_be_marked_as_done(project, make):
-    id_ = project.add(make(1)).id
-    assert project.set_done(id_, "anna").done is not None
+    id_ = project.demonstrations.add(make(1)).id
+    assert project.coding.set_done(id_, "anna").done is not None
     assert kinds(project) == ["open", "done"]
 
 
 def test_events_happen_again_with_their_times_or_not_at_all(project, make):
-    id_ = project.add(make(1)).id
+    id_ = project.demonstrations.add(make(1)).id
     then = datetime(2024, 5, 6, tzinfo=timezone.utc)
     events = [
         AssignmentEvent(id_, "anna", "blind", then),
@@ -114,24 +114,24 @@ def test_events_happen_again_with_their_times_or_not_at_all(project, make):
         ([*events, AssignmentEvent(id_, "", "open", then)], "needs an author"),
     ):
         with pytest.raises(InputError, match=said):
-            project.replay_assignments(wrong)
-    assert project.assignment_events() == ()
-    project.replay_assignments(events)
-    assert project.assignment_events() == tuple(events)
-    assert project.assignments()[0].done == then + timedelta(hours=1)
+            project.coding.replay_assignments(wrong)
+    assert project.coding.assignment_events() == ()
+    project.coding.replay_assignments(events)
+    assert project.coding.assignment_events() == tuple(events)
+    assert project.coding.assignments()[0].done == then + timedelta(hours=1)
 
 
 def test_two_processes_that_assign_at_once_lose_nothing(project, make, path):
-    ids = [project.add(make(seed, name=str(seed))).id for seed in range(8)]
+    ids = [project.demonstrations.add(make(seed, name=str(seed))).id for seed in range(8)]
     code = """
 import sys
 from forcelab.project import Project
 with Project.open(sys.argv[1]) as project:
     for id_ in sys.argv[3:]:
-        project.assign(id_, sys.argv[2])
-        project.assign(id_, "both")
-        project.set_done(id_, "both")
-        project.set_done(id_, sys.argv[2])
+        project.coding.assign(id_, sys.argv[2])
+        project.coding.assign(id_, "both")
+        project.coding.set_done(id_, "both")
+        project.coding.set_done(id_, sys.argv[2])
 """
     both = [
         subprocess.Popen([sys.executable, "-c", code, str(path), who, *ids])
@@ -139,15 +139,19 @@ with Project.open(sys.argv[1]) as project:
     ]
     assert [process.wait() for process in both] == [0, 0]
     assert project.changed_elsewhere()
-    assert len(project.assignments()) == 3 * len(ids)
-    assert all(one.done for one in project.assignments())
-    assert len(project.assignment_events()) == 6 * len(ids)  # "both" was assigned once only
+    assert len(project.coding.assignments()) == 3 * len(ids)
+    assert all(one.done for one in project.coding.assignments())
+    assert len(project.coding.assignment_events()) == 6 * len(ids)  # "both" was assigned once only
 
 
 def test_everybody_who_has_something_to_do_with_it_is_known_by_name(project, make):
-    id_ = project.add(make(0, "one"), [Track("Ada", (Segment(0.0, 0.1, "grab"),))]).id
-    project.edit(id_, "model one", (), (Segment(0.0, 0.1, "grab"),), "predicted", kind="predict")
-    project.assign(id_, "Bert")
-    project.assign(id_, "Ada")
-    project.set_note(id_, "Cleo", "The film is dark.")
-    assert project.people() == ("Ada", "Bert", "Cleo")
+    id_ = project.demonstrations.add(
+        make(0, "one"), [Track("Ada", (Segment(0.0, 0.1, "grab"),))]
+    ).id
+    project.tracks.edit(
+        id_, "model one", (), (Segment(0.0, 0.1, "grab"),), "predicted", kind="predict"
+    )
+    project.coding.assign(id_, "Bert")
+    project.coding.assign(id_, "Ada")
+    project.coding.set_note(id_, "Cleo", "The film is dark.")
+    assert project.coding.people() == ("Ada", "Bert", "Cleo")

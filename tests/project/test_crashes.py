@@ -48,11 +48,11 @@ say("ready")
 """
 
 EDIT_1000_TIMES = """
-id_ = project.demonstrations()[0].id
+id_ = project.demonstrations.infos()[0].id
 for i in range(1000):
-    before = project.track(id_, "anna").segments
+    before = project.tracks.get(id_, "anna").segments
     after = paint(before, i * 0.37 % 20, i * 0.37 % 20 + 0.5, "abc"[i % 3])
-    project.edit(id_, "anna", before, after, f"edit {i}")
+    project.tracks.edit(id_, "anna", before, after, f"edit {i}")
     say(i)
 """
 
@@ -97,28 +97,28 @@ def track_after(edits: int) -> tuple[Segment, ...]:
 @pytest.mark.parametrize("kill", range(KILLS))
 def test_every_acknowledged_edit_survives_kill_9(path, make, kill):
     with Project.create(path) as project:
-        id_ = project.add(make(1)).id
+        id_ = project.demonstrations.add(make(1)).id
     process = start(EDIT_1000_TIMES, path)
     time.sleep(random.Random(kill).uniform(0, 0.4))
     process.send_signal(signal.SIGKILL)
     acknowledged = len(said(process))
     with Project.open(path) as project:
-        history = project.history(id_, "anna")
+        history = project.tracks.history(id_, "anna")
         assert acknowledged <= len(history) <= acknowledged + 1
         assert [edit.what for edit in history] == [f"edit {i}" for i in range(len(history))]
-        assert project.track(id_, "anna").segments == track_after(len(history))
-        project.undo(id_, "anna")
-        project.add(make(2, name="02"))
+        assert project.tracks.get(id_, "anna").segments == track_after(len(history))
+        project.tracks.undo(id_, "anna")
+        project.demonstrations.add(make(2, name="02"))
     check_integrity(path)
 
 
 @pytest.mark.parametrize("kill", range(max(KILLS // 2, 1)))
 def test_an_import_killed_at_any_instant_is_there_as_a_whole_or_not_at_all(path, make, kill):
     with Project.create(path) as project:
-        project.add(make(1), [Track("anna", (Segment(0, 0.1, "grab"),))])
+        project.demonstrations.add(make(1), [Track("anna", (Segment(0, 0.1, "grab"),))])
     code = """
 for seed in range(100):
-    say(project.add(large(seed), [Track("anna", (Segment(0, 1, "grab"),))]).id)
+    say(project.demonstrations.add(large(seed), [Track("anna", (Segment(0, 1, "grab"),))]).id)
 """
     process = start(code, path)
     time.sleep(random.Random(kill).uniform(0, 0.3))
@@ -129,11 +129,11 @@ for seed in range(100):
         for entry in (*leftover.rglob("*"), leftover):
             os.utime(entry, (0, 0))  # as if an hour had gone by
     with Project.open(path) as project:
-        stored = {info.id: info.authors for info in project.demonstrations()}
+        stored = {info.id: info.authors for info in project.demonstrations.infos()}
         assert set(acknowledged) < set(stored)
         assert len(stored) <= len(acknowledged) + 2
         for id_, authors in stored.items():
-            assert project.load(id_).id == id_
+            assert project.demonstrations.load(id_).id == id_
             assert authors == ("anna",)
         assert {entry.name for entry in folder.iterdir()} == set(stored)
     check_integrity(path)
@@ -142,13 +142,13 @@ for seed in range(100):
 @pytest.mark.parametrize("kill", range(max(KILLS // 2, 1)))
 def test_many_demonstrations_imported_at_once_and_killed_are_all_there_or_none(path, make, kill):
     with Project.create(path) as project:
-        known = project.add(make(1)).id
+        known = project.demonstrations.add(make(1)).id
     code = """
 given = [
     Incoming(large(seed, 20_000), (Track("anna", (Segment(0, 1, "grab"),)),)) for seed in range(20)
 ]
 say("go")
-project.add_all(given)
+project.demonstrations.add_all(given)
 """
     process = start(code, path)
     assert process.stdout is not None
@@ -157,7 +157,7 @@ project.add_all(given)
     process.send_signal(signal.SIGKILL)
     said(process)
     with Project.open(path) as project:
-        ids = {info.id for info in project.demonstrations()}
+        ids = {info.id for info in project.demonstrations.infos()}
         assert len(ids) in (1, 21)
         homes = {entry.name for entry in (path / "demonstrations").iterdir()}
         assert {name for name in homes if not name.startswith(".incoming-")} == ids
@@ -167,7 +167,7 @@ project.add_all(given)
 
 def test_half_an_import_is_cleared_away_and_an_import_at_work_is_not(path, make):
     with Project.create(path) as project:
-        id_ = project.add(make(1)).id
+        id_ = project.demonstrations.add(make(1)).id
     folder = path / "demonstrations"
     for name in ("f" * 32, ".incoming-old", ".incoming-now", "e" * 32):
         (folder / name).mkdir()
@@ -177,20 +177,21 @@ def test_half_an_import_is_cleared_away_and_an_import_at_work_is_not(path, make)
         os.utime(entry, (0, 0))
     with Project.open(path) as project:
         assert {p.name for p in folder.iterdir()} == {id_, ".incoming-now", "e" * 32}
-        assert project.load(id_).id == id_
+        assert project.demonstrations.load(id_).id == id_
 
 
 def test_two_processes_that_edit_one_track_never_lose_an_edit(path, make):
     with Project.create(path) as project:
-        id_ = project.add(make(1)).id
+        id_ = project.demonstrations.add(make(1)).id
     code = """
-id_, who = project.demonstrations()[0].id, sys.argv[2]
+id_, who = project.demonstrations.infos()[0].id, sys.argv[2]
 made = stale = 0
 while made < 150:
-    before = project.track(id_, "anna").segments
+    before = project.tracks.get(id_, "anna").segments
     start = (made * 7 + len(who)) % 60
     try:
-        project.edit(id_, "anna", before, paint(before, start, start + 2, who), f"{who} {made}")
+        after = paint(before, start, start + 2, who)
+        project.tracks.edit(id_, "anna", before, after, f"{who} {made}")
         made += 1
     except StaleTrackError:
         stale += 1
@@ -202,7 +203,7 @@ say(stale)
     ]
     assert [len(said(process)) for process in both] == [2, 2]
     with Project.open(path) as project:
-        history = project.history(id_, "anna")
+        history = project.tracks.history(id_, "anna")
         for who in ("grab", "release"):
             made = [edit.what for edit in history if edit.what.startswith(who)]
             assert made == [f"{who} {i}" for i in range(150)]
@@ -211,14 +212,14 @@ say(stale)
             end = edit.position + len(edit.removed)
             assert replayed[edit.position : end] == edit.removed
             replayed = replayed[: edit.position] + edit.inserted + replayed[end:]
-        assert project.track(id_, "anna").segments == replayed
+        assert project.tracks.get(id_, "anna").segments == replayed
     check_integrity(path)
 
 
 def test_looking_at_a_project_leaves_the_locks_on_it_alone(project, path):
     # SQLite's locks belong to the process: closing any other handle of the file drops them, and
     # then the next process to close the project takes the journal away under this one.
-    project.set_vocabulary("LEGO", project.vocabulary("LEGO").with_actions("grab"))
+    project.actions.set_vocabulary("LEGO", project.actions.vocabulary("LEGO").with_actions("grab"))
     Project.open(path).close()
     said(start("project.close()", path))
     assert (path / "project.sqlite-wal").exists()
@@ -234,14 +235,14 @@ def fill(size):
 
 def test_a_full_disk_during_an_import_leaves_the_project_as_it_was(path, make):
     with Project.create(path) as project:
-        id_ = project.add(make(1)).id
+        id_ = project.demonstrations.add(make(1)).id
     code = """
 fill(1_000_000)
 try:
-    project.add(large(5))
+    project.demonstrations.add(large(5))
 except ForcelabError as error:
     say(error)
-say(len(project.demonstrations()))
+say(len(project.demonstrations.infos()))
 project.close()
 """
     sentence, count = said(start(FULL + code, path))
@@ -251,32 +252,32 @@ project.close()
     assert count == "1"
     assert [p.name for p in (path / "demonstrations").iterdir()] == [id_]
     with Project.open(path) as project:
-        project.add(make(2, name="02"))
+        project.demonstrations.add(make(2, name="02"))
     check_integrity(path)
 
 
 def test_a_full_disk_during_edits_loses_none_that_was_acknowledged(path, make):
     with Project.create(path) as project:
-        id_ = project.add(make(1)).id
+        id_ = project.demonstrations.add(make(1)).id
     code = """
 fill(300_000)
-id_ = project.demonstrations()[0].id
+id_ = project.demonstrations.infos()[0].id
 for i in range(1000):
-    before = project.track(id_, "anna").segments
+    before = project.tracks.get(id_, "anna").segments
     try:
-        project.edit(id_, "anna", before, paint(before, i, i + 0.5, "a"), f"edit {i}")
+        project.tracks.edit(id_, "anna", before, paint(before, i, i + 0.5, "a"), f"edit {i}")
     except ForcelabError as error:
         say(error)
         break
     say(i)
-assert project.track(id_, "anna").segments == before
+assert project.tracks.get(id_, "anna").segments == before
 os._exit(0)
 """
     *acknowledged, sentence = said(start(FULL + code, path))
     assert "nothing was changed; make room on the disk" in sentence
     with Project.open(path) as project:
-        history = project.history(id_, "anna")
+        history = project.tracks.history(id_, "anna")
         assert [edit.what for edit in history] == [f"edit {i}" for i in range(len(acknowledged))]
-        assert len(project.track(id_, "anna").segments) == len(history) > 10
-        project.undo(id_, "anna")
+        assert len(project.tracks.get(id_, "anna").segments) == len(history) > 10
+        project.tracks.undo(id_, "anna")
     check_integrity(path)

@@ -11,7 +11,8 @@ from forcelab.clock import ClockMap
 from forcelab.demonstration import VideoReference
 from forcelab.errors import InputError
 from forcelab.labels import Segment, Track
-from forcelab.project import Incoming, LabelsUsed, Project, demonstrations
+from forcelab.project import Incoming, LabelsUsed, Project
+from forcelab.project.actions import ActionStore
 
 GRAB = (Segment(0.0, 0.1, "grab"),)
 HOLD = (Segment(0.0, 0.1, "grab"), Segment(0.2, 0.3, "hold"))
@@ -19,9 +20,9 @@ HOLD = (Segment(0.0, 0.1, "grab"), Segment(0.2, 0.3, "hold"))
 
 def test_what_was_added_comes_back_bit_for_bit(project, make):
     given = make(1, name="Grüße 7", task="LEGO", grid_rate=500.0)
-    added = project.add(given, source="x.csv")
+    added = project.demonstrations.add(given, source="x.csv")
     assert (added.id, added.name, added.status, added.remarks) == (given.id, "Grüße 7", "new", ())
-    loaded = project.load(added.id)
+    loaded = project.demonstrations.load(added.id)
     assert (loaded.name, loaded.task, loaded.channels) == (given.name, "LEGO", given.channels)
     assert (loaded.grid_rate, loaded.video) == (500.0, None)
     assert loaded.times.tobytes() == given.times.tobytes()
@@ -32,11 +33,11 @@ def test_what_was_added_comes_back_bit_for_bit(project, make):
 
 def test_the_list_tells_everything_without_the_arrays(project, make, path):
     given = make(1)
-    id_ = project.add(given, [Track("anna", HOLD)], source="x.csv").id
-    project.edit(id_, "mlp", (), GRAB, "predicted", kind="predict")
-    project.add(make(2, name="02", task="foam"))
+    id_ = project.demonstrations.add(given, [Track("anna", HOLD)], source="x.csv").id
+    project.tracks.edit(id_, "mlp", (), GRAB, "predicted", kind="predict")
+    project.demonstrations.add(make(2, name="02", task="foam"))
     shutil.rmtree(path / "demonstrations")
-    other, info = project.demonstrations()
+    other, info = project.demonstrations.infos()
     assert (info.id, info.name, info.task, info.source) == (id_, "01", "LEGO", "x.csv")
     assert (info.samples, info.channels) == (500, given.channels)
     assert (info.rate, info.duration) == (given.rate, given.duration)
@@ -44,147 +45,153 @@ def test_the_list_tells_everything_without_the_arrays(project, make, path):
     assert info.labelled == pytest.approx({"anna": 0.2, "mlp": 0.1})
     assert not info.has_video
     assert other.authors == ()
-    assert project.demonstrations("foam") == (other,)
-    assert (project.info(id_), project.info(other.id)) == (info, other)
+    assert project.demonstrations.infos("foam") == (other,)
+    assert (project.demonstrations.info(id_), project.demonstrations.info(other.id)) == (
+        info,
+        other,
+    )
     with pytest.raises(InputError, match="no demonstration 'f00'"):
-        project.info("f00")
-    with pytest.raises(InputError, match=r"'02' is the name of .*, not its id; id_of\('02'\) "):
-        project.track("02", "anna")
-    assert project.tasks() == ("foam", "LEGO")
+        project.demonstrations.info("f00")
+    with pytest.raises(InputError, match=r"'02' is the name of .*, not its id; .*id_of\('02'\) "):
+        project.tracks.get("02", "anna")
+    assert project.demonstrations.tasks() == ("foam", "LEGO")
 
 
 def test_the_same_recording_twice_is_one_demonstration(project, make):
     tracks = [Track("anna", HOLD)]
-    first = project.add(make(1), tracks)
-    again = project.add(make(1), tracks)
+    first = project.demonstrations.add(make(1), tracks)
+    again = project.demonstrations.add(make(1), tracks)
     assert (first.status, again.status, again.remarks) == ("new", "unchanged", ())
-    assert len(project.demonstrations()) == 1
-    assert len(project.history(first.id, "anna")) == 1
+    assert len(project.demonstrations.infos()) == 1
+    assert len(project.tracks.history(first.id, "anna")) == 1
 
 
 def test_the_same_recording_under_another_name_is_renamed_and_says_so(project, make):
-    project.add(make(1, name="01", task="LEGO"))
-    again = project.add(make(1, name="take 5", task="foam", grid_rate=100.0))
+    project.demonstrations.add(make(1, name="01", task="LEGO"))
+    again = project.demonstrations.add(make(1, name="take 5", task="foam", grid_rate=100.0))
     assert again.status == "updated"
     assert again.remarks == (
         "The same recording was already in the project as '01' of task 'LEGO'; it is now "
         "'take 5' of task 'foam'.",
     )
-    (info,) = project.demonstrations()
+    (info,) = project.demonstrations.infos()
     assert (info.name, info.task, info.rate) == ("take 5", "foam", 100.0)
 
 
 def test_a_name_that_is_taken_gets_a_number_once(project, make):
-    names = [project.add(make(seed)).name for seed in (1, 2, 3)]
+    names = [project.demonstrations.add(make(seed)).name for seed in (1, 2, 3)]
     assert names == ["01", "01 (2)", "01 (3)"]
-    again = project.add(make(3))
+    again = project.demonstrations.add(make(3))
     assert (again.name, again.status, again.remarks) == ("01 (3)", "unchanged", ())
-    assert project.add(make(4, task="foam")).name == "01"
-    clash = project.add(make(5))
+    assert project.demonstrations.add(make(4, task="foam")).name == "01"
+    clash = project.demonstrations.add(make(5))
     assert clash.remarks == (
         "Another recording of task 'LEGO' is called '01'; this one is now '01 (4)'.",
     )
 
 
 def test_imported_labels_are_replaced_until_somebody_edits_them(project, make):
-    id_ = project.add(make(1), [Track("anna", GRAB)]).id
-    again = project.add(make(1), [Track("anna", HOLD)])
+    id_ = project.demonstrations.add(make(1), [Track("anna", GRAB)]).id
+    again = project.demonstrations.add(make(1), [Track("anna", HOLD)])
     assert (again.status, again.remarks) == ("updated", ())
-    assert project.track(id_, "anna").segments == HOLD
-    assert [edit.kind for edit in project.history(id_, "anna")] == ["import", "import"]
+    assert project.tracks.get(id_, "anna").segments == HOLD
+    assert [edit.kind for edit in project.tracks.history(id_, "anna")] == ["import", "import"]
 
-    project.edit(id_, "anna", HOLD, GRAB, "hold erased")
-    kept = project.add(make(1), [Track("anna", HOLD), Track("bert", HOLD)])
+    project.tracks.edit(id_, "anna", HOLD, GRAB, "hold erased")
+    kept = project.demonstrations.add(make(1), [Track("anna", HOLD), Track("bert", HOLD)])
     assert kept.remarks == (
         "The labels of 'anna' on '01' were edited in the project; those in the file were left out.",
     )
-    assert project.track(id_, "anna").segments == GRAB
-    assert project.track(id_, "bert").segments == HOLD
+    assert project.tracks.get(id_, "anna").segments == GRAB
+    assert project.tracks.get(id_, "bert").segments == HOLD
 
-    project.undo(id_, "anna")  # as imported once more
-    project.add(make(1), [Track("anna", GRAB)])
-    assert project.track(id_, "anna").segments == GRAB
-    project.undo(id_, "anna")
-    assert project.track(id_, "anna").segments == HOLD
+    project.tracks.undo(id_, "anna")  # as imported once more
+    project.demonstrations.add(make(1), [Track("anna", GRAB)])
+    assert project.tracks.get(id_, "anna").segments == GRAB
+    project.tracks.undo(id_, "anna")
+    assert project.tracks.get(id_, "anna").segments == HOLD
 
 
 def test_labels_made_in_the_project_are_never_replaced_by_a_file(project, make):
-    id_ = project.add(make(1)).id
-    project.edit(id_, "anna", (), GRAB, "painted")
-    assert len(project.add(make(1), [Track("anna", HOLD)]).remarks) == 1
-    assert project.track(id_, "anna").segments == GRAB
+    id_ = project.demonstrations.add(make(1)).id
+    project.tracks.edit(id_, "anna", (), GRAB, "painted")
+    assert len(project.demonstrations.add(make(1), [Track("anna", HOLD)]).remarks) == 1
+    assert project.tracks.get(id_, "anna").segments == GRAB
 
 
 def test_labels_in_the_name_of_a_model_are_left_out(project, make):
-    id_ = project.add(make(1)).id
-    project.edit(id_, "mlp", (), GRAB, "predicted", kind="predict")
-    added = project.add(make(1), [Track("mlp", HOLD)])
+    id_ = project.demonstrations.add(make(1)).id
+    project.tracks.edit(id_, "mlp", (), GRAB, "predicted", kind="predict")
+    added = project.demonstrations.add(make(1), [Track("mlp", HOLD)])
     assert "that is a model" in added.remarks[0]
-    assert project.track(id_, "mlp").segments == GRAB
+    assert project.tracks.get(id_, "mlp").segments == GRAB
 
 
 def test_two_tracks_of_one_author_are_refused_and_nothing_is_added(project, make, path):
     with pytest.raises(InputError, match="two tracks of one author"):
-        project.add(make(1), [Track("anna", GRAB), Track("anna", HOLD)])
-    assert project.demonstrations() == ()
+        project.demonstrations.add(make(1), [Track("anna", GRAB), Track("anna", HOLD)])
+    assert project.demonstrations.infos() == ()
     assert list((path / "demonstrations").iterdir()) == []
 
 
 def test_added_labels_extend_the_vocabulary_and_change_nothing_in_it(project, make):
-    project.add(make(1), [Track("anna", HOLD)])
-    assert project.vocabulary("LEGO").names == ("grab", "hold")
-    mine = project.vocabulary("LEGO").rebound("grab", "q")
-    project.set_vocabulary("LEGO", mine)
+    project.demonstrations.add(make(1), [Track("anna", HOLD)])
+    assert project.actions.vocabulary("LEGO").names == ("grab", "hold")
+    mine = project.actions.vocabulary("LEGO").rebound("grab", "q")
+    project.actions.set_vocabulary("LEGO", mine)
     slip = (Segment(0.3, 0.4, "slip"), Segment(0.1, 0.2, "hold"))
-    project.add(make(2, name="02"), [Track("anna", slip)])
-    assert project.vocabulary("LEGO").names == ("grab", "hold", "slip")
-    assert project.vocabulary("LEGO")["grab"] == mine["grab"]
-    assert len(project.vocabulary("foam")) == 0
+    project.demonstrations.add(make(2, name="02"), [Track("anna", slip)])
+    assert project.actions.vocabulary("LEGO").names == ("grab", "hold", "slip")
+    assert project.actions.vocabulary("LEGO")["grab"] == mine["grab"]
+    assert len(project.actions.vocabulary("foam")) == 0
 
 
 def test_a_demonstration_is_found_by_id_name_or_the_beginning_of_its_id(project, make):
-    id_ = project.add(make(1, name="one")).id
+    id_ = project.demonstrations.add(make(1, name="one")).id
     for key in (id_, "one", id_[:6], id_[:20]):
-        assert project.load(key).id == id_
+        assert project.demonstrations.load(key).id == id_
     with pytest.raises(InputError, match="no demonstration 'two'"):
-        project.load("two")
+        project.demonstrations.load("two")
     with pytest.raises(InputError, match="no demonstration"):
-        project.load(id_[:5])
+        project.demonstrations.load(id_[:5])
     with pytest.raises(InputError, match="no demonstration"):
-        project.load("*" * 6)
-    project.add(make(2, name="one", task="foam"))
+        project.demonstrations.load("*" * 6)
+    project.demonstrations.add(make(2, name="one", task="foam"))
     with pytest.raises(InputError, match=f"{id_[:12]}.*use the id"):
-        project.load("one")
-    impostor = project.add(make(3, name=id_)).id
-    assert project.load(id_).id == id_
-    assert project.load(impostor).name == id_
+        project.demonstrations.load("one")
+    impostor = project.demonstrations.add(make(3, name=id_)).id
+    assert project.demonstrations.load(id_).id == id_
+    assert project.demonstrations.load(impostor).name == id_
 
 
 def test_a_project_and_its_video_can_be_moved(project, make, film, path):
     clock = ClockMap(-0.25, 1.00002)
     given = replace(make(1), video=VideoReference(film, clock))
-    project.add(given)
+    project.demonstrations.add(given)
     bytes_ = film.read_bytes()
     film.unlink()
     project.close()
     moved = path.rename(path.with_name("moved.forcelab"))
     with Project.open(moved) as again:
-        assert again.demonstrations()[0].has_video
-        video = again.load("01").video
+        assert again.demonstrations.infos()[0].has_video
+        video = again.demonstrations.load("01").video
         assert video is not None
         assert (video.clock, video.path.suffix) == (clock, ".mp4")
         assert video.path.is_relative_to(moved)
         assert video.path.read_bytes() == bytes_
-        assert again.add(again.load("01")).status == "unchanged"
+        assert again.demonstrations.add(again.demonstrations.load("01")).status == "unchanged"
 
 
 def test_a_new_video_replaces_the_old_one_and_no_video_leaves_it(project, make, film, path):
-    project.add(replace(make(1), video=VideoReference(film)))
+    project.demonstrations.add(replace(make(1), video=VideoReference(film)))
     other = film.with_name("other.avi")
     other.write_bytes(b"RIFF")
-    assert project.add(replace(make(1), video=VideoReference(other))).status == "updated"
-    assert project.add(make(1)).status == "unchanged"
-    video = project.load("01").video
+    assert (
+        project.demonstrations.add(replace(make(1), video=VideoReference(other))).status
+        == "updated"
+    )
+    assert project.demonstrations.add(make(1)).status == "unchanged"
+    video = project.demonstrations.load("01").video
     assert video is not None
     assert video.path.read_bytes() == b"RIFF"
     assert len(list(path.rglob("video-*"))) == 1
@@ -193,8 +200,8 @@ def test_a_new_video_replaces_the_old_one_and_no_video_leaves_it(project, make, 
 def test_a_video_that_cannot_be_read_adds_nothing(project, make, film, path):
     film.unlink()
     with pytest.raises(InputError, match=r"'01' was not added .*No such file.*Take 1\.MP4"):
-        project.add(replace(make(1), video=VideoReference(film)))
-    assert project.demonstrations() == ()
+        project.demonstrations.add(replace(make(1), video=VideoReference(film)))
+    assert project.demonstrations.infos() == ()
     assert list((path / "demonstrations").iterdir()) == []
 
 
@@ -218,40 +225,40 @@ def test_a_damaged_array_is_named_and_importing_again_mends_it(
     project, make, path, damage, message
 ):
     given = make(1)
-    id_ = project.add(given, [Track("anna", GRAB)]).id
+    id_ = project.demonstrations.add(given, [Track("anna", GRAB)]).id
     file = path / "demonstrations" / id_ / "signals.npy"
     damage(file)
     with pytest.raises(InputError, match=f"signals.npy.*{message}.*import the recording again"):
-        project.load("01")
-    assert project.track(id_, "anna").segments == GRAB
-    assert project.add(given).status == "updated"
-    assert project.load("01").signals.tobytes() == given.signals.tobytes()
+        project.demonstrations.load("01")
+    assert project.tracks.get(id_, "anna").segments == GRAB
+    assert project.demonstrations.add(given).status == "updated"
+    assert project.demonstrations.load("01").signals.tobytes() == given.signals.tobytes()
 
 
 def test_a_name_that_is_no_text_is_refused(project, make, path):
     with pytest.raises(InputError, match="not valid Unicode"):
-        project.add(make(1, name="caf\udce9"))
-    assert project.demonstrations() == ()
-    project.add(make(1), source="caf\udce9.csv")
-    assert project.demonstrations()[0].source == "caf\\udce9.csv"
+        project.demonstrations.add(make(1, name="caf\udce9"))
+    assert project.demonstrations.infos() == ()
+    project.demonstrations.add(make(1), source="caf\udce9.csv")
+    assert project.demonstrations.infos()[0].source == "caf\\udce9.csv"
 
 
 def test_two_processes_see_what_the_other_committed(project, make, path):
     with Project.open(path) as other:
-        id_ = other.add(make(1), [Track("anna", GRAB)]).id
-        assert project.track(id_, "anna").segments == GRAB
-        project.edit(id_, "anna", GRAB, HOLD, "hold painted")
-        assert other.track(id_, "anna").segments == HOLD
+        id_ = other.demonstrations.add(make(1), [Track("anna", GRAB)]).id
+        assert project.tracks.get(id_, "anna").segments == GRAB
+        project.tracks.edit(id_, "anna", GRAB, HOLD, "hold painted")
+        assert other.tracks.get(id_, "anna").segments == HOLD
         with project.snapshot():
-            assert project.track(id_, "anna").segments == HOLD
-            other.edit(id_, "anna", HOLD, (), "all erased")
-            assert project.track(id_, "anna").segments == HOLD
-        assert project.track(id_, "anna").segments == ()
+            assert project.tracks.get(id_, "anna").segments == HOLD
+            other.tracks.edit(id_, "anna", HOLD, (), "all erased")
+            assert project.tracks.get(id_, "anna").segments == HOLD
+        assert project.tracks.get(id_, "anna").segments == ()
 
 
 def test_recognisers_and_runs_keep_everything_needed_to_repeat_them(project, make, tmp_path):
-    id_ = project.add(make(1), [Track("anna", GRAB)]).id
-    used = LabelsUsed(id_, "anna", project.head(id_, "anna"))
+    id_ = project.demonstrations.add(make(1), [Track("anna", GRAB)]).id
+    used = LabelsUsed(id_, "anna", project.tracks.head(id_, "anna"))
     made = {
         "settings": {"preset": "paper", "scales": [2, 4.5], "merge": {"grap": "grab"}},
         "seed": 7,
@@ -260,14 +267,14 @@ def test_recognisers_and_runs_keep_everything_needed_to_repeat_them(project, mak
     }
     file = tmp_path / "trained.skops"
     file.write_bytes(b"opaque \x00 bytes")
-    number = project.add_recogniser("mlp", file, **made)
-    assert project.add_recogniser("the same", b"opaque \x00 bytes", **made) == number
-    assert project.recogniser_path(number).read_bytes() == b"opaque \x00 bytes"
-    (recogniser,) = project.recognisers()
+    number = project.runs.add_recogniser("mlp", file, **made)
+    assert project.runs.add_recogniser("the same", b"opaque \x00 bytes", **made) == number
+    assert project.runs.recogniser_path(number).read_bytes() == b"opaque \x00 bytes"
+    (recogniser,) = project.runs.recognisers()
     assert (recogniser.id, recogniser.name, recogniser.seed) == (number, "mlp", 7)
-    run = project.add_run("evaluate", **made, result={"accuracy": 0.72, "labels": ["grab"]})
-    (stored,) = project.runs()
-    assert stored == project.run(run)
+    run = project.runs.add("evaluate", **made, result={"accuracy": 0.72, "labels": ["grab"]})
+    (stored,) = project.runs.all()
+    assert stored == project.runs.get(run)
     assert stored.result == {"accuracy": 0.72, "labels": ["grab"]}
     for thing in (recogniser, stored):
         assert (thing.settings, thing.versions) == (made["settings"], made["versions"])
@@ -279,59 +286,63 @@ def test_recognisers_and_runs_keep_everything_needed_to_repeat_them(project, mak
 def test_runs_of_what_is_not_there_are_refused(project, make):
     made = {"settings": {}, "seed": None, "versions": {}}
     with pytest.raises(InputError, match="no demonstration 'x'"):
-        project.add_run("evaluate", **made, labels=[LabelsUsed("x", "anna", 0)], result={})
-    id_ = project.add(make(1), [Track("anna", GRAB)]).id
+        project.runs.add("evaluate", **made, labels=[LabelsUsed("x", "anna", 0)], result={})
+    id_ = project.demonstrations.add(make(1), [Track("anna", GRAB)]).id
     for wrong in (LabelsUsed(id_, "anna", 2), LabelsUsed(id_, "bert", 1)):
         with pytest.raises(InputError, match=rf"Edit {wrong.edit} .* none of '{wrong.author}'"):
-            project.add_run("evaluate", **made, labels=[wrong], result={})
-    assert project.runs() == ()
+            project.runs.add("evaluate", **made, labels=[wrong], result={})
+    assert project.runs.all() == ()
     with pytest.raises(InputError, match="seed"):
-        project.add_recogniser("a", b"", settings={}, seed=2**70, labels=[], versions={})
+        project.runs.add_recogniser("a", b"", settings={}, seed=2**70, labels=[], versions={})
     with pytest.raises(InputError, match="no run 3"):
-        project.run(3)
+        project.runs.get(3)
     with pytest.raises(InputError, match="no recogniser 'x'"):
-        project.recogniser_path("x")
-    id_ = project.add_recogniser("a", b"data", **made, labels=[])
-    project.recogniser_path(id_).unlink()
+        project.runs.recogniser_path("x")
+    id_ = project.runs.add_recogniser("a", b"data", **made, labels=[])
+    project.runs.recogniser_path(id_).unlink()
     with pytest.raises(InputError, match="missing; train"):
-        project.recogniser_path(id_)
+        project.runs.recogniser_path(id_)
 
 
 def test_names_with_numbers_are_listed_as_people_count(project, make):
     for i, name in enumerate(["pen-10", "pen-2", "Pen-1"]):
-        project.add(make(i, name=name, task="stylus"))
-    names = [info.name for info in project.demonstrations("stylus")]
+        project.demonstrations.add(make(i, name=name, task="stylus"))
+    names = [info.name for info in project.demonstrations.infos("stylus")]
     assert names == ["Pen-1", "pen-2", "pen-10"]
 
 
 def test_what_is_to_be_kept_is_kept_and_what_is_said_is_changed(project, make):
-    first = project.add(make(1, task="foam", grid_rate=250.0))
+    first = project.demonstrations.add(make(1, task="foam", grid_rate=250.0))
     silent = Incoming(make(1, task=""), keep=("task", "grid_rate"))
-    assert project.add_all([silent]) == (replace(first, status="unchanged"),)
-    (info,) = project.demonstrations()
+    assert project.demonstrations.add_all([silent]) == (replace(first, status="unchanged"),)
+    (info,) = project.demonstrations.infos()
     assert (info.task, info.rate) == ("foam", 250.0)
-    (said,) = project.add_all([Incoming(make(1, task="sponge"), keep=("grid_rate",))])
+    (said,) = project.demonstrations.add_all(
+        [Incoming(make(1, task="sponge"), keep=("grid_rate",))]
+    )
     assert said.status == "updated"
-    (info,) = project.demonstrations()
+    (info,) = project.demonstrations.infos()
     assert (info.task, info.rate) == ("sponge", 250.0)
     new = Incoming(make(2, task="", name="02"), keep=("task", "grid_rate"))
-    assert [one.status for one in project.add_all([new])] == ["new"]
-    assert project.load("02").task == ""
+    assert [one.status for one in project.demonstrations.add_all([new])] == ["new"]
+    assert project.demonstrations.load("02").task == ""
 
 
 def test_a_kept_task_decides_which_names_are_taken_and_where_actions_go(project, make):
-    project.add(make(1, name="a", task="foam"))
-    project.add(make(2, name="b", task="foam"))
+    project.demonstrations.add(make(1, name="a", task="foam"))
+    project.demonstrations.add(make(2, name="b", task="foam"))
     silent = Incoming(make(2, name="a", task=""), (Track("anna", GRAB),), keep=("task",))
-    assert project.add_all([silent])[0].name == "a (2)"
-    assert project.vocabulary("foam").names == ("grab",)
-    assert "" not in project.vocabularies()
+    assert project.demonstrations.add_all([silent])[0].name == "a (2)"
+    assert project.actions.vocabulary("foam").names == ("grab",)
+    assert "" not in project.actions.vocabularies()
 
 
 def test_the_same_recording_twice_in_one_import_is_one_demonstration(project, make):
-    added = project.add_all([Incoming(make(1)), Incoming(make(1)), Incoming(make(2, name="02"))])
+    added = project.demonstrations.add_all(
+        [Incoming(make(1)), Incoming(make(1)), Incoming(make(2, name="02"))]
+    )
     assert [one.status for one in added] == ["new", "unchanged", "new"]
-    assert len(project.demonstrations()) == 2
+    assert len(project.demonstrations.infos()) == 2
 
 
 @pytest.mark.parametrize("stop", [KeyboardInterrupt, MemoryError])
@@ -339,10 +350,10 @@ def test_an_import_that_is_stopped_half_way_leaves_everything_as_it_was(
     project, make, path, film, monkeypatch, stop
 ):
     old = make(1, video=VideoReference(film))
-    project.add(old, [Track("anna", GRAB)])
-    before = (project.demonstrations(), project.history(old.id, "anna"))
+    project.demonstrations.add(old, [Track("anna", GRAB)])
+    before = (project.demonstrations.infos(), project.tracks.history(old.id, "anna"))
     files = sorted(file for file in path.rglob("*") if "sqlite" not in file.name)
-    extend, calls = demonstrations.extend_vocabulary, []
+    extend, calls = ActionStore.extend, []
 
     def stopped(*args):
         calls.append(args)
@@ -352,9 +363,14 @@ def test_an_import_that_is_stopped_half_way_leaves_everything_as_it_was(
 
     given = [Incoming(make(seed, name=str(seed)), (Track("anna", HOLD),)) for seed in (1, 2, 3, 4)]
     with monkeypatch.context() as patch:
-        patch.setattr(demonstrations, "extend_vocabulary", stopped)
+        patch.setattr(ActionStore, "extend", stopped)
         with pytest.raises(stop):
-            project.add_all(given)
-    assert (project.demonstrations(), project.history(old.id, "anna")) == before
+            project.demonstrations.add_all(given)
+    assert (project.demonstrations.infos(), project.tracks.history(old.id, "anna")) == before
     assert sorted(file for file in path.rglob("*") if "sqlite" not in file.name) == files
-    assert [one.status for one in project.add_all(given)] == ["updated", "new", "new", "new"]
+    assert [one.status for one in project.demonstrations.add_all(given)] == [
+        "updated",
+        "new",
+        "new",
+        "new",
+    ]

@@ -22,10 +22,10 @@ GRAB = (Segment(0.0, 0.1, "grab"),)
 @pytest.fixture
 def kept(project, make):
     """A recording with live marks beside another demonstration, and the heads it came with."""
-    project.add(make(1, name="LEGO 01"), [Track("anna", GRAB)])
-    id_ = project.add(make(2, name="LEGO 02"), [Track("bea", GRAB)]).id
-    project.attach_stamps(id_, {})
-    return id_, {"bea": project.head(id_, "bea")}
+    project.demonstrations.add(make(1, name="LEGO 01"), [Track("anna", GRAB)])
+    id_ = project.demonstrations.add(make(2, name="LEGO 02"), [Track("bea", GRAB)]).id
+    project.media.attach_stamps(id_, {})
+    return id_, {"bea": project.tracks.head(id_, "bea")}
 
 
 def everything(path):
@@ -42,16 +42,16 @@ def everything(path):
 
 
 def test_it_is_gone_with_all_that_came_with_it_and_nothing_else_is(project, path, make, kept):
-    before = tuple(info.id for info in project.demonstrations())
-    project.discard(*kept)
-    [left] = project.demonstrations()
+    before = tuple(info.id for info in project.demonstrations.infos())
+    project.demonstrations.discard(*kept)
+    [left] = project.demonstrations.infos()
     assert before == (left.id, kept[0])
-    assert [author.name for author in project.authors()] == ["anna"]
-    assert project.track(left.id, "anna").segments == GRAB
+    assert [author.name for author in project.coding.authors()] == ["anna"]
+    assert project.tracks.get(left.id, "anna").segments == GRAB
     assert [entry.name for entry in (path / "demonstrations").iterdir()] == [left.id]
     fresh = path.with_name("fresh.forcelab")
     with Project.create(fresh) as other:
-        other.add(make(1, name="LEGO 01"), [Track("anna", GRAB)])
+        other.demonstrations.add(make(1, name="LEGO 01"), [Track("anna", GRAB)])
     schema, rows, files = everything(path)
     assert schema == everything(fresh)[0]
     assert files == everything(fresh)[2]
@@ -59,12 +59,12 @@ def test_it_is_gone_with_all_that_came_with_it_and_nothing_else_is(project, path
         table: len(found) for table, found in everything(fresh)[1].items()
     }
     with pytest.raises(InputError, match="no demonstration"):
-        project.discard(*kept)
-    assert project.add(make(2, name="LEGO 02"), [Track("bea", GRAB)]).status == "new"
+        project.demonstrations.discard(*kept)
+    assert project.demonstrations.add(make(2, name="LEGO 02"), [Track("bea", GRAB)]).status == "new"
 
 
 def test_the_version_of_the_store_stays_and_edits_are_still_kept_for_ever(project, path, kept):
-    project.discard(*kept)
+    project.demonstrations.discard(*kept)
     with closing(sqlite3.connect(path / "project.sqlite")) as store:
         assert store.execute("PRAGMA user_version").fetchone() == (4,) == (len(MIGRATIONS),)
         with pytest.raises(sqlite3.IntegrityError, match="kept for ever"):
@@ -72,21 +72,21 @@ def test_the_version_of_the_store_stays_and_edits_are_still_kept_for_ever(projec
 
 
 def painted(project, id_):
-    project.edit(id_, "bea", GRAB, (), "grab deleted")
+    project.tracks.edit(id_, "bea", GRAB, (), "grab deleted")
 
 
 def painted_by_another(project, id_):
-    project.edit(id_, "cara", (), GRAB, "grab painted")
+    project.tracks.edit(id_, "cara", (), GRAB, "grab painted")
 
 
 def painted_and_taken_back(project, id_):
     painted(project, id_)
-    project.undo(id_, "bea")
+    project.tracks.undo(id_, "bea")
 
 
 def used(project, id_):
-    labels = (LabelsUsed(id_, "bea", project.head(id_, "bea")),)
-    project.add_run("evaluation", settings={}, seed=None, labels=labels, versions={}, result={})
+    labels = (LabelsUsed(id_, "bea", project.tracks.head(id_, "bea")),)
+    project.runs.add("evaluation", settings={}, seed=None, labels=labels, versions={}, result={})
 
 
 @pytest.mark.parametrize(
@@ -96,66 +96,69 @@ def used(project, id_):
         painted_by_another,
         painted_and_taken_back,
         used,
-        lambda project, id_: project.assign(id_, "dora"),
-        lambda project, id_: (project.assign(id_, "dora"), project.unassign(id_, "dora")),
-        lambda project, id_: project.set_note(id_, "dora", "the grip slipped"),
+        lambda project, id_: project.coding.assign(id_, "dora"),
+        lambda project, id_: (
+            project.coding.assign(id_, "dora"),
+            project.coding.unassign(id_, "dora"),
+        ),
+        lambda project, id_: project.coding.set_note(id_, "dora", "the grip slipped"),
     ],
 )
 def test_what_somebody_has_worked_with_stays(project, path, kept, work):
     work(project, kept[0])
     before = everything(path)
     with pytest.raises(InputError, match=r"'LEGO 02' was .* since it was recorded; it stays"):
-        project.discard(*kept)
+        project.demonstrations.discard(*kept)
     assert everything(path) == before
 
 
 def test_what_a_model_predicted_since_is_no_reason_to_keep_it(project, kept):
-    project.edit(kept[0], "model: live", (), GRAB, "predicted", kind="predict")
-    project.discard(*kept)
-    assert [author.name for author in project.authors()] == ["anna"]
+    project.tracks.edit(kept[0], "model: live", (), GRAB, "predicted", kind="predict")
+    project.demonstrations.discard(*kept)
+    assert [author.name for author in project.coding.authors()] == ["anna"]
 
 
 def test_a_second_window_sees_that_it_is_gone(project, path, kept):
     with Project.open(path) as other:
-        assert other.track(kept[0], "bea").segments == GRAB
-        project.discard(*kept)
+        assert other.tracks.get(kept[0], "bea").segments == GRAB
+        project.demonstrations.discard(*kept)
         assert other.changed_elsewhere()
         with pytest.raises(InputError, match="no demonstration"):
-            other.track(kept[0], "bea")
+            other.tracks.get(kept[0], "bea")
         # Numbers of tracks are used again: what was remembered of the old one must not show.
-        first = other.demonstrations()[0].id
-        other.edit(first, "dora", (), GRAB, "painted")
-        assert other.track(first, "dora").segments == GRAB
+        first = other.demonstrations.infos()[0].id
+        other.tracks.edit(first, "dora", (), GRAB, "painted")
+        assert other.tracks.get(first, "dora").segments == GRAB
 
 
 def worked_with(project, id_):
     """Everything that people and runs can do with a demonstration."""
     painted_and_taken_back(project, id_)
     painted_by_another(project, id_)
-    project.edit(id_, "model: net", (), GRAB, "predicted", kind="predict")
+    project.tracks.edit(id_, "model: net", (), GRAB, "predicted", kind="predict")
     used(project, id_)
-    project.assign(id_, "dora")
-    project.set_done(id_, "dora")
-    project.set_note(id_, "dora", "leave out")
-    return {name: project.head(id_, name) for name in ("bea", "cara")}
+    project.coding.assign(id_, "dora")
+    project.coding.set_done(id_, "dora")
+    project.coding.set_note(id_, "dora", "leave out")
+    return {name: project.tracks.head(id_, name) for name in ("bea", "cara")}
 
 
 def test_what_was_imported_by_mistake_goes_with_all_its_labels(project, path, kept):
     id_, _ = kept
-    left = next(info.id for info in project.demonstrations() if info.id != id_)
-    project.assign(left, "dora")
-    project.set_note(left, "dora", "stays")
+    left = next(info.id for info in project.demonstrations.infos() if info.id != id_)
+    project.coding.assign(left, "dora")
+    project.coding.set_note(left, "dora", "stays")
     heads = worked_with(project, id_)
     schema = everything(path)[0]
-    project.remove_all({id_: heads})
-    assert [info.id for info in project.demonstrations()] == [left]
-    assert [author.name for author in project.authors()] == ["anna"]
-    assert [one.demonstration for one in project.assignments()] == [left]
-    assert [note.text for note in project.note_events()] == ["stays"]
+    project.demonstrations.remove_all({id_: heads})
+    assert [info.id for info in project.demonstrations.infos()] == [left]
+    assert [author.name for author in project.coding.authors()] == ["anna"]
+    assert [one.demonstration for one in project.coding.assignments()] == [left]
+    assert [note.text for note in project.coding.note_events()] == ["stays"]
     assert [entry.name for entry in (path / "demonstrations").iterdir()] == [left]
     assert everything(path)[0] == schema
-    [run] = project.runs()
-    assert project.run(run.id).labels[0].demonstration == id_
+    [run] = project.runs.all()
+    assert project.runs.get(run.id).labels[0].demonstration == id_
     with closing(sqlite3.connect(path / "project.sqlite")) as store:
         for table in ("edit", "assignment", "note"):
             with pytest.raises(sqlite3.IntegrityError, match="kept for ever"):
@@ -169,10 +172,10 @@ def test_labels_that_nobody_was_told_of_keep_it(project, path, kept):
     before = everything(path)
     for told in (heads, {}, {"cara": heads["cara"]}):
         with pytest.raises(InputError, match="'LEGO 02' was labelled meanwhile; it stays"):
-            project.remove_all({id_: told})
+            project.demonstrations.remove_all({id_: told})
     assert everything(path) == before
     with pytest.raises(InputError, match="no demonstration"):
-        project.remove_all({"0" * 64: {}})
+        project.demonstrations.remove_all({"0" * 64: {}})
 
 
 KILLED = """
@@ -201,7 +204,10 @@ def discard(path, number):
     os.unlink, os.rmdir = counted(os.unlink), counted(os.rmdir)  # of shutil.rmtree
     Path.rename = counted(Path.rename)
     heads = {author: int(head)}
-    project.discard(id_, heads) if verb == "discard" else project.remove_all({id_: heads})
+    if verb == "discard":
+        project.demonstrations.discard(id_, heads)
+    else:
+        project.demonstrations.remove_all({id_: heads})
     os._exit(0)
 
 for number in range(1, 99):
@@ -234,17 +240,17 @@ def test_killed_at_any_step_it_is_there_as_a_whole_or_gone(project, path, kept, 
         for leftover in (copy / "demonstrations").glob(".incoming-*"):
             shutil.rmtree(leftover)  # as happens when it is an hour old
         with Project.open(copy) as opened:
-            there = {info.id for info in opened.demonstrations()}
+            there = {info.id for info in opened.demonstrations.infos()}
             outcomes.append(id_ in there)
-            assert opened.load(id_).id == id_ if id_ in there else True
+            assert opened.demonstrations.load(id_).id == id_ if id_ in there else True
             if id_ in there:
-                assert opened.track(id_, author).segments == GRAB
+                assert opened.tracks.get(id_, author).segments == GRAB
                 if verb == "discard":  # once more
-                    opened.discard(id_, heads)
+                    opened.demonstrations.discard(id_, heads)
                 else:
-                    opened.remove_all({id_: heads})
+                    opened.demonstrations.remove_all({id_: heads})
             assert [e.name for e in (copy / "demonstrations").iterdir()] == [
-                info.id for info in opened.demonstrations()
+                info.id for info in opened.demonstrations.infos()
             ]
         assert everything(copy)[0] == whole[0]
     assert outcomes == sorted(outcomes, reverse=True)

@@ -20,51 +20,56 @@ HOLD = (Segment(0.0, 0.1, "grab"), Segment(0.2, 0.3, "hold"))
 
 @pytest.fixture
 def id_(project, make):
-    return project.add(make(1)).id
+    return project.demonstrations.add(make(1)).id
 
 
 def test_an_edit_tells_who_when_and_what_was_there(project, id_):
-    project.edit(id_, "anna", (), HOLD, "hold painted")
+    project.tracks.edit(id_, "anna", (), HOLD, "hold painted")
     after = (HOLD[0], Segment(0.2, 0.3, "slip"))
-    edit = project.edit(id_, "anna", HOLD, after, "hold is slip")
+    edit = project.tracks.edit(id_, "anna", HOLD, after, "hold is slip")
     assert (edit.demonstration, edit.author, edit.kind) == (id_, "anna", "paint")
     assert (edit.position, edit.removed, edit.inserted) == (1, HOLD[1:], after[1:])
     assert edit.what == "hold is slip"
     assert timedelta() <= datetime.now(timezone.utc) - edit.time < timedelta(minutes=1)
-    assert project.history(id_, "anna")[1] == edit
-    assert project.track(id_, "anna").segments == after
+    assert project.tracks.history(id_, "anna")[1] == edit
+    assert project.tracks.get(id_, "anna").segments == after
 
 
 def test_a_track_changed_elsewhere_is_not_overwritten(project, id_, path):
     with Project.open(path) as other:
-        before = project.track(id_, "anna").segments
-        other.edit(id_, "anna", before, GRAB, "first")
+        before = project.tracks.get(id_, "anna").segments
+        other.tracks.edit(id_, "anna", before, GRAB, "first")
         with pytest.raises(StaleTrackError, match="changed elsewhere"):
-            project.edit(id_, "anna", before, HOLD, "second")
-        assert project.track(id_, "anna").segments == GRAB
-        assert len(project.history(id_, "anna")) == 1
-        other.undo(id_, "anna")
-        other.edit(id_, "anna", (), GRAB, "third")
-        project.edit(id_, "anna", GRAB, HOLD, "the same segments are not stale")
+            project.tracks.edit(id_, "anna", before, HOLD, "second")
+        assert project.tracks.get(id_, "anna").segments == GRAB
+        assert len(project.tracks.history(id_, "anna")) == 1
+        other.tracks.undo(id_, "anna")
+        other.tracks.edit(id_, "anna", (), GRAB, "third")
+        project.tracks.edit(id_, "anna", GRAB, HOLD, "the same segments are not stale")
 
 
 def test_an_edit_in_place_of_the_latest_is_one_undo_and_nothing_is_lost(project, id_, path):
-    project.edit(id_, "anna", (), GRAB, "first")
-    moved = project.edit(id_, "anna", GRAB, HOLD, "moved")
+    project.tracks.edit(id_, "anna", (), GRAB, "first")
+    moved = project.tracks.edit(id_, "anna", GRAB, HOLD, "moved")
     after = (Segment(0.0, 0.2, "grab"),)
-    again = project.edit(id_, "anna", HOLD, after, "moved farther", replacing=moved.id)
+    again = project.tracks.edit(id_, "anna", HOLD, after, "moved farther", replacing=moved.id)
     assert (again.removed, again.inserted) == (GRAB, after)
-    assert [one.kind for one in project.history(id_, "anna")] == ["paint", "paint", "undo", "paint"]
+    assert [one.kind for one in project.tracks.history(id_, "anna")] == [
+        "paint",
+        "paint",
+        "undo",
+        "paint",
+    ]
     with pytest.raises(StaleTrackError):
-        project.edit(id_, "anna", after, HOLD, "not the latest", replacing=moved.id)
-    back = project.edit(id_, "anna", after, GRAB, "moved back", replacing=again.id)
+        project.tracks.edit(id_, "anna", after, HOLD, "not the latest", replacing=moved.id)
+    back = project.tracks.edit(id_, "anna", after, GRAB, "moved back", replacing=again.id)
     assert back.kind == "undo"
-    project.redo(id_, "anna")
-    assert project.track(id_, "anna").segments == after
-    project.undo(id_, "anna")
-    assert project.track(id_, "anna").segments == GRAB
+    project.tracks.redo(id_, "anna")
+    assert project.tracks.get(id_, "anna").segments == after
+    project.tracks.undo(id_, "anna")
+    assert project.tracks.get(id_, "anna").segments == GRAB
     with Project.open(path) as other:
-        assert other.track(id_, "anna").segments == GRAB
+        assert other.tracks.get(id_, "anna").segments == GRAB
 
 
 @pytest.mark.parametrize(
@@ -76,77 +81,79 @@ def test_an_edit_in_place_of_the_latest_is_one_undo_and_nothing_is_lost(project,
 )
 def test_segments_out_of_order_or_overlapping_are_refused(project, id_, after):
     with pytest.raises(InputError):
-        project.edit(id_, "anna", (), after, "wrong")
-    assert project.history(id_, "anna") == ()
-    assert project.authors() == ()
+        project.tracks.edit(id_, "anna", (), after, "wrong")
+    assert project.tracks.history(id_, "anna") == ()
+    assert project.coding.authors() == ()
 
 
 def test_an_edit_may_not_overlap_what_lies_beside_it(project, id_):
-    project.edit(id_, "anna", (), HOLD, "fine")
+    project.tracks.edit(id_, "anna", (), HOLD, "fine")
     with pytest.raises(InputError, match="overlap"):
-        project.edit(id_, "anna", HOLD, (HOLD[0], Segment(0.05, 0.06, "x"), HOLD[1]), "wrong")
-    assert project.track(id_, "anna").segments == HOLD
+        project.tracks.edit(
+            id_, "anna", HOLD, (HOLD[0], Segment(0.05, 0.06, "x"), HOLD[1]), "wrong"
+        )
+    assert project.tracks.get(id_, "anna").segments == HOLD
 
 
 def test_a_coder_and_a_model_are_never_one_author(project, id_):
-    project.edit(id_, "anna", (), GRAB, "painted")
-    project.edit(id_, "mlp", (), GRAB, "predicted", kind="predict")
-    project.edit(id_, "berta", (), GRAB, "painted")
+    project.tracks.edit(id_, "anna", (), GRAB, "painted")
+    project.tracks.edit(id_, "mlp", (), GRAB, "predicted", kind="predict")
+    project.tracks.edit(id_, "berta", (), GRAB, "painted")
     kinds = [("anna", "coder"), ("mlp", "model"), ("berta", "coder")]
-    assert [(a.name, a.kind) for a in project.authors()] == kinds
-    assert project.coders() == ("anna", "berta")
+    assert [(a.name, a.kind) for a in project.coding.authors()] == kinds
+    assert project.coding.coders() == ("anna", "berta")
     with pytest.raises(InputError, match="'anna' is a coder"):
-        project.edit(id_, "anna", GRAB, HOLD, "predicted", kind="predict")
+        project.tracks.edit(id_, "anna", GRAB, HOLD, "predicted", kind="predict")
     with pytest.raises(InputError, match="'mlp' is a model"):
-        project.edit(id_, "mlp", GRAB, HOLD, "painted")
-    assert [t.segments for t in project.tracks(id_)] == [GRAB, GRAB, GRAB]
-    assert project.undo(id_, "mlp").inserted == ()
+        project.tracks.edit(id_, "mlp", GRAB, HOLD, "painted")
+    assert [t.segments for t in project.tracks.of(id_)] == [GRAB, GRAB, GRAB]
+    assert project.tracks.undo(id_, "mlp").inserted == ()
 
 
 def test_edits_of_what_is_not_there_are_refused(project, id_):
     with pytest.raises(InputError, match="no demonstration 'x'"):
-        project.edit("x", "anna", (), GRAB, "painted")
+        project.tracks.edit("x", "anna", (), GRAB, "painted")
     with pytest.raises(InputError, match="needs an author"):
-        project.edit(id_, " ", (), GRAB, "painted")
-    assert project.undo(id_, "nobody") is None
-    assert project.redo(id_, "nobody") is None
-    assert project.history(id_, "nobody") == ()
-    assert project.authors() == ()
+        project.tracks.edit(id_, " ", (), GRAB, "painted")
+    assert project.tracks.undo(id_, "nobody") is None
+    assert project.tracks.redo(id_, "nobody") is None
+    assert project.tracks.history(id_, "nobody") == ()
+    assert project.coding.authors() == ()
 
 
 def test_undo_and_redo_are_edits_that_name_what_they_take_back(project, id_):
-    first = project.edit(id_, "anna", (), GRAB, "grab painted")
-    undo = project.undo(id_, "anna")
-    redo = project.redo(id_, "anna")
-    assert [edit.kind for edit in project.history(id_, "anna")] == ["paint", "undo", "redo"]
+    first = project.tracks.edit(id_, "anna", (), GRAB, "grab painted")
+    undo = project.tracks.undo(id_, "anna")
+    redo = project.tracks.redo(id_, "anna")
+    assert [edit.kind for edit in project.tracks.history(id_, "anna")] == ["paint", "undo", "redo"]
     assert (undo.reverts, redo.reverts) == (first.id, undo.id)
     assert (undo.what, redo.what) == ("undo: grab painted", "redo: grab painted")
     assert (undo.removed, undo.inserted) == (GRAB, ())
 
 
 def test_the_number_of_the_latest_edit_changes_with_everything_that_changes_the_track(project, id_):
-    assert project.head(id_, "anna") == 0
-    heads = [project.edit(id_, "anna", (), GRAB, "grab painted").id]
-    heads.append(project.undo(id_, "anna").id)
-    assert project.head(id_, "anna") == heads[-1]
-    heads.append(project.redo(id_, "anna").id)
-    project.edit(id_, "bert", (), HOLD, "another track")
-    assert project.head(id_, "anna") == heads[-1]
+    assert project.tracks.head(id_, "anna") == 0
+    heads = [project.tracks.edit(id_, "anna", (), GRAB, "grab painted").id]
+    heads.append(project.tracks.undo(id_, "anna").id)
+    assert project.tracks.head(id_, "anna") == heads[-1]
+    heads.append(project.tracks.redo(id_, "anna").id)
+    project.tracks.edit(id_, "bert", (), HOLD, "another track")
+    assert project.tracks.head(id_, "anna") == heads[-1]
     assert len(set(heads)) == 3
 
 
 def test_changing_a_project_inside_a_snapshot_is_a_mistake_of_the_program(project, id_):
     with project.snapshot(), pytest.raises(RuntimeError, match="inside a snapshot"):
-        project.edit(id_, "anna", (), GRAB, "grab painted")
-    assert project.track(id_, "anna").segments == ()
-    project.edit(id_, "anna", (), GRAB, "grab painted")
+        project.tracks.edit(id_, "anna", (), GRAB, "grab painted")
+    assert project.tracks.get(id_, "anna").segments == ()
+    project.tracks.edit(id_, "anna", (), GRAB, "grab painted")
 
 
 def test_a_track_is_found_by_the_id_of_its_demonstration_alone(project, id_):
     for key, sentence in (("01", "is the name of a demonstration"), (id_[:12], "no demonstration")):
-        assert project.load(key).id == id_
+        assert project.demonstrations.load(key).id == id_
         with pytest.raises(InputError, match=sentence):
-            project.track(key, "anna")
+            project.tracks.get(key, "anna")
 
 
 @pytest.mark.parametrize(
@@ -154,16 +161,16 @@ def test_a_track_is_found_by_the_id_of_its_demonstration_alone(project, id_):
     [{"reverts": 1}, {"position": 0}, {"inserted": GRAB}, {"kind": "redo"}, {"reverts": None}],
 )
 def test_an_undo_is_made_again_only_where_it_takes_back_what_stands(project, id_, make, change):
-    project.edit(id_, "anna", (), GRAB, "grab painted")
-    project.edit(id_, "anna", GRAB, HOLD, "hold painted")
-    project.undo(id_, "anna")
-    other = project.add(make(2)).id
-    *edits, undo = (replace(e, demonstration=other) for e in project.history(id_, "anna"))
+    project.tracks.edit(id_, "anna", (), GRAB, "grab painted")
+    project.tracks.edit(id_, "anna", GRAB, HOLD, "hold painted")
+    project.tracks.undo(id_, "anna")
+    other = project.demonstrations.add(make(2)).id
+    *edits, undo = (replace(e, demonstration=other) for e in project.tracks.history(id_, "anna"))
     with pytest.raises(InputError, match="of 'anna' takes back what was not there"):
-        project.replay([*edits, replace(undo, **change)])
-    assert project.history(other, "anna") == ()
-    project.replay([*edits, undo])
-    assert project.track(other, "anna").segments == GRAB
+        project.tracks.replay([*edits, replace(undo, **change)])
+    assert project.tracks.history(other, "anna") == ()
+    project.tracks.replay([*edits, undo])
+    assert project.tracks.get(other, "anna").segments == GRAB
 
 
 STEPS = st.lists(
@@ -188,23 +195,23 @@ def test_undo_and_redo_behave_like_two_stacks_whatever_happens(steps):
         project = Project.create(path)
         id_ = _add_one(project)
         for step in steps:
-            track = project.track(id_, "anna").segments
+            track = project.tracks.get(id_, "anna").segments
             assert track == states[-1]
             if step[0] in ("paint", "erase"):
                 start, end = step[1] / 7, (step[1] + step[2]) / 7
                 verb = paint if step[0] == "paint" else erase
                 after = verb(track, start, end, *step[3:])
-                project.edit(id_, "anna", track, after, step[0])
+                project.tracks.edit(id_, "anna", track, after, step[0])
                 states.append(after)
                 undone.clear()
                 kept.append(after)
             elif step[0] == "undo":
-                assert (project.undo(id_, "anna") is None) == (len(states) == 1)
+                assert (project.tracks.undo(id_, "anna") is None) == (len(states) == 1)
                 if len(states) > 1:
                     undone.append(states.pop())
                     kept.append(states[-1])
             elif step[0] == "redo":
-                assert (project.redo(id_, "anna") is None) == (not undone)
+                assert (project.tracks.redo(id_, "anna") is None) == (not undone)
                 if undone:
                     states.append(undone.pop())
                     kept.append(states[-1])
@@ -213,14 +220,14 @@ def test_undo_and_redo_behave_like_two_stacks_whatever_happens(steps):
                 project = Project.open(path)
             else:
                 with Project.open(path) as other:
-                    edit = other.edit(id_, "anna", track, (), "cleared")
+                    edit = other.tracks.edit(id_, "anna", track, (), "cleared")
                     assert edit.inserted == ()
                 states.append(())
                 undone.clear()
                 kept.append(())
         # The history alone gives every state that there ever was.
         replayed: tuple = ()
-        history = project.history(id_, "anna")
+        history = project.tracks.history(id_, "anna")
         assert len(history) == len(kept)
         for edit, state in zip(history, kept, strict=True):
             end = edit.position + len(edit.removed)
@@ -231,7 +238,9 @@ def test_undo_and_redo_behave_like_two_stacks_whatever_happens(steps):
 
 
 def _add_one(project: Project) -> str:
-    return project.add(Demonstration("01", "", [0, 1], [[1], [2]], (Channel("fx"),))).id
+    return project.demonstrations.add(
+        Demonstration("01", "", [0, 1], [[1], [2]], (Channel("fx"),))
+    ).id
 
 
 @given(
@@ -247,35 +256,35 @@ def test_times_and_names_come_back_exactly(times, action):
         path = folder / "p.forcelab"
         with Project.create(path) as project:
             id_ = _add_one(project)
-            project.edit(id_, "anna", (), segments, action)
+            project.tracks.edit(id_, "anna", (), segments, action)
         with Project.open(path) as project:
-            assert project.track(id_, "anna").segments == segments
-            (edit,) = project.history(id_, "anna")
+            assert project.tracks.get(id_, "anna").segments == segments
+            (edit,) = project.tracks.history(id_, "anna")
             assert (edit.inserted, edit.what) == (segments, action)
 
 
 def test_an_edit_of_a_long_track_writes_a_few_pages(project, id_, path):
     long = tuple(Segment(i / 10, i / 10 + 0.05, "grab" if i % 2 else "hold") for i in range(10_000))
-    project.edit(id_, "anna", (), long, "many")
+    project.tracks.edit(id_, "anna", (), long, "many")
     project.close()
     with Project.open(path) as again:
         after = paint(long, 500.02, 500.11, "slip")
-        again.edit(id_, "anna", long, after, "slip painted")
+        again.tracks.edit(id_, "anna", long, after, "slip painted")
         assert (path / "project.sqlite-wal").stat().st_size < 100_000
-        again.undo(id_, "anna")
-        assert again.track(id_, "anna").segments == long
+        again.tracks.undo(id_, "anna")
+        assert again.tracks.get(id_, "anna").segments == long
         assert (path / "project.sqlite-wal").stat().st_size < 200_000
 
 
 def test_an_edit_that_came_to_nothing_is_not_remembered(project, id_, path, monkeypatch):
-    project.edit(id_, "anna", (), GRAB, "painted")
+    project.tracks.edit(id_, "anna", (), GRAB, "painted")
     with monkeypatch.context() as broken:
         broken.setattr(project._db, "execute", _failing_to_commit(project._db.execute))
         with pytest.raises(InputError, match="disk"):
-            project.edit(id_, "anna", GRAB, HOLD, "hold painted")
+            project.tracks.edit(id_, "anna", GRAB, HOLD, "hold painted")
     with Project.open(path) as other:  # gets the number that was given out before
-        other.edit(id_, "anna", GRAB, (), "erased")
-    assert project.track(id_, "anna").segments == ()
+        other.tracks.edit(id_, "anna", GRAB, (), "erased")
+    assert project.tracks.get(id_, "anna").segments == ()
 
 
 def _failing_to_commit(execute):
@@ -288,51 +297,51 @@ def _failing_to_commit(execute):
 
 
 def test_a_history_made_again_is_the_same(project, id_, path, make):
-    project.edit(id_, "anna", (), GRAB, "a")
-    project.edit(id_, "mlp", (), HOLD, "b", kind="predict")
-    project.edit(id_, "anna", GRAB, HOLD, "c")
-    project.undo(id_, "anna")
-    project.redo(id_, "anna")
-    project.undo(id_, "mlp")
-    edits = project.history(id_, "anna") + project.history(id_, "mlp")
+    project.tracks.edit(id_, "anna", (), GRAB, "a")
+    project.tracks.edit(id_, "mlp", (), HOLD, "b", kind="predict")
+    project.tracks.edit(id_, "anna", GRAB, HOLD, "c")
+    project.tracks.undo(id_, "anna")
+    project.tracks.redo(id_, "anna")
+    project.tracks.undo(id_, "mlp")
+    edits = project.tracks.history(id_, "anna") + project.tracks.history(id_, "mlp")
     edits = tuple(sorted(edits, key=lambda edit: edit.id))
     with Project.create(path.with_name("again")) as again:
-        again.add(make(1))
-        again.replay(edits)
-        assert again.history(id_, "anna") + again.history(id_, "mlp") == (
-            project.history(id_, "anna") + project.history(id_, "mlp")
+        again.demonstrations.add(make(1))
+        again.tracks.replay(edits)
+        assert again.tracks.history(id_, "anna") + again.tracks.history(id_, "mlp") == (
+            project.tracks.history(id_, "anna") + project.tracks.history(id_, "mlp")
         )
-        assert again.tracks(id_) == project.tracks(id_)
-        assert again.authors() == project.authors()
-        assert again.redo(id_, "anna") is None
-        assert again.undo(id_, "anna").reverts == edits[2].id
+        assert again.tracks.of(id_) == project.tracks.of(id_)
+        assert again.coding.authors() == project.coding.authors()
+        assert again.tracks.redo(id_, "anna") is None
+        assert again.tracks.undo(id_, "anna").reverts == edits[2].id
 
 
 def test_a_history_that_does_not_fit_is_refused_as_a_whole(project, id_, path, make):
-    project.edit(id_, "anna", (), GRAB, "a")
-    project.edit(id_, "anna", GRAB, HOLD, "b")
-    project.undo(id_, "anna")
-    edits = project.history(id_, "anna")
+    project.tracks.edit(id_, "anna", (), GRAB, "a")
+    project.tracks.edit(id_, "anna", GRAB, HOLD, "b")
+    project.tracks.undo(id_, "anna")
+    edits = project.tracks.history(id_, "anna")
     with Project.create(path.with_name("again")) as again:
         with pytest.raises(InputError, match="no demonstration"):
-            again.replay(edits)
-        again.add(make(1))
+            again.tracks.replay(edits)
+        again.demonstrations.add(make(1))
         for wrong in (edits[1:], (edits[0], edits[2]), (*edits, edits[2])):
             with pytest.raises((InputError, StaleTrackError)):
-                again.replay(wrong)
-            assert again.tracks(id_) == ()
+                again.tracks.replay(wrong)
+            assert again.tracks.of(id_) == ()
 
 
 def test_nobody_paints_under_a_models_name(project, make):
-    id_ = project.add(make(1)).id
+    id_ = project.demonstrations.add(make(1)).id
     with pytest.raises(InputError, match="model's name"):
-        project.edit(id_, "model foam", (), GRAB, "painted")
-    assert project.authors() == ()
+        project.tracks.edit(id_, "model foam", (), GRAB, "painted")
+    assert project.coding.authors() == ()
 
 
 def test_a_models_track_from_a_file_is_a_models_track_and_is_renewed(project, make):
-    id_ = project.add(make(1), [Track("model foam", GRAB)]).id
-    (author,) = project.authors()
+    id_ = project.demonstrations.add(make(1), [Track("model foam", GRAB)]).id
+    (author,) = project.coding.authors()
     assert (author.name, author.kind) == ("model foam", "model")
-    project.add(make(1), [Track("model foam", HOLD)])
-    assert project.track(id_, "model foam").segments == HOLD
+    project.demonstrations.add(make(1), [Track("model foam", HOLD)])
+    assert project.tracks.get(id_, "model foam").segments == HOLD

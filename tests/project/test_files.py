@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from forcelab.errors import InputError
-from forcelab.project.files import told, write_array
+from forcelab.project.files import file_errors, write_array
 
 
 @pytest.mark.parametrize("shape", [(0,), (7,), (3, 5), (0, 2)])
@@ -29,7 +29,7 @@ def test_a_disk_that_takes_a_part_is_told_as_the_system_tells_it(tmp_path):
     try:
         with (
             pytest.raises(InputError, match="It was not written: File too large"),
-            told("It was not written"),
+            file_errors("It was not written"),
         ):
             write_array(tmp_path / "a.npy", np.zeros(10_000))
     finally:
@@ -47,6 +47,6 @@ def test_a_disk_that_takes_a_part_is_told_as_the_system_tells_it(tmp_path):
     ],
 )
 def test_what_the_system_refuses_is_told_with_the_cure(number, cure):
-    with pytest.raises(InputError) as refusal, told("It was not written"):
+    with pytest.raises(InputError) as refusal, file_errors("It was not written"):
         raise OSError(number, "No", "a.npy")
     assert str(refusal.value) == f"It was not written: No ('a.npy'); {cure}."

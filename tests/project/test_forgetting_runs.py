@@ -17,7 +17,7 @@ PROPOSER = "model paper 1"
 
 @pytest.fixture
 def id_(project, make):
-    return project.add(make(1), [Track("anna", (Segment(0.0, 0.1, "grab"),))]).id
+    return project.demonstrations.add(make(1), [Track("anna", (Segment(0.0, 0.1, "grab"),))]).id
 
 
 @pytest.fixture
@@ -25,11 +25,11 @@ def train(project, id_):
     """Keep a run with its recogniser; gives its number and the file."""
 
     def train(content=b"learnt"):
-        used = [LabelsUsed(id_, "anna", project.head(id_, "anna"))]
-        number = project.add_training(
+        used = [LabelsUsed(id_, "anna", project.tracks.head(id_, "anna"))]
+        number = project.runs.add_training(
             "evaluate", "one", content, labels=used, trained_on=used, result={}, **MADE
         )
-        return number, project.recogniser_path(project.run(number).result["recogniser"])
+        return number, project.runs.recogniser_path(project.runs.get(number).result["recogniser"])
 
     return train
 
@@ -41,30 +41,30 @@ def said(id_):
 
 def test_a_run_that_nobody_used_goes_with_its_recogniser(project, train):
     number, file = train()
-    assert project.forget_run(number, PROPOSER)
-    assert (project.runs(), project.recognisers()) == ((), ())
+    assert project.runs.forget(number, PROPOSER)
+    assert (project.runs.all(), project.runs.recognisers()) == ((), ())
     assert not file.exists()
-    assert not project.forget_run(number, PROPOSER)
+    assert not project.runs.forget(number, PROPOSER)
     assert train()[0] > number, "numbers are never given twice"
 
 
 def test_a_recogniser_that_another_run_has_too_stays(project, train):
     first, file = train()
     second, _ = train()
-    assert project.forget_run(first, PROPOSER)
+    assert project.runs.forget(first, PROPOSER)
     assert file.exists()
-    assert len(project.recognisers()) == 1
-    assert project.forget_run(second, PROPOSER)
+    assert len(project.runs.recognisers()) == 1
+    assert project.runs.forget(second, PROPOSER)
     assert not file.exists()
 
 
 def test_a_run_that_was_judged_stays(project, train, said):
     number, file = train()
-    project.add_verdict(replace(said, run=number))
-    project.add_verdict(replace(said, run=number, verdict="withdrawn"))
-    assert not project.forget_run(number, PROPOSER)
+    project.coding.add_verdict(replace(said, run=number))
+    project.coding.add_verdict(replace(said, run=number, verdict="withdrawn"))
+    assert not project.runs.forget(number, PROPOSER)
     assert file.exists()
-    assert [verdict.run for verdict in project.verdict_events()] == [number, number]
+    assert [verdict.run for verdict in project.coding.verdict_events()] == [number, number]
 
 
 def test_a_run_that_labels_were_accepted_from_stays_even_when_they_were_undone(project, train, id_):
@@ -72,17 +72,17 @@ def test_a_run_that_labels_were_accepted_from_stays_even_when_they_were_undone(p
     labelling = TrackEditor(project, id_, "anna")
     labelling.accept((Segment(0.2, 0.3, "slip"),), PROPOSER)
     labelling.undo()
-    assert not project.forget_run(number, PROPOSER)
-    assert project.forget_run(number, "model paper 11")
+    assert not project.runs.forget(number, PROPOSER)
+    assert project.runs.forget(number, "model paper 11")
 
 
 def test_what_a_recogniser_that_is_named_with_a_number_proposed_is_no_runs(project, train, id_):
     number, _ = train()
     labelling = TrackEditor(project, id_, "anna")
     labelling.accept((Segment(0.2, 0.3, "slip"),), f"model trial {number}")
-    assert project.run_uses(number)[0].accepted == 0
+    assert project.runs.uses(number)[0].accepted == 0
     labelling.accept((Segment(0.3, 0.4, "slip"),), PROPOSER)
-    assert project.run_uses(number)[0].accepted == 1
+    assert project.runs.uses(number)[0].accepted == 1
 
 
 def test_a_run_that_cannot_be_read_any_more_can_be_removed(project, path, train):
@@ -90,19 +90,19 @@ def test_a_run_that_cannot_be_read_any_more_can_be_removed(project, path, train)
     with closing(sqlite3.connect(path / "project.sqlite")) as store, store:
         store.execute("UPDATE run SET result = '{' || CAST(x'fffe' AS TEXT) || '}'")
     with pytest.raises(InputError):
-        project.run(number)
-    project.remove_run(number)
-    assert project.runs() == ()
+        project.runs.get(number)
+    project.runs.remove(number)
+    assert project.runs.all() == ()
     with pytest.raises(InputError, match=f"There is no run {number} in"):
-        project.remove_run(number)
+        project.runs.remove(number)
 
 
 def test_a_verdict_on_a_run_that_has_gone_meanwhile_is_kept(project, path, train, said):
     number, _ = train()
     with Project.open(path) as elsewhere:
-        elsewhere.forget_run(number, PROPOSER)
-    kept = project.add_verdict(replace(said, run=number))
+        elsewhere.runs.forget(number, PROPOSER)
+    kept = project.coding.add_verdict(replace(said, run=number))
     assert (kept.run, kept.verdict, kept.predicted) == (None, "model", "slip")
-    assert project.verdicts() == (kept,)
+    assert project.coding.verdicts() == (kept,)
     with pytest.raises(InputError, match="no run"):
-        project.add_verdict(replace(said, run=number + 1))
+        project.coding.add_verdict(replace(said, run=number + 1))

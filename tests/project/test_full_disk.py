@@ -22,7 +22,7 @@ import os, sys
 from forcelab.project import Project
 
 project = Project.open(sys.argv[1])
-project.rename(project.demonstrations()[0].id, "02")
+project.demonstrations.rename(project.demonstrations.infos()[0].id, "02")
 os._exit(0)
 """
 #: Reads a project, and tries to change it, while no file may get any longer.
@@ -33,11 +33,11 @@ from forcelab.project import Project
 
 resource.setrlimit(resource.RLIMIT_FSIZE, (0, 0))
 with Project.open(sys.argv[1]) as project:
-    (info,) = project.demonstrations()
-    project.load(info.id)
+    (info,) = project.demonstrations.infos()
+    project.demonstrations.load(info.id)
     print(info.name, info.edited)
     try:
-        project.rename(info.id, "other")
+        project.demonstrations.rename(info.id, "other")
     except InputError as error:
         print(error)
 """
@@ -85,7 +85,7 @@ def laid(make) -> Callable[[Path, str], Path]:
 
     def lay(path: Path, left: str) -> Path:
         with Project.create(path) as project:
-            project.add(make(1), [Track("anna", HOLD)])
+            project.demonstrations.add(make(1), [Track("anna", HOLD)])
         if left != "closed":
             subprocess.run([sys.executable, "-c", KILLED, str(path)], check=True)
         if left == "copied":  # as backups leave out what is not worth keeping
@@ -101,17 +101,17 @@ def test_a_project_on_a_full_disk_is_read(disk, laid, make, left, name):
     fill(disk)
     for _ in range(2):  # what the first time left does not stand in the way of the second
         with Project.open(path) as project:
-            (info,) = project.demonstrations()
+            (info,) = project.demonstrations.infos()
             assert info.name == name
-            assert project.track(info.id, "anna").segments == HOLD
-            assert project.load(info.id).id == info.id
+            assert project.tracks.get(info.id, "anna").segments == HOLD
+            assert project.demonstrations.load(info.id).id == info.id
     (disk / "large").unlink()
     for file in disk.glob("[0-9]*"):
         file.unlink()
     with Project.open(path) as project:  # nothing was lost, and it can be changed again
         assert not project.read_only
-        project.edit(info.id, "anna", HOLD, (), "erased")
-        assert project.info(info.id).name == name
+        project.tracks.edit(info.id, "anna", HOLD, (), "erased")
+        assert project.demonstrations.info(info.id).name == name
 
 
 def test_a_change_on_a_full_disk_is_refused_with_the_reason(disk, laid, make):
@@ -120,7 +120,7 @@ def test_a_change_on_a_full_disk_is_refused_with_the_reason(disk, laid, make):
     with Project.open(path) as project:
         assert project.read_only
         with pytest.raises(InputError, match=r"could only be opened to be read \(.*; make room"):
-            project.add(make(2))
+            project.demonstrations.add(make(2))
 
 
 @pytest.mark.parametrize(("left", "name"), [("closed", "01"), ("killed", "02")])
@@ -129,7 +129,7 @@ def test_a_disk_that_may_only_be_read_is_read_with_what_lies_in_the_journal(disk
     subprocess.run(["mount", "-o", "remount,ro", str(disk)], check=True)
     with Project.open(path) as project:
         assert project.read_only
-        assert project.demonstrations()[0].name == name
+        assert project.demonstrations.infos()[0].name == name
 
 
 def test_a_journal_that_cannot_be_read_there_is_told(disk, laid):

@@ -17,8 +17,8 @@ from forcelab.demonstration import VideoReference
 from forcelab.errors import InputError
 from forcelab.project import Project
 from forcelab.project.files import remove
-from forcelab.project.loading import natural_order
 from forcelab.project.track_editor import TrackEditor
+from forcelab.text import natural_order
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="links need rights there")
 
@@ -50,7 +50,7 @@ def contents(folder: Path):
 def stored(path, make, film):
     """A project with one filmed demonstration; gives its id."""
     with Project.create(path) as project:
-        return project.add(make(1, video=VideoReference(film, ClockMap()))).id
+        return project.demonstrations.add(make(1, video=VideoReference(film, ClockMap()))).id
 
 
 def change(path: Path, *statements: str) -> None:
@@ -125,7 +125,7 @@ def test_no_export_links_or_carries_a_file_of_elsewhere(
 )
 def test_how_a_run_was_made_is_read_with_suspicion(path, stored, column, text, capsys):
     with Project.open(path) as project:
-        project.add_run("evaluate", result={}, settings={}, seed=0, labels=(), versions={})
+        project.runs.add("evaluate", result={}, settings={}, seed=0, labels=(), versions={})
     change(path, f"UPDATE run SET {column} = '{text}'")
     for command in (["runs", str(path)], ["runs", str(path), "--json"]):
         assert main(command) == 1
@@ -148,8 +148,8 @@ def test_links_within_the_folders_are_not_followed(path, stored, canaries, film)
     home = demonstrations / stored
     (home / "uncommitted").symlink_to(canaries / "canary.mp4")
     with Project.open(path) as project:
-        assert project.load(stored).video is not None
-        project.remove_all({stored: {}})
+        assert project.demonstrations.load(stored).video is not None
+        project.demonstrations.remove_all({stored: {}})
     assert not home.exists()
 
 
@@ -159,11 +159,11 @@ def test_a_demonstration_whose_folder_is_a_link_is_neither_read_nor_deleted(path
     home.symlink_to(canaries / "victim")
     with Project.open(path) as project:
         with pytest.raises(InputError, match="is a link"):
-            project.load(stored)
+            project.demonstrations.load(stored)
         with pytest.raises(InputError, match="is a link"):
-            project.remove_all({stored: {}})
+            project.demonstrations.remove_all({stored: {}})
         with pytest.raises(InputError, match="is a link"):
-            project.attach_stamps(stored, {"start": np.zeros(1)})
+            project.media.attach_stamps(stored, {"start": np.zeros(1)})
 
 
 def test_a_video_that_is_a_link_is_not_read(path, stored, canaries):
@@ -171,7 +171,7 @@ def test_a_video_that_is_a_link_is_not_read(path, stored, canaries):
     video.unlink()
     video.symlink_to(canaries / "canary.mp4")
     with Project.open(path) as project, pytest.raises(InputError, match="is a link"):
-        project.load(stored)
+        project.demonstrations.load(stored)
 
 
 def test_only_folders_of_demonstrations_are_ever_deleted(canaries):
@@ -270,7 +270,7 @@ def test_a_damaged_file_is_one_sentence_with_the_name(path, stored, name, damage
     damage(path / "demonstrations" / stored / name)
     with Project.open(path) as project:
         with pytest.raises(InputError, match=f"'01' cannot be read: .*{name}") as refusal:
-            project.load(stored)
+            project.demonstrations.load(stored)
         assert "\n" not in str(refusal.value)
 
 
@@ -279,7 +279,7 @@ def test_other_samples_and_channels_make_no_other_demonstration(path, stored, ca
     np.save(file, np.load(file) + 1.0)
     change(path, """UPDATE demonstration SET channels = replace(channels, '[["', '[["x')""")
     with Project.open(path) as project:
-        assert project.load("01").id == stored
+        assert project.demonstrations.load("01").id == stored
     assert main(["plan", str(path), "01"]) == 0
     archive = ["export", str(path), "--format", "archive", "--out", str(path.parent / "out")]
     assert main(archive) == 1
@@ -290,7 +290,9 @@ def test_other_samples_and_channels_make_no_other_demonstration(path, stored, ca
 def test_a_pipe_beside_the_arrays_does_not_hang(path, stored, name):
     os.mkfifo(path / "demonstrations" / stored / name)
     with Project.open(path) as project, pytest.raises(InputError, match="is not a file"):
-        project.stamps(stored) if name == "stamps.npz" else project.truth(stored)
+        project.media.stamps(stored) if name == "stamps.npz" else project.demonstrations.truth(
+            stored
+        )
 
 
 def test_names_of_thousands_of_digits_sort():
@@ -303,17 +305,17 @@ def test_names_of_thousands_of_digits_sort():
 @pytest.mark.parametrize("text", ["9" * 5000, "x" * 1001])
 def test_names_and_tasks_have_a_bound(path, stored, make, text):
     with Project.open(path) as project:
-        before = project.info(stored)
+        before = project.demonstrations.info(stored)
         for change_it in (
-            lambda: project.rename(stored, text),
-            lambda: project.set_task(stored, text),
-            lambda: project.add(make(2, name=text)),
-            lambda: project.add(make(2, task=text)),
+            lambda: project.demonstrations.rename(stored, text),
+            lambda: project.demonstrations.set_task(stored, text),
+            lambda: project.demonstrations.add(make(2, name=text)),
+            lambda: project.demonstrations.add(make(2, task=text)),
         ):
             with pytest.raises(InputError, match="longer than 1000 characters") as refusal:
                 change_it()
             assert len(str(refusal.value)) < 400
-        assert project.demonstrations() == (before,)
+        assert project.demonstrations.infos() == (before,)
 
 
 def test_a_file_name_of_250_bytes_is_imported(tmp_path, path):
@@ -321,7 +323,7 @@ def test_a_file_name_of_250_bytes_is_imported(tmp_path, path):
     file.write_text("time,fx\n0,1\n0.001,2\n0.002,3\n0.003,4\n", "utf-8")
     assert main(["import", str(path), str(file)]) == 0
     with Project.open(path) as project:
-        assert [info.name for info in project.demonstrations()] == ["a" * 246]
+        assert [info.name for info in project.demonstrations.infos()] == ["a" * 246]
 
 
 def test_mutated_projects_end_in_a_sentence_and_touch_nothing_outside(tmp_path, monkeypatch):
@@ -344,7 +346,9 @@ def test_a_schema_with_bytes_that_are_no_text_is_one_sentence(path, stored, cana
 
 def test_rows_that_refer_across_demonstrations_end_a_removal_in_a_sentence(path, make, capsys):
     with Project.create(path) as project:
-        ids = [project.add(make(seed, name)).id for seed, name in ((1, "01"), (2, "02"))]
+        ids = [
+            project.demonstrations.add(make(seed, name)).id for seed, name in ((1, "01"), (2, "02"))
+        ]
         for id_ in ids:
             TrackEditor(project, id_, "ada").paint(0.0, 0.1, "grab")
     with closing(sqlite3.connect(path / "project.sqlite")) as store:

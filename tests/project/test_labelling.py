@@ -109,7 +109,7 @@ def test_whatever_is_done_undoing_all_of_it_leads_back(deeds):
                 getattr(track, verb)(*arguments)
             except InputError:
                 continue
-            assert track.segments == track.project.track(track.demonstration, "Ada").segments
+            assert track.segments == track.project.tracks.get(track.demonstration, "Ada").segments
         there = track.segments
         undone = 0
         while track.undo():

@@ -24,31 +24,31 @@ def shared():
 def test_what_was_taken_back_counts_for_nothing(shared, steps, looked_at):
     """Beside two plain stacks: what lies on one and not on the other is counted."""
     project, demonstration = shared
-    author = f"coder {len(project.authors())}"
+    author = f"coder {len(project.coding.authors())}"
     done: list[int] = []
     undone: list[int] = []
     used, then = LabelsUsed(demonstration, author, 0), []
     for number, step in enumerate(steps):
         if number == looked_at:
-            history = project.history(demonstration, author)
+            history = project.tracks.history(demonstration, author)
             used = LabelsUsed(demonstration, author, history[-1].id if history else 0)
             then = list(done)
         if step == "paint":
-            before = project.track(demonstration, author).segments
+            before = project.tracks.get(demonstration, author).segments
             after = (Segment(0.0, 0.1 + 0.01 * number, "grab"),)
-            project.edit(demonstration, author, before, after, f"painted {number}")
+            project.tracks.edit(demonstration, author, before, after, f"painted {number}")
             done.append(number)
             undone.clear()
         elif step == "undo" and done:
-            project.undo(demonstration, author)
+            project.tracks.undo(demonstration, author)
             undone.append(done.pop())
         elif step == "redo" and undone:
-            project.redo(demonstration, author)
+            project.tracks.redo(demonstration, author)
             done.append(undone.pop())
-    assert project.edits_since([used]) == len(set(then) ^ set(done))
+    assert project.tracks.edits_since([used]) == len(set(then) ^ set(done))
 
 
 def test_another_coders_edits_do_not_count(project: Project, make):
-    demonstration = project.add(make(1)).id
-    project.edit(demonstration, "anna", (), (Segment(0.0, 0.1, "grab"),), "painted")
-    assert project.edits_since([LabelsUsed(demonstration, "bert", 0)]) == 0
+    demonstration = project.demonstrations.add(make(1)).id
+    project.tracks.edit(demonstration, "anna", (), (Segment(0.0, 0.1, "grab"),), "painted")
+    assert project.tracks.edits_since([LabelsUsed(demonstration, "bert", 0)]) == 0

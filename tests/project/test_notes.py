@@ -22,18 +22,21 @@ def told(written: tuple[Note, ...]) -> list[tuple[str, str]]:
 
 
 def test_the_latest_note_of_a_coder_counts_and_every_one_is_kept(project, make, path):
-    id_ = project.add(make(1)).id
+    id_ = project.demonstrations.add(make(1)).id
     before = datetime.now(timezone.utc)
-    project.set_note(id_, "anna", "sensor slipped at 3.2 s")
-    project.set_note(id_, "bert", "leave out")
-    project.set_note(id_, "anna", "  sensor slipped\nat 3.4 s ")
+    project.coding.set_note(id_, "anna", "sensor slipped at 3.2 s")
+    project.coding.set_note(id_, "bert", "leave out")
+    project.coding.set_note(id_, "anna", "  sensor slipped\nat 3.4 s ")
     with Project.open(path) as again:
-        assert told(again.notes()) == [("bert", "leave out"), ("anna", "sensor slipped at 3.4 s")]
-        times = [note.time for note in again.note_events()]
+        assert told(again.coding.notes()) == [
+            ("bert", "leave out"),
+            ("anna", "sensor slipped at 3.4 s"),
+        ]
+        times = [note.time for note in again.coding.note_events()]
     assert before <= times[0] < times[1] < times[2] <= datetime.now(timezone.utc)
-    project.set_note(id_, "anna", "")
-    assert told(project.notes()) == [("bert", "leave out")]
-    assert [text for author, text in told(project.note_events(id_)) if author == "anna"] == [
+    project.coding.set_note(id_, "anna", "")
+    assert told(project.coding.notes()) == [("bert", "leave out")]
+    assert [text for author, text in told(project.coding.note_events(id_)) if author == "anna"] == [
         "sensor slipped at 3.2 s",
         "sensor slipped at 3.4 s",
         "",
@@ -45,116 +48,116 @@ def test_the_latest_note_of_a_coder_counts_and_every_one_is_kept(project, make, 
 
 
 def test_what_changes_nothing_is_not_written_down(project, make):
-    id_ = project.add(make(1)).id
-    project.set_note(id_, "anna", " ")
-    assert project.note_events() == ()
+    id_ = project.demonstrations.add(make(1)).id
+    project.coding.set_note(id_, "anna", " ")
+    assert project.coding.note_events() == ()
     for text in ("leave out", " leave  out "):
-        project.set_note(id_, "anna", text)
-    assert told(project.note_events()) == [("anna", "leave out")]
+        project.coding.set_note(id_, "anna", text)
+    assert told(project.coding.note_events()) == [("anna", "leave out")]
 
 
 def test_a_clock_that_is_set_back_lets_no_older_note_count(project, make, monkeypatch):
-    id_ = project.add(make(1)).id
+    id_ = project.demonstrations.add(make(1)).id
     for hours, text in ((2, "first"), (1, "second"), (0, "first")):
         monkeypatch.setattr(coding, "utc_now", lambda hours=hours: THEN + timedelta(hours=hours))
-        project.set_note(id_, "anna", text)
-        assert told(project.notes()) == [("anna", text)]
-    assert len(project.note_events()) == 3
+        project.coding.set_note(id_, "anna", text)
+        assert told(project.coding.notes()) == [("anna", text)]
+    assert len(project.coding.note_events()) == 3
 
 
 def test_who_codes_blind_sees_no_note_of_others_until_that_is_done(project, make):
-    hidden, plain = (project.add(make(seed, name=str(seed))).id for seed in (1, 2))
+    hidden, plain = (project.demonstrations.add(make(seed, name=str(seed))).id for seed in (1, 2))
     for id_ in (hidden, plain):
-        project.set_note(id_, "bert", "leave out")
-    project.set_note(hidden, "anna", "mine")
-    project.assign(hidden, "anna")
-    project.assign(plain, "anna", blind=False)
-    assert told(project.notes("anna")) == [("bert", "leave out"), ("anna", "mine")]
-    assert [note.demonstration for note in project.notes("anna")] == [plain, hidden]
-    assert len(project.notes()) == len(project.notes("bert")) == 3
-    project.set_done(hidden, "anna")
-    assert project.notes("anna") == project.notes()
+        project.coding.set_note(id_, "bert", "leave out")
+    project.coding.set_note(hidden, "anna", "mine")
+    project.coding.assign(hidden, "anna")
+    project.coding.assign(plain, "anna", blind=False)
+    assert told(project.coding.notes("anna")) == [("bert", "leave out"), ("anna", "mine")]
+    assert [note.demonstration for note in project.coding.notes("anna")] == [plain, hidden]
+    assert len(project.coding.notes()) == len(project.coding.notes("bert")) == 3
+    project.coding.set_done(hidden, "anna")
+    assert project.coding.notes("anna") == project.coding.notes()
 
 
 def test_only_coders_write_notes_and_only_on_what_is_there(project, make):
-    id_ = project.add(make(1, name="01")).id
-    project.edit(id_, "mlp", (), GRAB, "predicted", kind="predict")
+    id_ = project.demonstrations.add(make(1, name="01")).id
+    project.tracks.edit(id_, "mlp", (), GRAB, "predicted", kind="predict")
     for author in ("mlp", "model x"):
         with pytest.raises(InputError, match=f"'{author}' is a model; only coders write notes"):
-            project.set_note(id_, author, "x")
+            project.coding.set_note(id_, author, "x")
     with pytest.raises(InputError, match="needs an author"):
-        project.set_note(id_, " ", "x")
+        project.coding.set_note(id_, " ", "x")
     with pytest.raises(InputError, match="'01' is the name of a demonstration"):
-        project.set_note("01", "anna", "x")
+        project.coding.set_note("01", "anna", "x")
     with pytest.raises(InputError, match="not valid Unicode"):
-        project.set_note(id_, "anna", "\ud800")
-    assert project.note_events() == ()
+        project.coding.set_note(id_, "anna", "\ud800")
+    assert project.coding.note_events() == ()
 
 
 def test_a_store_that_is_busy_full_or_for_reading_only_says_so(project, make, path, monkeypatch):
-    id_ = project.add(make(1)).id
-    project.set_note(id_, "anna", "old")
+    id_ = project.demonstrations.add(make(1)).id
+    project.coding.set_note(id_, "anna", "old")
     with closing(sqlite3.connect(path / "project.sqlite", isolation_level=None)) as other:
         other.execute("BEGIN IMMEDIATE")
         refused = pytest.raises(InputError, match="kept busy by another program")
         with Project.open(path, timeout=0.05) as busy, refused:
-            busy.set_note(id_, "anna", "new")
+            busy.coding.set_note(id_, "anna", "new")
         other.execute("ROLLBACK")
     pages = project._db.one("PRAGMA page_count")[0]
     project._db.execute(f"PRAGMA max_page_count = {pages}")
     with pytest.raises(InputError, match="so nothing was changed; make room"):
-        project.set_note(id_, "anna", "new " * 100_000)
-    assert told(project.note_events()) == [("anna", "old")]
+        project.coding.set_note(id_, "anna", "new " * 100_000)
+    assert told(project.coding.note_events()) == [("anna", "old")]
     project.close()
     monkeypatch.setattr("forcelab.project.database.os.access", lambda *_: False)
     with Project.open(path) as fixed:
-        assert told(fixed.notes()) == [("anna", "old")]
+        assert told(fixed.coding.notes()) == [("anna", "old")]
         with pytest.raises(InputError, match="may only be read here"):
-            fixed.set_note(id_, "anna", "new")
+            fixed.coding.set_note(id_, "anna", "new")
 
 
 @pytest.mark.parametrize("version", range(1, len(MIGRATIONS)))
 def test_an_older_project_loses_nothing_and_can_have_notes(project, make, older, version):
-    id_ = project.add(make(1), [Track("anna", GRAB)]).id
-    project.edit(id_, "anna", GRAB, (), "erased")
+    id_ = project.demonstrations.add(make(1), [Track("anna", GRAB)]).id
+    project.tracks.edit(id_, "anna", GRAB, (), "erased")
     if version > 1:
-        project.assign(id_, "anna")
-    expected = project.history(id_, "anna"), project.demonstrations()
+        project.coding.assign(id_, "anna")
+    expected = project.tracks.history(id_, "anna"), project.demonstrations.infos()
     folder = older(version)
     with Project.open(folder) as opened:
-        assert (opened.history(id_, "anna"), opened.demonstrations()) == expected
-        assert len(opened.assignments()) == (version > 1)
-        assert opened.notes() == ()
-        opened.set_note(id_, "anna", "from before")
+        assert (opened.tracks.history(id_, "anna"), opened.demonstrations.infos()) == expected
+        assert len(opened.coding.assignments()) == (version > 1)
+        assert opened.coding.notes() == ()
+        opened.coding.set_note(id_, "anna", "from before")
     with Project.open(folder) as again:
-        assert told(again.notes()) == [("anna", "from before")]
+        assert told(again.coding.notes()) == [("anna", "from before")]
 
 
 def test_an_older_project_that_may_only_be_read_has_no_notes(project, make, older, monkeypatch):
-    project.add(make(1))
+    project.demonstrations.add(make(1))
     folder = older(3)
     monkeypatch.setattr("forcelab.project.database.os.access", lambda *_: False)
     with Project.open(folder) as opened:
-        assert opened.notes() == ()
-        assert len(opened.demonstrations()) == 1
+        assert opened.coding.notes() == ()
+        assert len(opened.demonstrations.infos()) == 1
 
 
 def test_two_projects_that_take_each_others_notes_come_to_have_the_same(tmp_path, make):
     made = make(1)
     with Project.create(tmp_path / "a") as a, Project.create(tmp_path / "b") as b:
-        id_ = a.add(made).id
-        b.add(made)
-        a.set_note(id_, "anna", "old")
-        a.set_note(id_, "bert", "of a")
-        b.set_note(id_, "anna", "new")
-        b.set_note(id_, "bert", "of b")
-        b.set_note(id_, "bert", "")
+        id_ = a.demonstrations.add(made).id
+        b.demonstrations.add(made)
+        a.coding.set_note(id_, "anna", "old")
+        a.coding.set_note(id_, "bert", "of a")
+        b.coding.set_note(id_, "anna", "new")
+        b.coding.set_note(id_, "bert", "of b")
+        b.coding.set_note(id_, "bert", "")
         statuses = [
-            into.add_all([Incoming(made, notes=of.note_events())])[0].status
+            into.demonstrations.add_all([Incoming(made, notes=of.coding.note_events())])[0].status
             for into, of in ((a, b), (b, a), (a, b))
         ]
         assert statuses == ["updated", "updated", "unchanged"]
-        assert a.note_events() == b.note_events()
-        assert told(a.notes()) == [("anna", "new")]
+        assert a.coding.note_events() == b.coding.note_events()
+        assert told(a.coding.notes()) == [("anna", "new")]
         with pytest.raises(InputError, match="needs an author"):
-            a.add_all([Incoming(made, notes=(Note(id_, " ", "x", THEN),))])
+            a.demonstrations.add_all([Incoming(made, notes=(Note(id_, " ", "x", THEN),))])

@@ -13,7 +13,7 @@ import pytest
 from forcelab.errors import InputError
 from forcelab.labels import Segment, Track
 from forcelab.project import Project
-from forcelab.project.database import told_of_store
+from forcelab.project.database import store_errors
 from forcelab.project.schema import APPLICATION_ID, MIGRATIONS, migrate
 
 
@@ -29,10 +29,15 @@ def one_sentence(text: str) -> bool:
 
 def test_a_created_project_is_empty_and_opens_again(path):
     with Project.create(path) as project:
-        assert project.demonstrations() == () == project.tasks() == project.authors()
+        assert (
+            project.demonstrations.infos()
+            == ()
+            == project.demonstrations.tasks()
+            == project.coding.authors()
+        )
     with Project.open(path) as project:
         assert project.path == path
-        assert project.runs() == ()
+        assert project.runs.all() == ()
     header = (path / "project.sqlite").read_bytes()[:100]
     assert struct.unpack(">I", header[68:72])[0] == APPLICATION_ID
     assert struct.unpack(">I", header[60:64])[0] == len(MIGRATIONS)
@@ -57,40 +62,40 @@ def test_a_project_is_made_in_an_empty_folder_but_never_over_anything(path):
 
 def test_nothing_is_written_into_a_project_that_a_newer_program_brought_up_to_date(path, make):
     with Project.create(path) as project:
-        id_ = project.add(make()).id
+        id_ = project.demonstrations.add(make()).id
         with closing(sqlite3.connect(path / "project.sqlite")) as newer:
             newer.execute(f"PRAGMA user_version = {len(MIGRATIONS) + 1}")
         with pytest.raises(InputError, match="newer forcelab"):
-            project.edit(id_, "Ada", (), (Segment(0.0, 0.1, "grab"),), "painted")
-        assert project.authors() == ()
+            project.tracks.edit(id_, "Ada", (), (Segment(0.0, 0.1, "grab"),), "painted")
+        assert project.coding.authors() == ()
 
 
 @pytest.mark.parametrize("what", ["removed", "moved", "replaced"])
 def test_nothing_is_written_into_a_project_that_is_not_at_its_place_any_more(path, make, what):
     with Project.create(path) as project:
-        id_ = project.add(make()).id
+        id_ = project.demonstrations.add(make()).id
     shutil.copytree(path, path.with_name("copy"))
     with Project.open(path) as project:
         grab = (Segment(0.0, 0.1, "grab"),)
-        project.edit(id_, "Ada", (), grab, "painted")
+        project.tracks.edit(id_, "Ada", (), grab, "painted")
         path.rename(path.with_name("moved"))
         if what == "removed":
             shutil.rmtree(path.with_name("moved"))
         elif what == "replaced":
             path.with_name("copy").rename(path)
         with pytest.raises(InputError, match="removed, moved or replaced") as caught:
-            project.edit(id_, "Ada", grab, (), "erased")
+            project.tracks.edit(id_, "Ada", grab, (), "erased")
         assert one_sentence(str(caught.value))
         if what == "moved":
             path.with_name("moved").rename(path)
-            project.edit(id_, "Ada", grab, (), "erased")
+            project.tracks.edit(id_, "Ada", grab, (), "erased")
 
 
 def test_a_project_that_could_not_be_filled_leaves_nothing(path):
     with pytest.raises(ZeroDivisionError), Project.creating(path):
         raise ZeroDivisionError
     with pytest.raises(InputError, match=f"'x' in '{path}'"), Project.creating(path) as project:
-        project.load("x")
+        project.demonstrations.load("x")
     assert list(path.parent.iterdir()) == []
 
 
@@ -130,7 +135,7 @@ def test_what_is_no_project_is_refused_and_untouched(path, case):
 def test_a_truncated_store_is_refused_and_untouched(path, make, share):
     with Project.create(path) as project:
         for seed in range(20):
-            project.add(make(seed, name=str(seed)))
+            project.demonstrations.add(make(seed, name=str(seed)))
     store = path / "project.sqlite"
     whole = store.read_bytes()
     store.write_bytes(whole[: int(len(whole) * share)])
@@ -145,15 +150,15 @@ def test_a_truncated_store_is_refused_and_untouched(path, make, share):
 def test_garbage_in_the_store_is_one_sentence_whenever_it_is_met(path, make, offset):
     with Project.create(path) as project:
         for seed in range(20):
-            project.add(make(seed, name=str(seed)))
+            project.demonstrations.add(make(seed, name=str(seed)))
     store = path / "project.sqlite"
     whole = store.read_bytes()
     store.write_bytes(whole[:offset] + b"\xa5" * 3_000 + whole[offset + 3_000 :])
     said = ""
     try:
         with Project.open(path) as project:
-            project.demonstrations()
-            project.add(make(99, name="new"))
+            project.demonstrations.infos()
+            project.demonstrations.add(make(99, name="new"))
     except InputError as error:
         said = str(error)
     assert said == "" or ("damaged" in said and one_sentence(said))
@@ -161,7 +166,7 @@ def test_garbage_in_the_store_is_one_sentence_whenever_it_is_met(path, make, off
 
 def test_a_newer_project_is_refused_byte_for_byte_untouched(path, make):
     with Project.create(path) as project:
-        project.add(make())
+        project.demonstrations.add(make())
     with closing(sqlite3.connect(path / "project.sqlite")) as newer:
         newer.execute(f"PRAGMA user_version = {len(MIGRATIONS) + 1}")
         newer.execute("CREATE TABLE invention (x)")
@@ -230,16 +235,16 @@ def test_what_the_program_remembers_of_newer_steps_is_not_undone(old):
 
 def test_a_store_that_another_program_keeps_busy_is_one_sentence(path, make):
     with Project.create(path) as project:
-        added = project.add(make())
+        added = project.demonstrations.add(make())
     with closing(sqlite3.connect(path / "project.sqlite", isolation_level=None)) as other:
         other.execute("BEGIN IMMEDIATE")
         with Project.open(path, timeout=0.05) as project:
-            assert project.track(added.id, "anna").segments == ()  # reading goes on
+            assert project.tracks.get(added.id, "anna").segments == ()  # reading goes on
             with pytest.raises(InputError, match=r"busy .* 0\.05 s") as caught:
-                project.edit(added.id, "anna", (), (Segment(0, 1, "grab"),), "painted")
+                project.tracks.edit(added.id, "anna", (), (Segment(0, 1, "grab"),), "painted")
             assert one_sentence(str(caught.value))
             other.execute("ROLLBACK")
-            project.edit(added.id, "anna", (), (Segment(0, 1, "grab"),), "painted")
+            project.tracks.edit(added.id, "anna", (), (Segment(0, 1, "grab"),), "painted")
 
 
 @pytest.mark.parametrize(
@@ -261,7 +266,7 @@ def test_only_a_damaged_store_is_called_damaged(path, code, text, said, numbered
     error = sqlite3.OperationalError(text)
     if numbered:  # as from Python 3.11 on
         error.sqlite_errorcode = code
-    with pytest.raises(InputError, match=said) as caught, told_of_store(path, 5):
+    with pytest.raises(InputError, match=said) as caught, store_errors(path, 5):
         raise error
     assert one_sentence(str(caught.value))
     assert ("damaged" in str(caught.value)) == (code in (11, 26))
@@ -294,16 +299,16 @@ def test_a_project_that_may_only_be_read_is_read_and_left_as_it_is(path, make, r
     with pytest.MonkeyPatch.context() as writable:
         writable.setattr("forcelab.project.database.os.access", lambda *_: True)
         with Project.create(path) as project:
-            id_ = project.add(make(1), [Track("anna", HOLD)]).id
+            id_ = project.demonstrations.add(make(1), [Track("anna", HOLD)]).id
     before = {file: file.stat().st_mtime_ns for file in path.rglob("*")}
     with Project.open(path) as project:
         assert project.read_only
-        assert project.load(id_).id == id_
-        assert project.track(id_, "anna").segments == HOLD
+        assert project.demonstrations.load(id_).id == id_
+        assert project.tracks.get(id_, "anna").segments == HOLD
         with pytest.raises(InputError, match="may only be read here"):
-            project.edit(id_, "anna", HOLD, (), "erased")
+            project.tracks.edit(id_, "anna", HOLD, (), "erased")
         with pytest.raises(InputError, match="may only be read here"):
-            project.add(make(2))
+            project.demonstrations.add(make(2))
     assert {file: file.stat().st_mtime_ns for file in path.rglob("*")} == before
 
 
@@ -314,13 +319,13 @@ def test_what_somebody_else_writes_is_seen_where_nothing_may_be_written(
     with pytest.MonkeyPatch.context() as writable:
         writable.setattr("forcelab.project.database.os.access", lambda *_: True)
         with Project.create(path) as writer:
-            id_ = writer.add(make(1)).id
+            id_ = writer.demonstrations.add(make(1)).id
         writer = Project.open(path)
     with writer:
         if written == "before":  # otherwise the journal is empty
-            writer.rename(id_, "02")
+            writer.demonstrations.rename(id_, "02")
         with Project.open(path) as project:  # as on the share of whoever has it open
             assert project.read_only
-            writer.rename(id_, "new")
+            writer.demonstrations.rename(id_, "new")
             assert project.changed_elsewhere()
-            assert project.info(id_).name == "new"
+            assert project.demonstrations.info(id_).name == "new"

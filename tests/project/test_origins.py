@@ -20,9 +20,9 @@ GRAB, HOLD, SLIP = Segment(1, 2, "grab"), Segment(2, 3, "hold"), Segment(5, 6, "
 
 def origins(labelling):
     """The origins as this project follows them, which must be those of one that reads afresh."""
-    told = labelling.project.origins(labelling.demonstration, "Ada")
+    told = labelling.project.tracks.origins(labelling.demonstration, "Ada")
     with Project.open(labelling.project.path) as other:
-        assert other.origins(labelling.demonstration, "Ada") == told
+        assert other.tracks.origins(labelling.demonstration, "Ada") == told
     assert set(told) <= set(labelling.segments)
     return dict(told)
 
@@ -38,7 +38,7 @@ def test_what_was_accepted_is_proposed_and_what_was_painted_is_not(labelling):
     labelling.accept((SLIP,), TWO)
     labelling.paint(7, 8, "slip")
     assert origins(labelling) == {GRAB: Origin(ONE), SLIP: Origin(TWO)}
-    assert labelling.project.origins(labelling.demonstration, "Bert") == {}
+    assert labelling.project.tracks.origins(labelling.demonstration, "Bert") == {}
 
 
 def test_what_was_removed_and_imported_again_begins_without_its_old_origins(labelling):
@@ -46,15 +46,15 @@ def test_what_was_removed_and_imported_again_begins_without_its_old_origins(labe
     for proposer in (ONE, TWO):
         labelling.accept((GRAB,), proposer)
         assert origins(labelling) == {GRAB: Origin(proposer)}
-        heads = {"Ada": project.head(labelling.demonstration, "Ada")}
-        project.remove_all({labelling.demonstration: heads})
-        assert project.add(recording()).id == labelling.demonstration
+        heads = {"Ada": project.tracks.head(labelling.demonstration, "Ada")}
+        project.demonstrations.remove_all({labelling.demonstration: heads})
+        assert project.demonstrations.add(recording()).id == labelling.demonstration
         labelling.refresh()
         assert origins(labelling) == {}
     labelling.paint(GRAB.start, GRAB.end, GRAB.action)
     assert origins(labelling) == {}
     with pytest.raises(InputError, match="no demonstration"):
-        labelling.project.origins("f00", "Ada")
+        labelling.project.tracks.origins("f00", "Ada")
 
 
 CHANGES = [
@@ -132,15 +132,15 @@ def test_the_latest_proposer_counts_and_leaves_rests_to_the_first(labelling):
 
 def test_what_was_told_stays_as_it_was_told(labelling):
     labelling.accept((GRAB, HOLD), ONE)
-    told = labelling.project.origins(labelling.demonstration, "Ada")
+    told = labelling.project.tracks.origins(labelling.demonstration, "Ada")
     labelling.delete(0)
     assert list(told) == [GRAB, HOLD]
     with pytest.raises(TypeError):
         told[SLIP] = Origin(ONE)  # type: ignore[index]
     labelling.paint(20, 30, "pull")
-    again = labelling.project.origins(labelling.demonstration, "Ada")
+    again = labelling.project.tracks.origins(labelling.demonstration, "Ada")
     labelling.paint(40, 50, "pull")
-    assert labelling.project.origins(labelling.demonstration, "Ada") is again
+    assert labelling.project.tracks.origins(labelling.demonstration, "Ada") is again
 
 
 verbs = st.tuples(
@@ -171,7 +171,7 @@ def test_whatever_is_done_origins_follow_the_labels(deeds):
                 edit = labelling.accept((Segment(start, end, action),), proposer)
                 if edit:
                     # All of the proposed time is proposed, or was there already.
-                    told = project.origins(labelling.demonstration, "Ada")
+                    told = project.tracks.origins(labelling.demonstration, "Ada")
                     new = [s for s in labelling.segments if s not in before and s.action == action]
                     assert any(told.get(s) == Origin(proposer) for s in new)
             elif verb == "fill":
@@ -190,7 +190,7 @@ def test_whatever_is_done_origins_follow_the_labels(deeds):
             elif verb == "ask":
                 origins(labelling)
             if edit is not None:
-                told = project.origins(labelling.demonstration, "Ada")
+                told = project.tracks.origins(labelling.demonstration, "Ada")
                 past.append((dict(told), labelling.segments))
                 future.clear()
 
@@ -216,11 +216,11 @@ def test_long_histories_are_followed_quickly_and_once(labelling):
     for _ in range(3):
         with Project.open(project.path) as fresh:
             began = time.process_time()
-            told = fresh.origins(id_, "Ada")
+            told = fresh.tracks.origins(id_, "Ada")
             took.append(time.process_time() - began)
             assert len(told) == 5001
             began = time.process_time()
-            assert fresh.origins(id_, "Ada") is told
+            assert fresh.tracks.origins(id_, "Ada") is told
             again.append(time.process_time() - began)
     assert min(took) < 0.3
     assert min(again) < 0.01

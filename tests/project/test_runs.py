@@ -16,21 +16,21 @@ MADE = {"settings": {"preset": "paper"}, "seed": 7, "versions": {"forcelab": "1"
 
 @pytest.fixture
 def used(project, make):
-    id_ = project.add(make(1), [Track("anna", (Segment(0.0, 0.1, "grab"),))]).id
-    return LabelsUsed(id_, "anna", project.head(id_, "anna"))
+    id_ = project.demonstrations.add(make(1), [Track("anna", (Segment(0.0, 0.1, "grab"),))]).id
+    return LabelsUsed(id_, "anna", project.tracks.head(id_, "anna"))
 
 
 def test_what_was_made_comes_back_with_how_it_was_made(project, path, used, tmp_path):
     (file := tmp_path / "r.skops").write_bytes(b"learnt")
-    id_ = project.add_recogniser("Grüße", file, labels=[used], **MADE)
-    assert project.add_recogniser("again", b"learnt", labels=[], **MADE) == id_
-    number = project.add_run("evaluate", labels=[used], result={"digest": {"f1": 1}}, **MADE)
+    id_ = project.runs.add_recogniser("Grüße", file, labels=[used], **MADE)
+    assert project.runs.add_recogniser("again", b"learnt", labels=[], **MADE) == id_
+    number = project.runs.add("evaluate", labels=[used], result={"digest": {"f1": 1}}, **MADE)
     with Project.open(path) as again:
-        (kept,), run = again.recognisers(), again.run(number)
-        assert again.recogniser_path(id_).read_bytes() == b"learnt"
-        assert again.runs() == (run,)
-        assert [one.digest for one in again.run_summaries("evaluate")] == [{"f1": 1}]
-        assert again.run_summaries("train") == ()
+        (kept,), run = again.runs.recognisers(), again.runs.get(number)
+        assert again.runs.recogniser_path(id_).read_bytes() == b"learnt"
+        assert again.runs.all() == (run,)
+        assert [one.digest for one in again.runs.summaries("evaluate")] == [{"f1": 1}]
+        assert again.runs.summaries("train") == ()
     assert (kept.name, run.kind, run.result) == ("Grüße", "evaluate", {"digest": {"f1": 1}})
     for one in (kept, run):
         assert (one.settings, one.seed, one.versions) == tuple(MADE.values())
@@ -54,8 +54,8 @@ def test_what_cannot_be_kept_is_refused_with_nothing_kept(project, used, change,
         labels = key in ("labels", "trained_on")
         given[key] = [LabelsUsed(value[0] or used.demonstration, *value[1:])] if labels else value
     with pytest.raises(InputError, match=told):
-        project.add_training(content=b"learnt", result={}, **(MADE | given))
-    assert (project.runs(), project.recognisers()) == ((), ())
+        project.runs.add_training(content=b"learnt", result={}, **(MADE | given))
+    assert (project.runs.all(), project.runs.recognisers()) == ((), ())
 
 
 @pytest.mark.parametrize("moved", [False, True])
@@ -67,10 +67,10 @@ def test_a_run_and_its_recogniser_are_kept_both_or_neither(project, path, used, 
 
     monkeypatch.setattr("forcelab.project.files.move_into", full)
     with pytest.raises(InputError, match="'one' was not added to .*: No space left .*; make room"):
-        project.add_training(
+        project.runs.add_training(
             "evaluate", "one", b"learnt", labels=[used], trained_on=[used], result={}, **MADE
         )
-    assert (project.runs(), project.recognisers()) == ((), ())
+    assert (project.runs.all(), project.runs.recognisers()) == ((), ())
     assert list((path / "recognisers").iterdir()) == []
 
 
@@ -92,14 +92,14 @@ def test_whoever_opens_the_project_just_before_a_recogniser_is_kept_leaves_its_m
 
     monkeypatch.setattr(project._db, "writing", waited_for)
     monkeypatch.setattr("forcelab.project.files.move_into", move)
-    kept = project.add_recogniser("one", b"learnt", labels=[], **MADE)
+    kept = project.runs.add_recogniser("one", b"learnt", labels=[], **MADE)
     assert marked == [kept]
 
 
 def test_a_recogniser_that_did_not_get_into_the_store_is_gone_when_it_is_opened(
     project, path, used
 ):
-    kept = project.add_recogniser("one", b"learnt", labels=[used], **MADE)
+    kept = project.runs.add_recogniser("one", b"learnt", labels=[used], **MADE)
     folder = path / "recognisers"
     unmarked = f"{'e' * 32}.skops"  # an older store was put back
     for name in (f"{'f' * 32}.skops", f"{'f' * 32}.uncommitted", f"{kept}.uncommitted", unmarked):
@@ -110,13 +110,13 @@ def test_a_recogniser_that_did_not_get_into_the_store_is_gone_when_it_is_opened(
 
 def test_what_is_gone_or_damaged_is_told_with_the_cure(project, path, used):
     with pytest.raises(InputError, match="There is no recogniser 'f00' in .* train it again"):
-        project.recogniser_path("f00")
-    id_ = project.add_recogniser("one", b"learnt", labels=[used], **MADE)
-    project.recogniser_path(id_).unlink()
+        project.runs.recogniser_path("f00")
+    id_ = project.runs.add_recogniser("one", b"learnt", labels=[used], **MADE)
+    project.runs.recogniser_path(id_).unlink()
     with pytest.raises(InputError, match="skops' is missing; train the recogniser again"):
-        project.recogniser_path(id_)
-    number = project.add_run("evaluate", labels=[], result={}, **MADE)
+        project.runs.recogniser_path(id_)
+    number = project.runs.add("evaluate", labels=[], result={}, **MADE)
     with closing(sqlite3.connect(path / "project.sqlite")) as store, store:
         store.execute("UPDATE run SET result = '{ }}'")
     with pytest.raises(InputError, match=f"run {number} found is damaged .*; repeat it, or"):
-        project.run(number)
+        project.runs.get(number)

@@ -18,14 +18,14 @@ GRAB = (Segment(0.0, 0.1, "grab"),)
 @pytest.fixture
 def full(project, make):
     """A project with one of everything; gives its demonstration's id."""
-    id_ = project.add(make(1), [Track("anna", GRAB)]).id
-    used = [LabelsUsed(id_, "anna", project.head(id_, "anna"))]
-    project.add_run("evaluate", labels=used, result={"digest": {"f1": 1}}, **MADE)
-    project.add_recogniser("one", b"learnt", labels=used, **MADE)
-    project.edit(id_, "anna", GRAB, (), "erased", proposed_by="model paper 1")
-    project.assign(id_, "anna")
-    project.set_note(id_, "anna", "look")
-    project.add_verdict(Verdict(id_, "anna", "anna", 0.0, 0.1, "grab", None, "human"))
+    id_ = project.demonstrations.add(make(1), [Track("anna", GRAB)]).id
+    used = [LabelsUsed(id_, "anna", project.tracks.head(id_, "anna"))]
+    project.runs.add("evaluate", labels=used, result={"digest": {"f1": 1}}, **MADE)
+    project.runs.add_recogniser("one", b"learnt", labels=used, **MADE)
+    project.tracks.edit(id_, "anna", GRAB, (), "erased", proposed_by="model paper 1")
+    project.coding.assign(id_, "anna")
+    project.coding.set_note(id_, "anna", "look")
+    project.coding.add_verdict(Verdict(id_, "anna", "anna", 0.0, 0.1, "grab", None, "human"))
     return id_
 
 
@@ -40,17 +40,20 @@ def spoil(path, table, column, value):
 
 
 READ = {
-    "run": (lambda p, _: p.run(1), "{}"),
+    "run": (lambda p, _: p.runs.get(1), "{}"),
     "recogniser": (
-        lambda p, _: p.recognisers(),
+        lambda p, _: p.runs.recognisers(),
         "The recogniser 'one' is .*; remove it with 'forcelab remove --recogniser ",
     ),
-    "edit": (lambda p, id_: p.history(id_, "anna"), r"Edit \d+ is damaged"),
-    "vocabulary": (lambda p, _: p.vocabularies(), "The list of actions of LEGO is damaged"),
-    "demonstration": (lambda p, _: p.demonstrations(), "The list of channels of '01' is damaged"),
-    "note": (lambda p, _: p.notes(), "A note of anna is damaged"),
-    "assignment": (lambda p, _: p.assignments(), "An assignment of anna is damaged"),
-    "verdict": (lambda p, _: p.verdicts(), r"Verdict \d+ is damaged"),
+    "edit": (lambda p, id_: p.tracks.history(id_, "anna"), r"Edit \d+ is damaged"),
+    "vocabulary": (lambda p, _: p.actions.vocabularies(), "The list of actions of LEGO is damaged"),
+    "demonstration": (
+        lambda p, _: p.demonstrations.infos(),
+        "The list of channels of '01' is damaged",
+    ),
+    "note": (lambda p, _: p.coding.notes(), "A note of anna is damaged"),
+    "assignment": (lambda p, _: p.coding.assignments(), "An assignment of anna is damaged"),
+    "verdict": (lambda p, _: p.coding.verdicts(), r"Verdict \d+ is damaged"),
 }
 CASES = [
     *(("run", column, "[") for column in ("settings", "labels", "versions", "time")),
@@ -91,17 +94,17 @@ def test_bytes_that_are_no_text_are_told_without_quoting_them(project, path, ful
 
 def test_a_run_that_is_no_text_is_listed_told_and_can_be_removed(project, path, full):
     spoil(path, "run", "result", b'{"\xff"' + b"\xff" * 1000 + b"}")
-    assert [(run.id, run.digest) for run in project.run_summaries()] == [(1, {})]
-    for read in (lambda: project.run(1), project.runs):
+    assert [(run.id, run.digest) for run in project.runs.summaries()] == [(1, {})]
+    for read in (lambda: project.runs.get(1), project.runs.all):
         with pytest.raises(InputError, match="What run 1 found is damaged .*; repeat it, or"):
             read()
-    assert [use.run for use in project.run_uses()] == [1]
-    project.remove_run(1)
-    assert project.run_summaries() == ()
+    assert [use.run for use in project.runs.uses()] == [1]
+    project.runs.remove(1)
+    assert project.runs.summaries() == ()
 
 
 def test_where_labels_come_from_is_not_told_past_a_damaged_edit(project, path, full):
     spoil(path, "edit", "inserted", "[")
     for _ in range(2):  # nor when it is asked once more
         with pytest.raises(InputError, match=r"Edit \d+ is damaged"):
-            project.origins(full, "anna")
+            project.tracks.origins(full, "anna")

@@ -19,18 +19,20 @@ from forcelab.project import Project
 
 project = Project.open(sys.argv[1])
 project.sync_behind()
-id_ = project.demonstrations()[0].id
+id_ = project.demonstrations.infos()[0].id
 for i in range(50):
-    before = project.track(id_, "anna").segments
-    project.edit(id_, "anna", before, (*before, Segment(i, i + 0.5, "grab")), f"edit {i}")
+    before = project.tracks.get(id_, "anna").segments
+    project.tracks.edit(id_, "anna", before, (*before, Segment(i, i + 0.5, "grab")), f"edit {i}")
 print("done", flush=True)
 time.sleep(60)
 """
 
 
 def paint(project, id_, start):
-    before = project.track(id_, "anna").segments
-    return project.edit(id_, "anna", before, (*before, Segment(start, start + 0.5, "a")), "painted")
+    before = project.tracks.get(id_, "anna").segments
+    return project.tracks.edit(
+        id_, "anna", before, (*before, Segment(start, start + 0.5, "a")), "painted"
+    )
 
 
 def until(holds):
@@ -62,19 +64,19 @@ needs_proc = pytest.mark.skipif(not Path("/proc/self/fd").is_dir(), reason="need
 
 def test_a_killed_process_loses_nothing_though_its_edits_are_synced_behind(path, make):
     with Project.create(path) as project:
-        id_ = project.add(make(1)).id
+        id_ = project.demonstrations.add(make(1)).id
     process = subprocess.Popen([sys.executable, "-c", PAINT_AND_STAY, path], stdout=subprocess.PIPE)
     with process:
         assert process.stdout.readline() == b"done\n"
         process.send_signal(signal.SIGKILL)
     with Project.open(path) as project:
-        assert len(project.track(id_, "anna").segments) == 50
+        assert len(project.tracks.get(id_, "anna").segments) == 50
 
 
 @needs_proc
 def test_each_edit_is_brought_to_the_disk_a_moment_later(path, make, synced):
     with Project.create(path) as project:
-        id_ = project.add(make(1)).id
+        id_ = project.demonstrations.add(make(1)).id
         synced.clear()
         project.sync_behind()
         for start in range(3):
@@ -87,7 +89,7 @@ def test_each_edit_is_brought_to_the_disk_a_moment_later(path, make, synced):
 def test_closing_waits_for_what_is_not_on_the_disk_yet(path, make, synced):
     with Project.create(path) as project, Project.open(path) as other:
         # Another window has it open: the last one to close would move all into the store.
-        id_ = project.add(make(1)).id
+        id_ = project.demonstrations.add(make(1)).id
         other.sync_behind()
         paint(other, id_, 0)
         other.close()
@@ -99,7 +101,7 @@ def test_a_disk_that_refuses_is_waited_for_from_then_on(path, make, monkeypatch)
         raise OSError(5, "Input/output error")
 
     with Project.create(path) as project:
-        id_ = project.add(make(1)).id
+        id_ = project.demonstrations.add(make(1)).id
         project.sync_behind()
         assert level(project) == 1
         monkeypatch.setattr(os, "fsync", refuse)
@@ -111,12 +113,16 @@ def test_a_disk_that_refuses_is_waited_for_from_then_on(path, make, monkeypatch)
 
 def test_without_asking_for_it_every_edit_is_on_the_disk_when_it_returns(path, make):
     with Project.create(path) as project:
-        project.add(make(1))
+        project.demonstrations.add(make(1))
         assert level(project) == 2
 
 
 def test_an_edit_is_given_as_it_is_read_again(path, make):
     with Project.create(path) as project:
-        id_ = project.add(make(1)).id
-        given = [paint(project, id_, 0), project.undo(id_, "anna"), project.redo(id_, "anna")]
-        assert tuple(given) == project.history(id_, "anna")
+        id_ = project.demonstrations.add(make(1)).id
+        given = [
+            paint(project, id_, 0),
+            project.tracks.undo(id_, "anna"),
+            project.tracks.redo(id_, "anna"),
+        ]
+        assert tuple(given) == project.tracks.history(id_, "anna")

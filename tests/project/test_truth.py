@@ -14,59 +14,63 @@ LOOKS = Vocabulary((Action("hold", COLOURS[4], "5"), Action("grab", COLOURS[2], 
 
 
 def test_the_truth_comes_back_as_told_and_is_nobodys_track(project, make, path):
-    id_ = project.add_all([Incoming(make(1), truth=TRUTH)])[0].id
+    id_ = project.demonstrations.add_all([Incoming(make(1), truth=TRUTH)])[0].id
     with Project.open(path) as again:
-        assert again.truth(id_) == TRUTH
-        assert again.tracks(id_) == ()
-        assert again.authors() == ()
+        assert again.demonstrations.truth(id_) == TRUTH
+        assert again.tracks.of(id_) == ()
+        assert again.coding.authors() == ()
 
 
 def test_a_demonstration_of_which_nothing_was_told_has_no_truth(project, make):
-    assert project.truth(project.add(make(1)).id) is None
+    assert project.demonstrations.truth(project.demonstrations.add(make(1)).id) is None
     with pytest.raises(InputError, match="no demonstration"):
-        project.truth("0" * 32)
+        project.demonstrations.truth("0" * 32)
 
 
 def test_another_truth_of_the_same_recording_is_an_update(project, make):
     given = Incoming(make(1), truth=TRUTH)
-    assert project.add_all([given])[0].status == "new"
-    assert project.add_all([given])[0].status == "unchanged"
-    added = project.add_all([Incoming(make(1), truth={"taps": []})])[0]
+    assert project.demonstrations.add_all([given])[0].status == "new"
+    assert project.demonstrations.add_all([given])[0].status == "unchanged"
+    added = project.demonstrations.add_all([Incoming(make(1), truth={"taps": []})])[0]
     assert added.status == "updated"
-    assert project.truth(added.id) == {"taps": []}
-    assert project.add(make(1)).status == "unchanged"  # nothing told: the old one stays
-    assert project.truth(added.id) == {"taps": []}
+    assert project.demonstrations.truth(added.id) == {"taps": []}
+    assert (
+        project.demonstrations.add(make(1)).status == "unchanged"
+    )  # nothing told: the old one stays
+    assert project.demonstrations.truth(added.id) == {"taps": []}
 
 
 @pytest.mark.parametrize("content", [b'{"taps": [0.1', b"[]", b"\xff"])
 def test_a_damaged_truth_is_one_sentence_and_is_mended_by_adding_again(project, make, content):
-    id_ = project.add_all([Incoming(make(1), truth=TRUTH)])[0].id
+    id_ = project.demonstrations.add_all([Incoming(make(1), truth=TRUTH)])[0].id
     (file,) = project.path.rglob("truth.json")
     file.write_bytes(content)
     with pytest.raises(InputError, match=r"truth\.json.*copy\.$"):
-        project.truth(id_)
-    assert project.add_all([Incoming(make(1), truth=TRUTH)])[0].status == "updated"
-    assert project.truth(id_) == TRUTH
+        project.demonstrations.truth(id_)
+    assert project.demonstrations.add_all([Incoming(make(1), truth=TRUTH)])[0].status == "updated"
+    assert project.demonstrations.truth(id_) == TRUTH
 
 
 def test_a_truth_that_cannot_be_stored_adds_nothing(project, make):
     with pytest.raises(InputError, match="not valid Unicode"):
-        project.add_all([Incoming(make(1)), Incoming(make(2), truth={"a": "\ud800"})])
-    assert project.demonstrations() == ()
+        project.demonstrations.add_all(
+            [Incoming(make(1)), Incoming(make(2), truth={"a": "\ud800"})]
+        )
+    assert project.demonstrations.infos() == ()
 
 
 def test_actions_begin_with_the_looks_they_were_given_labelled_or_not(project, make):
-    project.add_all([Incoming(make(1), vocabulary=LOOKS)])
-    assert project.vocabulary("LEGO") == LOOKS
+    project.demonstrations.add_all([Incoming(make(1), vocabulary=LOOKS)])
+    assert project.actions.vocabulary("LEGO") == LOOKS
 
 
 def test_looks_that_a_task_has_already_stay_and_new_ones_take_what_is_free(project, make):
     mine = Vocabulary((Action("grab", COLOURS[0], "1"), Action("pull", COLOURS[4], "5")))
-    project.set_vocabulary("LEGO", mine)
+    project.actions.set_vocabulary("LEGO", mine)
     track = Track("Ines", (Segment(0.0, 0.1, "twist"),))
     more = Vocabulary((*LOOKS, Action("slip", COLOURS[6], "7")))
-    project.add_all([Incoming(make(1), (track,), vocabulary=more)])
-    now = project.vocabulary("LEGO")
+    project.demonstrations.add_all([Incoming(make(1), (track,), vocabulary=more)])
+    now = project.actions.vocabulary("LEGO")
     assert now.names == ("grab", "pull", "hold", "slip", "twist")
     assert tuple(now)[:2] == tuple(mine)
     assert now["slip"] == more["slip"]  # free, so as given

@@ -16,7 +16,7 @@ HOLD = (Segment(0.0, 0.1, "grab"), Segment(0.2, 0.3, "hold"))
 
 @pytest.fixture
 def id_(project, make):
-    return project.add(make(1), [Track("anna", HOLD)]).id
+    return project.demonstrations.add(make(1), [Track("anna", HOLD)]).id
 
 
 @pytest.fixture
@@ -27,7 +27,7 @@ def said(id_):
 
 def test_a_verdict_is_kept_with_its_time(project, said, path):
     before = datetime.now(timezone.utc)
-    kept = project.add_verdict(said)
+    kept = project.coding.add_verdict(said)
     assert kept.id == 1
     assert before <= kept.time <= datetime.now(timezone.utc)
     assert kept == StoredVerdict(
@@ -35,17 +35,17 @@ def test_a_verdict_is_kept_with_its_time(project, said, path):
     )
     then = datetime(2024, 5, 6, tzinfo=timezone.utc)
     unlabelled = replace(said, start=0.1, end=0.2, human=None, predicted=None, time=then)
-    assert project.add_verdict(unlabelled).time == then
+    assert project.coding.add_verdict(unlabelled).time == then
     with Project.open(path) as again:
-        assert again.verdicts() == project.verdicts()
-        assert again.verdicts()[0] == kept
+        assert again.coding.verdicts() == project.coding.verdicts()
+        assert again.coding.verdicts()[0] == kept
 
 
 def test_the_latest_verdict_on_a_place_counts_whoever_gave_it(project, make, said):
-    other = project.add(make(2, name="02")).id
-    first = project.add_verdict(said)
+    other = project.demonstrations.add(make(2, name="02")).id
+    first = project.coding.add_verdict(said)
     elsewhere = [
-        project.add_verdict(replace(said, **change))
+        project.coding.add_verdict(replace(said, **change))
         for change in (
             {"demonstration": other},
             {"coder": "cleo"},
@@ -55,26 +55,26 @@ def test_the_latest_verdict_on_a_place_counts_whoever_gave_it(project, make, sai
             {"predicted": "pull"},
         )
     ]
-    assert project.verdicts() == (first, *elsewhere)
-    assert project.verdicts(other) == (elsewhere[0],)
-    second = project.add_verdict(replace(said, author="anna", verdict="ambiguous"))
-    assert project.verdicts() == (*elsewhere, second)
-    taken_back = project.add_verdict(replace(said, verdict="withdrawn"))
-    assert project.verdicts() == tuple(elsewhere)
-    assert project.verdicts("f" * 32) == ()
-    again = project.add_verdict(replace(said, verdict="human"))
-    assert project.verdicts()[-1] == again
-    assert project.verdict_events() == (first, *elsewhere, second, taken_back, again)
-    assert project.track(said.demonstration, "anna").segments == HOLD
+    assert project.coding.verdicts() == (first, *elsewhere)
+    assert project.coding.verdicts(other) == (elsewhere[0],)
+    second = project.coding.add_verdict(replace(said, author="anna", verdict="ambiguous"))
+    assert project.coding.verdicts() == (*elsewhere, second)
+    taken_back = project.coding.add_verdict(replace(said, verdict="withdrawn"))
+    assert project.coding.verdicts() == tuple(elsewhere)
+    assert project.coding.verdicts("f" * 32) == ()
+    again = project.coding.add_verdict(replace(said, verdict="human"))
+    assert project.coding.verdicts()[-1] == again
+    assert project.coding.verdict_events() == (first, *elsewhere, second, taken_back, again)
+    assert project.tracks.get(said.demonstration, "anna").segments == HOLD
 
 
 def test_a_verdict_names_the_run_that_predicted(project, said):
     made = {"settings": {}, "seed": None, "labels": [], "versions": {}}
-    number = project.add_run("evaluate", **made, result={})
-    assert project.add_verdict(replace(said, run=number)).run == number
+    number = project.runs.add("evaluate", **made, result={})
+    assert project.coding.add_verdict(replace(said, run=number)).run == number
     for missing in (number + 1, 2**70):
         with pytest.raises(InputError, match=f"There is no run {missing} in"):
-            project.add_verdict(replace(said, run=missing))
+            project.coding.add_verdict(replace(said, run=missing))
 
 
 @pytest.mark.parametrize(
@@ -93,14 +93,14 @@ def test_a_verdict_names_the_run_that_predicted(project, said):
 )
 def test_a_verdict_on_what_is_not_there_is_refused(project, said, change, told):
     with pytest.raises(InputError, match=told):
-        project.add_verdicts([said, replace(said, **change)])
-    assert project.verdict_events() == ()
+        project.coding.add_verdicts([said, replace(said, **change)])
+    assert project.coding.verdict_events() == ()
 
 
 @pytest.mark.parametrize("table", ["edit", "assignment", "verdict"])
 def test_what_people_did_cannot_be_changed_replaced_or_deleted(project, id_, said, path, table):
-    project.assign(id_, "anna")
-    project.add_verdict(said)
+    project.coding.assign(id_, "anna")
+    project.coding.add_verdict(said)
     project.close()
     with closing(sqlite3.connect(path / "project.sqlite")) as store:
         before = store.execute(f"SELECT * FROM {table}").fetchall()
@@ -118,21 +118,21 @@ def test_what_people_did_cannot_be_changed_replaced_or_deleted(project, id_, sai
 def test_another_process_hears_of_a_verdict(project, said, path):
     with Project.open(path) as other:
         assert not other.changed_elsewhere()
-        project.add_verdict(said)
+        project.coding.add_verdict(said)
         assert other.changed_elsewhere()
-        assert other.verdicts() == project.verdicts()
+        assert other.coding.verdicts() == project.coding.verdicts()
 
 
 @pytest.fixture(params=[1, 2])
 def old(request, project, id_, older):
     """A project of an older version in which Anna painted, undid, redid and undid."""
-    project.edit(id_, "anna", HOLD, HOLD[:1], "hold deleted")
-    project.undo(id_, "anna")
-    project.redo(id_, "anna")
-    project.undo(id_, "anna")
+    project.tracks.edit(id_, "anna", HOLD, HOLD[:1], "hold deleted")
+    project.tracks.undo(id_, "anna")
+    project.tracks.redo(id_, "anna")
+    project.tracks.undo(id_, "anna")
     if request.param > 1:
-        project.assign(id_, "cleo")
-    history = project.history(id_, "anna")
+        project.coding.assign(id_, "cleo")
+    history = project.tracks.history(id_, "anna")
     return older(request.param), history, request.param
 
 
@@ -140,21 +140,21 @@ def test_an_older_project_is_brought_up_to_date_with_all_its_edits(old, said):
     path, history, version = old
     id_ = said.demonstration
     with Project.open(path) as project:
-        assert project.history(id_, "anna") == history
+        assert project.tracks.history(id_, "anna") == history
         assert {edit.proposed_by for edit in history} == {None}
-        assert project.track(id_, "anna").segments == HOLD
-        assert project.is_blind(id_, "cleo") == (version > 1)
-        assert project.verdicts() == ()
-        assert project.origins(id_, "anna") == {}
-        assert project.redo(id_, "anna") is not None
-        project.edit(id_, "anna", HOLD[:1], HOLD, "accepted", proposed_by="model x")
-        assert list(project.origins(id_, "anna")) == [HOLD[1]]
-        project.add_verdict(said)
-        project.assign(id_, "bert")
+        assert project.tracks.get(id_, "anna").segments == HOLD
+        assert project.coding.is_blind(id_, "cleo") == (version > 1)
+        assert project.coding.verdicts() == ()
+        assert project.tracks.origins(id_, "anna") == {}
+        assert project.tracks.redo(id_, "anna") is not None
+        project.tracks.edit(id_, "anna", HOLD[:1], HOLD, "accepted", proposed_by="model x")
+        assert list(project.tracks.origins(id_, "anna")) == [HOLD[1]]
+        project.coding.add_verdict(said)
+        project.coding.assign(id_, "bert")
     with Project.open(path) as project:
-        assert project.is_blind(id_, "bert")
-        assert len(project.verdicts()) == 1
-        assert project.history(id_, "anna")[-1].proposed_by == "model x"
+        assert project.coding.is_blind(id_, "bert")
+        assert len(project.coding.verdicts()) == 1
+        assert project.tracks.history(id_, "anna")[-1].proposed_by == "model x"
 
 
 def test_an_older_project_that_may_only_be_read_is_read(old, said, monkeypatch):
@@ -162,12 +162,12 @@ def test_an_older_project_that_may_only_be_read_is_read(old, said, monkeypatch):
     before = {file: file.read_bytes() for file in path.rglob("*") if file.is_file()}
     monkeypatch.setattr("forcelab.project.database.os.access", lambda *_: False)
     with Project.open(path) as project:
-        assert project.history(said.demonstration, "anna") == history
-        assert project.load(said.demonstration).id == said.demonstration
-        assert project.verdicts() == project.verdict_events() == ()
-        assert project.origins(said.demonstration, "anna") == {}
+        assert project.tracks.history(said.demonstration, "anna") == history
+        assert project.demonstrations.load(said.demonstration).id == said.demonstration
+        assert project.coding.verdicts() == project.coding.verdict_events() == ()
+        assert project.tracks.origins(said.demonstration, "anna") == {}
         with pytest.raises(InputError, match="may only be read here"):
-            project.add_verdict(said)
+            project.coding.add_verdict(said)
     assert {file: file.read_bytes() for file in path.rglob("*") if file.is_file()} == before
 
 
@@ -176,21 +176,21 @@ def test_an_older_program_that_has_it_open_goes_on(old, said):
     with closing(sqlite3.connect(path / "project.sqlite", isolation_level=None)) as older:
         assert older.execute("SELECT count(*) FROM segment").fetchone() == (2,)
         with Project.open(path) as project:
-            project.add_verdict(said)
+            project.coding.add_verdict(said)
             older.execute("INSERT INTO author (name, kind) VALUES ('dora', 'coder')")
             assert project.changed_elsewhere()
-            assert "dora" in project.coders()
+            assert "dora" in project.coding.coders()
             older.execute(
                 "INSERT INTO edit (track, kind, time, what, position, removed, inserted, reverts, "
                 "parent) SELECT track, 'paint', time, what, position, '[]', '[]', NULL, NULL "
                 "FROM edit LIMIT 1"
             )
-            assert len(project.history(said.demonstration, "anna")) == len(history) + 1
-            assert said.verdict == project.verdicts()[0].verdict
+            assert len(project.tracks.history(said.demonstration, "anna")) == len(history) + 1
+            assert said.verdict == project.coding.verdicts()[0].verdict
 
 
 def test_verdicts_are_sorted_by_when_they_were_given_not_by_their_clock(project, said):
     now = datetime.now(timezone.utc)
-    project.add_verdict(replace(said, time=now))
-    late = project.add_verdict(replace(said, verdict="human", time=now - timedelta(days=1)))
-    assert project.verdicts() == (late,)
+    project.coding.add_verdict(replace(said, time=now))
+    late = project.coding.add_verdict(replace(said, verdict="human", time=now - timedelta(days=1)))
+    assert project.coding.verdicts() == (late,)

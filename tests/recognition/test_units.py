@@ -41,7 +41,7 @@ def project(tmp_path, four):
     with Project.create(tmp_path / "mixed.forcelab") as made:
         for i, (demonstration, segments) in enumerate(four[:3]):
             given = in_counts(demonstration) if i == 1 else demonstration
-            made.add(given, [Track("Ann", segments)])
+            made.demonstrations.add(given, [Track("Ann", segments)])
         yield made
 
 
@@ -88,7 +88,7 @@ def test_units_are_kept_in_its_file_and_older_files_still_load(recogniser, four,
 
 
 def test_evaluating_and_training_on_mixed_units_is_remarked_on(project):
-    name = project.demonstrations()[1].name
+    name = project.demonstrations.infos()[1].name
     evaluated = finish(evaluate_tasks(project, SMALL, Choice()))
     trained = finish(train_tasks(project, SMALL, Choice(), "mixed"))
     for remarks in (evaluated.remarks, trained.remarks):

@@ -270,12 +270,12 @@ def test_a_project_gives_coders_and_never_models_nor_what_is_blind(tmp_path):
     (one, _), (two, _) = synthetic_set(2, 100.0)
     with Project.create(tmp_path / "p.forcelab") as project:
         pair = (Track("Ann", ANN), Track("Ben", BEN))
-        first, second = project.add_all([Incoming(one, pair), Incoming(two, pair)])
-        project.edit(first.id, "model paper", (), ANN, "predicted", kind="predict")
+        first, second = project.demonstrations.add_all([Incoming(one, pair), Incoming(two, pair)])
+        project.tracks.edit(first.id, "model paper", (), ANN, "predicted", kind="predict")
         found, hidden = coded_demonstrations(project)
         assert [sorted(one.tracks) for one in found] == [["Ann", "Ben"]] * 2
         assert hidden == 0
-        project.assign(second.id, "Ann")
+        project.coding.assign(second.id, "Ann")
         found, hidden = coded_demonstrations(project, viewer="Ann")
         assert [one.id for one in found] == [first.id]
         assert hidden == 1

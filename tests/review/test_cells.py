@@ -148,12 +148,14 @@ def test_shares_of_rows_and_columns_sum_to_one_and_of_nothing_to_nothing():
 def test_the_matrix_of_a_stored_run_is_the_confusion_that_evaluate_counted(tmp_path):
     with Project.create(tmp_path / "p.forcelab") as project:
         made = synthetic_set(3, rate=100.0)
-        project.add_all([Incoming(d, (Track("Ada", segments),)) for d, segments in made])
+        project.demonstrations.add_all(
+            [Incoming(d, (Track("Ada", segments),)) for d, segments in made]
+        )
         settings_ = Settings(classifier="naive-bayes", max_scale=32)
         finish(evaluate_tasks(project, settings_, Choice(("foam",))))
-        number = project.run_summaries("evaluate")[-1].id
+        number = project.runs.summaries("evaluate")[-1].id
         found = load(project, number)
-        stored = project.run(number).result
+        stored = project.runs.get(number).result
     for stage in ("raw", "filtered"):
         cells = finish(crossing(found, stage))
         counted = np.array(stored[stage]["pooled"]["confusion"])

@@ -34,9 +34,9 @@ def project():
         tempfile.TemporaryDirectory(dir=MEMORY) as folder,
         Project.create(f"{folder}/p.forcelab") as project,
     ):
-        id_ = project.add(demonstration()).id
-        project.edit(id_, "Ann", (), ANN, "made")
-        project.edit(id_, "Ben", (), BEN, "made")
+        id_ = project.demonstrations.add(demonstration()).id
+        project.tracks.edit(id_, "Ann", (), ANN, "made")
+        project.tracks.edit(id_, "Ben", (), BEN, "made")
         project.id_ = id_
         yield project
 
@@ -79,7 +79,7 @@ def test_every_kind_of_decision(project):
     ]
     consensus.put(ACTION, "search")
     assert (3, 4, "search") in rows(consensus.segments)
-    assert "search 3.000-4.000 s" in project.history(project.id_, "consensus")[-1].what
+    assert "search 3.000-4.000 s" in project.tracks.history(project.id_, "consensus")[-1].what
     consensus.take(EDGE, "a")
     assert rows(consensus.segments)[:2] == [(0, 1, "grab"), (1, 3, "hold")]
     with pytest.raises(InputError, match="actions differ"):
@@ -133,10 +133,10 @@ def test_a_difference_that_a_coder_makes_later_is_open(project):
     consensus.mean_all()
     consensus.take(ACTION, "a")
     consensus.leave(LAST)
-    project.edit(project.id_, "Ann", ANN, (*ANN, Segment(8, 9, "grab")), "added")
+    project.tracks.edit(project.id_, "Ann", ANN, (*ANN, Segment(8, 9, "grab")), "added")
     consensus.refresh()
     assert consensus.undecided == (CoderDifference(8, 9, "grab", None),)
-    project.edit(project.id_, "Ben", BEN, (*BEN, Segment(8, 9, "grab")), "added")
+    project.tracks.edit(project.id_, "Ben", BEN, (*BEN, Segment(8, 9, "grab")), "added")
     consensus.refresh()
     assert consensus.undecided == ()
     consensus.begin()

@@ -36,8 +36,8 @@ def study():
         Project.create(Path(folder) / "study.forcelab") as project,
     ):
         one = demonstration()
-        project.add(one)
-        project.edit(one.id, "Ann", (), HUMAN, "made")
+        project.demonstrations.add(one)
+        project.tracks.edit(one.id, "Ann", (), HUMAN, "made")
         tested = Reviewed(one.id, one.name, "foam", 0, 10, HUMAN, {"filtered": SEEN})
         yield (
             project,
@@ -91,7 +91,7 @@ def test_what_is_judged_leaves_the_open_queue_until_it_is_withdrawn(study, verdi
     assert after.missed == before.missed
     withdraw(project, after.judged[0], "Ann")
     assert queue(project, outcome) == before
-    assert [v.verdict for v in project.verdict_events()] == [verdict, "withdrawn"]
+    assert [v.verdict for v in project.coding.verdict_events()] == [verdict, "withdrawn"]
 
 
 def test_if_the_model_is_right_the_change_makes_both_agree_and_undo_opens_it_again(study):
@@ -145,7 +145,7 @@ def test_the_report_counts_who_was_right_by_pair(study):
     judge(project, outcome, found.actions[0], "human", "Ann")
     judge(project, outcome, found.missed[0], "ambiguous", "Ann")
     judge(project, outcome, found.actions[0], "ambiguous", "Ann")  # a second thought counts
-    told = {(p.human, p.predicted): p for p in report(project.verdicts())}
+    told = {(p.human, p.predicted): p for p in report(project.coding.verdicts())}
     pair = told["hold", "release"]
     assert (pair.human_right, pair.model_right, pair.ambiguous) == (0, 0, 1)
     assert told["hold", None].total == 1

@@ -35,9 +35,9 @@ def project(path):
 
 
 def test_summaries_say_what_a_list_shows_without_the_result(project):
-    one, two = project.run_summaries("evaluate")
+    one, two = project.runs.summaries("evaluate")
     for summary in (one, two):
-        run = project.run(summary.id)
+        run = project.runs.get(summary.id)
         assert (summary.time, summary.settings, summary.labels) == (
             run.time,
             run.settings,
@@ -46,15 +46,15 @@ def test_summaries_say_what_a_list_shows_without_the_result(project):
         assert summary.digest["title"] == "foam"
         assert summary.digest["tested"] == 3
         assert summary.digest["f1"] == run.result["filtered"]["pooled"]["f1"]["50"]
-    assert project.run_summaries("simulate") == ()
-    assert project.run_summaries() == (one, two)
+    assert project.runs.summaries("simulate") == ()
+    assert project.runs.summaries() == (one, two)
 
 
 def test_a_run_without_a_digest_has_an_empty_one(tmp_path):
     with Project.create(tmp_path / "p.forcelab") as project:
         for result in ({"accuracy": 0.5}, {"digest": 3}, {"digest": {"text": "x" * 9000}}):
-            project.add_run("old", settings={}, seed=None, labels=[], versions={}, result=result)
-        assert [summary.digest for summary in project.run_summaries()] == [{}, {}, {}]
+            project.runs.add("old", settings={}, seed=None, labels=[], versions={}, result=result)
+        assert [summary.digest for summary in project.runs.summaries()] == [{}, {}, {}]
 
 
 def test_the_latest_is_that_of_the_tasks(project):
@@ -66,11 +66,11 @@ def test_the_latest_is_that_of_the_tasks(project):
 def test_the_latest_of_a_task_tells_of_its_own_demonstrations_if_any_does(path):
     """A model of foam that was tried on soft afterwards has nothing to say of foam."""
     with Project.open(path) as project:
-        run = project.run(2)
+        run = project.runs.get(2)
 
         def add(trained: str, tested: str) -> int:
             choice = {**run.settings["choice"], "tasks": [trained], "test_task": tested}
-            return project.add_run(
+            return project.runs.add(
                 run.kind,
                 settings={**run.settings, "choice": choice},
                 seed=run.seed,
@@ -87,7 +87,7 @@ def test_the_latest_of_a_task_tells_of_its_own_demonstrations_if_any_does(path):
             assert latest(project, ["hard"]).number == added[1]
         finally:
             for number in added:
-                project.remove_run(number)
+                project.runs.remove(number)
 
 
 def test_a_printed_run_tells_what_it_is_in_a_few_lines(project):
@@ -104,13 +104,13 @@ def test_a_run_of_the_command_line_can_be_reviewed_too(project):
     for item in outcome.tested:
         assert item.certainty is None
         assert set(item.stages) == {"raw", "filtered"}
-        demonstration = project.load(item.id)
+        demonstration = project.demonstrations.load(item.id)
         assert (item.start, item.end) == (demonstration.start, demonstration.end)
 
 
 def test_a_certainty_survives_its_way_through_the_store(project):
     outcome = load(project, 1)
-    plain = project.run(1).result["certainty"]
+    plain = project.runs.get(1).result["certainty"]
     for item in outcome.tested:
         again = Certainty.from_json(item.certainty.to_json())
         assert (again.values == item.certainty.values).all()
@@ -153,7 +153,7 @@ def test_a_damaged_run_is_refused_in_a_sentence_and_the_others_are_not(tmp_path,
             load(project, 1)
         assert str(caught.value).count(". ") == 0
         assert latest(project).number == 2
-        assert len(project.run_summaries()) == 2
+        assert len(project.runs.summaries()) == 2
 
 
 def test_edits_are_counted_by_the_track_that_was_used(tmp_path):
@@ -161,13 +161,13 @@ def test_edits_are_counted_by_the_track_that_was_used(tmp_path):
     with Project.open(path) as project:
         finish(evaluate_tasks(project, FAST, CHOICE))
         outcome = latest(project)
-        first, _, bare = (info.id for info in project.demonstrations())
-        segments = project.track(first, "Ada").segments
+        first, _, bare = (info.id for info in project.demonstrations.infos())
+        segments = project.tracks.get(first, "Ada").segments
         assert edits_since(project, outcome) == 0
-        project.edit(first, "Bob", (), segments, "another coder")
+        project.tracks.edit(first, "Bob", (), segments, "another coder")
         assert edits_since(project, outcome) == 0
-        project.edit(first, "Ada", segments, segments[:-1], "deleted")
-        project.edit(bare, "Ada", (), segments, "painted")
+        project.tracks.edit(first, "Ada", segments, segments[:-1], "deleted")
+        project.tracks.edit(bare, "Ada", (), segments, "painted")
         assert edits_since(project, outcome) == 2
         assert edits_since(project, replace(outcome, labels=())) == 3  # all are new then
 
@@ -177,8 +177,11 @@ def test_a_run_outlives_a_demonstration_that_it_tested(tmp_path, path):
     with Project.open(copy) as project:
         before = latest(project)
         gone = before.tested[0].id
-        heads = {name: project.head(gone, name) for name in project.info(gone).authors}
-        project.remove_all({gone: heads})
+        heads = {
+            name: project.tracks.head(gone, name)
+            for name in project.demonstrations.info(gone).authors
+        }
+        project.demonstrations.remove_all({gone: heads})
         after = load(project, before.number)
         assert [one.id for one in after.tested] == [one.id for one in before.tested[1:]]
         assert after.scores["filtered"]["pooled"] == before.scores["filtered"]["pooled"]
@@ -192,5 +195,5 @@ def test_a_run_outlives_a_demonstration_that_it_tested(tmp_path, path):
         write_archive(project, tmp_path / "study.zip")
         left = {used for used in before.labels if used.demonstration != gone}
     with read_archive(tmp_path / "study.zip", tmp_path / "again.forcelab") as again:
-        [*_, run] = [run for run in again.runs() if run.id == before.number]
+        [*_, run] = [run for run in again.runs.all() if run.id == before.number]
         assert {used.demonstration for used in run.labels} == {u.demonstration for u in left}

@@ -90,7 +90,7 @@ def test_its_tracks_are_those_of_evaluate_to_the_last_bit(path, outcome, capsys,
     )
     printed = json.loads((tmp_path / "out.json").read_text())
     with Project.open(path) as project:
-        run = project.runs()[-1]
+        run = project.runs.all()[-1]
         evaluated = load(project, run.id)
     assert evaluated.number != outcome.number
     for which in ("raw", "filtered"):
@@ -109,9 +109,9 @@ def test_the_certainty_is_the_mean_of_the_probabilities_of_each_fiftieth_of_a_se
     tested = finish(leave_one_out(labelled, FAST)).tested
     with Project.open(path) as project:
         known = {item.name: item for item in outcome.tested}
-        recogniser = load_recogniser(project.recogniser_path(outcome.recogniser))
+        recogniser = load_recogniser(project.runs.recogniser_path(outcome.recogniser))
         (new,) = outcome.proposals
-        prediction = recogniser.predict(project.load(new.id))
+        prediction = recogniser.predict(project.demonstrations.load(new.id))
     assert set(known) == {item.name for item in tested}
     seconds = new.certainty.times
     for index in (0, 40, len(seconds) - 1):
@@ -124,9 +124,9 @@ def test_the_certainty_is_the_mean_of_the_probabilities_of_each_fiftieth_of_a_se
 
 def test_the_final_recogniser_knows_all_that_is_labelled_and_proposes_for_the_rest(path, outcome):
     with Project.open(path) as project:
-        recogniser = load_recogniser(project.recogniser_path(outcome.recogniser))
-        bare = [i.id for i in project.demonstrations() if not i.labelled]
-        stored = project.recognisers()
+        recogniser = load_recogniser(project.runs.recogniser_path(outcome.recogniser))
+        bare = [i.id for i in project.demonstrations.infos() if not i.labelled]
+        stored = project.runs.recognisers()
     assert set(recogniser.trained_on) == {item.id for item in outcome.tested}
     assert [item.id for item in outcome.proposals] == bare
     assert outcome.proposals[0].human == ()
@@ -153,8 +153,8 @@ def test_what_was_trained_is_stored_when_no_other_program_keeps_the_project_busy
         number = finish(reviewing(path, FAST, CHOICE, "foam"), hear)
     assert told.count("storing") == 3
     with Project.open(path) as project:
-        assert [run.id for run in project.run_summaries()] == [number]
-        assert len(project.recognisers()) == 1
+        assert [run.id for run in project.runs.summaries()] == [number]
+        assert len(project.runs.recognisers()) == 1
 
 
 def test_asking_how_certain_it_is_changes_no_prediction():
@@ -181,17 +181,17 @@ def test_what_is_edited_while_it_trains_stays_and_is_counted(tmp_path):
     job = reviewing(path, FAST, CHOICE, "foam")
     next(step for step in job if step.phase == "fold")
     with Project.open(path) as project:
-        info = project.demonstrations()[0]
-        before = project.track(info.id, "Ada").segments
-        project.edit(info.id, "Ada", before, before[1:], "deleted")
+        info = project.demonstrations.infos()[0]
+        before = project.tracks.get(info.id, "Ada").segments
+        project.tracks.edit(info.id, "Ada", before, before[1:], "deleted")
         demonstration, _ = synthetic_set(3, 100.0)[2]
-        project.add(demonstration, [])
+        project.demonstrations.add(demonstration, [])
         number = finish(job)
         outcome = load(project, number)
-        assert project.track(info.id, "Ada").segments == before[1:]
+        assert project.tracks.get(info.id, "Ada").segments == before[1:]
         assert outcome.find(info.id).human[0].action == before[0].action
         assert edits_since(project, outcome) == 2
-        project.undo(info.id, "Ada")
+        project.tracks.undo(info.id, "Ada")
         assert edits_since(project, outcome) == 1  # taken back: only the new demonstration
 
 
@@ -201,12 +201,15 @@ def test_what_is_removed_while_it_trains_costs_only_itself(tmp_path, which):
     job = reviewing(path, FAST, CHOICE, "foam")
     next(step for step in job if step.phase == "fold")
     with Project.open(path) as project:
-        gone = project.demonstrations()[which].id
-        heads = {name: project.head(gone, name) for name in project.info(gone).authors}
-        project.remove_all({gone: heads})
+        gone = project.demonstrations.infos()[which].id
+        heads = {
+            name: project.tracks.head(gone, name)
+            for name in project.demonstrations.info(gone).authors
+        }
+        project.demonstrations.remove_all({gone: heads})
         outcome = load(project, finish(job))
         left = {one.id for one in (*outcome.tested, *outcome.proposals)}
-        assert left == {info.id for info in project.demonstrations()}
+        assert left == {info.id for info in project.demonstrations.infos()}
         assert {used.demonstration for used in outcome.labels} == left
 
 
@@ -218,8 +221,8 @@ def test_a_training_that_is_cancelled_leaves_nothing_behind(tmp_path):
         with closing(elsewhere(reviewing, path, FAST, CHOICE, "foam")) as job:
             next(step for step in job if getattr(step, "phase", "") == phase)
     with Project.open(path) as project:
-        assert project.run_summaries() == ()
-        assert project.recognisers() == ()
+        assert project.runs.summaries() == ()
+        assert project.runs.recognisers() == ()
     assert sorted(p.relative_to(path) for p in path.rglob("*")) == before
     assert threading.active_count() == threads
 
@@ -241,7 +244,7 @@ def test_folds_that_cannot_be_trained_leave_the_final_recogniser(tmp_path):
     path = tmp_path / "p.forcelab"
     with Project.create(path) as project:
         for (demo, _), action in zip(synthetic_set(2, 100.0), ("grab", "hold"), strict=True):
-            project.add(demo, [Track("Ada", (Segment(0.5, 1.5, action),))])
+            project.demonstrations.add(demo, [Track("Ada", (Segment(0.5, 1.5, action),))])
         outcome = load(project, finish(reviewing(path, FAST, CHOICE, "foam")))
     assert outcome.tested == ()
     assert set(outcome.actions) == {"grab", "hold"}
@@ -261,10 +264,10 @@ def test_too_few_actions_are_refused_in_a_sentence_that_says_what_can_be_done(
     path = tmp_path / "p.forcelab"
     with Project.create(path) as project:
         for demonstration, _ in synthetic_set(2, 100.0):
-            project.add(demonstration, [Track("Ada", segments)])
+            project.demonstrations.add(demonstration, [Track("Ada", segments)])
         with pytest.raises(InputError, match=sentence):
             finish(reviewing(path, FAST, CHOICE, "foam"))
-        assert project.run_summaries() == ()
+        assert project.runs.summaries() == ()
 
 
 def test_a_recogniser_without_a_name_leaves_no_run_either(tmp_path):
@@ -272,16 +275,16 @@ def test_a_recogniser_without_a_name_leaves_no_run_either(tmp_path):
     with pytest.raises(InputError, match="needs a name"):
         finish(reviewing(path, FAST, CHOICE, " "))
     with Project.open(path) as project:
-        assert (project.run_summaries(), project.recognisers()) == ((), ())
+        assert (project.runs.summaries(), project.runs.recognisers()) == ((), ())
 
 
 def test_an_action_of_a_single_demonstration_is_remarked(tmp_path):
     path = make(tmp_path / "p.forcelab", labelled=2, bare=0)
     with Project.open(path) as project:
-        info = project.demonstrations()[0]
-        before = project.track(info.id, "Ada").segments
+        info = project.demonstrations.infos()[0]
+        before = project.tracks.get(info.id, "Ada").segments
         slip = Segment(before[0].start, before[0].end, "slip")
-        project.edit(info.id, "Ada", before, (slip, *before[1:]), "relabelled")
+        project.tracks.edit(info.id, "Ada", before, (slip, *before[1:]), "relabelled")
         outcome = load(project, finish(reviewing(path, FAST, CHOICE, "foam")))
     assert any("slip (only in foam 01)" in remark for remark in outcome.remarks)
 
@@ -290,15 +293,15 @@ def test_another_task_is_tested_on_and_both_tasks_get_proposals(tmp_path):
     path = make(tmp_path / "p.forcelab", labelled=2, bare=1)
     with Project.open(path) as project:
         for i, (demonstration, segments) in enumerate(synthetic_set(2, 100.0, "soft", seed=9)):
-            project.add(demonstration, [Track("Ada", segments)] if i else [])
+            project.demonstrations.add(demonstration, [Track("Ada", segments)] if i else [])
         choice = Choice(("foam",), test_task="soft")
         outcome = load(project, finish(reviewing(path, FAST, choice, "foam")))
     assert [item.task for item in outcome.tested] == ["soft"]
     assert {item.task for item in outcome.proposals} == {"foam", "soft"}
     shares = [item.typicality for item in outcome.proposals]
     with Project.open(path) as project:
-        recogniser = load_recogniser(project.recogniser_path(outcome.recogniser))
-        new = [project.load(item.id) for item in outcome.proposals]
+        recogniser = load_recogniser(project.runs.recogniser_path(outcome.recogniser))
+        new = [project.demonstrations.load(item.id) for item in outcome.proposals]
     expected = typicality([sampled(recogniser.prepared(one)) for one in new])
     assert shares == pytest.approx(expected.tolist())
     assert len(shares) > 1

@@ -262,8 +262,8 @@ def test_labels_that_were_edited_since_are_taken_as_they_were(tmp_path):
     outcome = made(path, BAYES, count=3)
     first, second = outcome.tested[:2]
     with Project.open(path) as project:
-        before = project.track(second.id, "Ann").segments
-        project.edit(second.id, "Ann", before, before[:1], "all but one erased")
+        before = project.tracks.get(second.id, "Ann").segments
+        project.tracks.edit(second.id, "Ann", before, before[:1], "all but one erased")
     assert finish(withholding(path, outcome, first.id)).same == 1.0
 
 
@@ -272,15 +272,15 @@ def test_a_track_can_be_read_as_it_was_after_each_edit(tmp_path):
     outcome = made(path, BAYES, count=2)
     id_ = outcome.tested[0].id
     with Project.open(path) as project:
-        known = {0: (), project.head(id_, "Ann"): project.track(id_, "Ann").segments}
+        known = {0: (), project.tracks.head(id_, "Ann"): project.tracks.get(id_, "Ann").segments}
         for number in range(3):
-            before = project.track(id_, "Ann").segments
+            before = project.tracks.get(id_, "Ann").segments
             after = (*before[:number], *before[number + 1 :])
-            project.edit(id_, "Ann", before, after, "one erased")
-            known[project.head(id_, "Ann")] = after
-        for again in (project.undo, project.undo, project.redo):
+            project.tracks.edit(id_, "Ann", before, after, "one erased")
+            known[project.tracks.head(id_, "Ann")] = after
+        for again in (project.tracks.undo, project.tracks.undo, project.tracks.redo):
             again(id_, "Ann")
-            known[project.head(id_, "Ann")] = project.track(id_, "Ann").segments
+            known[project.tracks.head(id_, "Ann")] = project.tracks.get(id_, "Ann").segments
         assert len(known) == 8
         for edit, segments in known.items():
             assert track_at(project, LabelsUsed(id_, "Ann", edit)) == segments

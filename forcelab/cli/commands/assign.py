@@ -46,7 +46,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> None:
     """Assign demonstrations to a coder, and print what is assigned."""
     with Project.open(arguments.project) as project:
-        infos = {info.id: info for info in project.demonstrations()}
+        infos = {info.id: info for info in project.demonstrations.infos()}
         chosen = _selected_ids(project, infos, arguments)
         if chosen:
             _check_author(arguments.author)
@@ -55,7 +55,7 @@ def run(arguments: argparse.Namespace) -> None:
                     _carry_out(project, id_, arguments)
         elif arguments.open or arguments.done or arguments.reopen or arguments.remove:
             raise UsageError("No demonstration was named; give names, ids or --task.")
-        assignments = project.assignments(arguments.author)
+        assignments = project.coding.assignments(arguments.author)
     if chosen:
         assignments = tuple(one for one in assignments if one.demonstration in chosen)
     if arguments.json:
@@ -73,9 +73,9 @@ def _selected_ids(
     project: Project, infos: dict[str, DemonstrationInfo], arguments: argparse.Namespace
 ) -> list[str]:
     """The ids of the demonstrations that are meant, each once."""
-    ids = [project.id_of(key) for key in arguments.demonstrations]
+    ids = [project.demonstrations.id_of(key) for key in arguments.demonstrations]
     if arguments.task is not None:
-        project.check_task(arguments.task)
+        project.demonstrations.check_task(arguments.task)
         ids += [info.id for info in infos.values() if info.task == arguments.task]
     return list(dict.fromkeys(ids))
 
@@ -89,11 +89,11 @@ def _check_author(author: str | None) -> None:
 def _carry_out(project: Project, id_: str, arguments: argparse.Namespace) -> None:
     """Assign one demonstration, or change its assignment."""
     if arguments.remove:
-        project.unassign(id_, arguments.author)
+        project.coding.unassign(id_, arguments.author)
     elif arguments.done or arguments.reopen:
-        project.set_done(id_, arguments.author, done=arguments.done)
+        project.coding.set_done(id_, arguments.author, done=arguments.done)
     else:
-        project.assign(id_, arguments.author, blind=not arguments.open)
+        project.coding.assign(id_, arguments.author, blind=not arguments.open)
 
 
 def _row(one: Assignment, info: DemonstrationInfo) -> list[str]:

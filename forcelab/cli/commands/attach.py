@@ -39,9 +39,9 @@ def run(arguments: argparse.Namespace) -> None:
     """Copy a video into the project, beside the demonstration that it shows."""
     clock = ClockMap(arguments.offset)
     with Project.open(arguments.project) as project:
-        demonstration = project.load(arguments.demonstration)
+        demonstration = project.demonstrations.load(arguments.demonstration)
         damage = check_video(arguments.video, demonstration.duration)
-        project.attach_video(demonstration.id, arguments.video, clock)
+        project.media.attach_video(demonstration.id, arguments.video, clock)
     if arguments.json:
         content = {
             "demonstration": demonstration.name,

@@ -43,8 +43,8 @@ def run(arguments: argparse.Namespace) -> None:
     with progress_bar() as watch:
         made = finish(making(path, cpu_count()), watch)
     with Project.open(path) as project:
-        infos, recognisers = project.demonstrations(), project.recognisers()
-        tasks = project.tasks()
+        infos, recognisers = project.demonstrations.infos(), project.runs.recognisers()
+        tasks = project.demonstrations.tasks()
     if arguments.json:
         summary = {
             "project": str(path),

@@ -193,7 +193,7 @@ def run(arguments: argparse.Namespace) -> None:
             project, settings, choice, jobs, certainty=certainty, latency=arguments.latency
         )
         evaluated = finish(job, watch)
-        vocabularies = project.vocabularies()
+        vocabularies = project.actions.vocabularies()
     pairs, matrices = (
         _file_for_each(evaluated, path) for path in (arguments.figure, arguments.confusion)
     )

@@ -96,8 +96,8 @@ def _print(arguments: argparse.Namespace) -> None:
 def _ids(arguments: argparse.Namespace) -> set[str]:
     """The demonstrations of the tasks and names that are asked for."""
     with Project.open(arguments.project) as project:
-        infos = project.demonstrations()
+        infos = project.demonstrations.infos()
         for task in arguments.task or ():
-            project.check_task(task)
-        named = {project.id_of(name) for name in arguments.demo or ()}
+            project.demonstrations.check_task(task)
+        named = {project.demonstrations.id_of(name) for name in arguments.demo or ()}
     return named | {info.id for info in infos if info.task in (arguments.task or ())}

@@ -39,17 +39,19 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> None:
     """Print the demonstrations, recognisers and runs of a project."""
     with Project.open(arguments.project) as project:
-        infos = project.demonstrations(arguments.task)
+        infos = project.demonstrations.infos(arguments.task)
         if arguments.task is not None:
-            project.check_task(arguments.task)
+            project.demonstrations.check_task(arguments.task)
         if arguments.to_label is not None:
             infos = _left_to_label(project, infos, arguments.to_label)
-        recognisers = project.recognisers()
-        runs = project.run_summaries()
+        recognisers = project.runs.recognisers()
+        runs = project.runs.summaries()
         notes: dict[str, list[Note]] = {info.id: [] for info in infos}
-        for note in project.notes(arguments.to_label):
+        for note in project.coding.notes(arguments.to_label):
             notes.get(note.demonstration, []).append(note)
-        beside = {info.id: [str(path) for path in project.beside(info.id)] for info in infos}
+        beside = {
+            info.id: [str(path) for path in project.media.attached_files(info.id)] for info in infos
+        }
     if arguments.json:
         content = {
             "demonstrations": [
@@ -85,8 +87,8 @@ def _left_to_label(
     project: Project, infos: tuple[DemonstrationInfo, ...], author: str
 ) -> tuple[DemonstrationInfo, ...]:
     """What a coder still has to label."""
-    assigned = {one.demonstration: one for one in project.assignments(author)}
-    alike = name_alike(author, project.people())
+    assigned = {one.demonstration: one for one in project.coding.assignments(author)}
+    alike = name_alike(author, project.coding.people())
     if alike is not None and not assigned:
         raise InputError(f"'{author}' has labelled nothing here; there is '{alike}'.")
     return tuple(

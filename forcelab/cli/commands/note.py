@@ -38,12 +38,12 @@ def run(arguments: argparse.Namespace) -> None:
     if text is not None and author is None:
         raise UsageError("Nobody was named; say whose note it is with --author NAME.")
     with Project.open(arguments.project) as project:
-        id_ = project.id_of(key) if key is not None else None
+        id_ = project.demonstrations.id_of(key) if key is not None else None
         if id_ is not None and text is not None:
             with hint_at_new_names(arguments.project):
-                project.set_note(id_, author, text)
-        infos = {info.id: info for info in project.demonstrations()}
-        notes = project.note_events() if arguments.history else project.notes()
+                project.coding.set_note(id_, author, text)
+        infos = {info.id: info for info in project.demonstrations.infos()}
+        notes = project.coding.note_events() if arguments.history else project.coding.notes()
     notes = tuple(
         one for one in notes if id_ in (None, one.demonstration) and author in (None, one.author)
     )

@@ -56,8 +56,8 @@ def run(arguments: argparse.Namespace) -> None:
             raise UsageError("A recogniser brings its own settings; give --recogniser alone.")
         settings = _settings_of(arguments.recogniser)
     with Project.open(arguments.project) as project:
-        demonstration = project.load(arguments.demonstration)
-        info = next(i for i in project.demonstrations() if i.id == demonstration.id)
+        demonstration = project.demonstrations.load(arguments.demonstration)
+        info = next(i for i in project.demonstrations.infos() if i.id == demonstration.id)
         viewing = viewed(demonstration, info.authors)
         parts = planned(demonstration, settings)
         costs = _measured(demonstration, settings) if arguments.measure else None

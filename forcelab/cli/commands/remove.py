@@ -79,13 +79,13 @@ def run(arguments: argparse.Namespace) -> None:
                 f"to remove {'it' if one else 'them'}."
             )
         project.refuse_read_only()
-        project.remove_all(asked.heads)
+        project.demonstrations.remove_all(asked.heads)
         for number in asked.runs:
-            if project.run_uses(number):  # somebody may have been quicker
-                project.remove_run(number)
+            if project.runs.uses(number):  # somebody may have been quicker
+                project.runs.remove(number)
         for id_ in asked.recognisers:
-            if id_ in project.recogniser_bytes():
-                project.remove_recogniser(id_)
+            if id_ in project.runs.recogniser_bytes():
+                project.runs.remove_recogniser(id_)
     if arguments.json:
         print(json_text(_json_content(asked)))
         return
@@ -94,10 +94,10 @@ def run(arguments: argparse.Namespace) -> None:
 
 def _ask_demonstrations(project: Project, keys: Sequence[str], asked: _Removal) -> None:
     """What goes with demonstrations."""
-    for id_ in dict.fromkeys(project.id_of(key) for key in keys):
-        authors = project.info(id_).authors
-        asked.heads[id_] = {name: project.head(id_, name) for name in authors}
-        info = project.info(id_)
+    for id_ in dict.fromkeys(project.demonstrations.id_of(key) for key in keys):
+        authors = project.demonstrations.info(id_).authors
+        asked.heads[id_] = {name: project.tracks.head(id_, name) for name in authors}
+        info = project.demonstrations.info(id_)
         asked.infos.append(info)
         asked.named.append(f"'{info.name}'")
     seconds = sum(info.duration for info in asked.infos)
@@ -116,10 +116,10 @@ def _ask_demonstrations(project: Project, keys: Sequence[str], asked: _Removal) 
         f"the labels of {name} ({percent(min(spent / seconds, 1.0))} %)"
         for name, spent in labelled.items()
     ]
-    assigned = [one for one in project.assignments() if one.demonstration in asked.heads]
+    assigned = [one for one in project.coding.assignments() if one.demonstration in asked.heads]
     if assigned:
         asked.goes.append(counted(len(assigned), "assignment"))
-    if notes := sum(one.demonstration in asked.heads for one in project.notes()):
+    if notes := sum(one.demonstration in asked.heads for one in project.coding.notes()):
         asked.goes.append(counted(notes, "note"))
 
 
@@ -127,11 +127,11 @@ def _ask_runs(project: Project, numbers: Sequence[int], asked: _Removal) -> None
     """What goes with runs, and what stays without the run that it came from."""
     if not numbers:
         return
-    every = {use.run: use for use in project.run_uses()}
+    every = {use.run: use for use in project.runs.uses()}
     uses = []
     for number in dict.fromkeys(numbers):
         if number not in every:
-            project.run(number)  # says that there is none
+            project.runs.get(number)  # says that there is none
         uses.append(every[number])
         asked.runs.append(number)
         asked.named.append(f"run {number}")
@@ -153,7 +153,7 @@ def _ask_recognisers(project: Project, keys: Sequence[str], asked: _Removal) -> 
     """What goes with recognisers, told by their ids or the first six or more digits of them."""
     if not keys:
         return
-    sizes, uses = project.recogniser_bytes(), project.run_uses()
+    sizes, uses = project.runs.recogniser_bytes(), project.runs.uses()
     gone = {use.recogniser for use in uses if use.run in asked.runs}  # with their runs
     meant = _recognisers(project, keys)
     found = {id_: name for id_, name in meant.items() if id_ not in gone}
@@ -171,9 +171,9 @@ def _ask_recognisers(project: Project, keys: Sequence[str], asked: _Removal) -> 
 
 def _recognisers(project: Project, keys: Sequence[str]) -> dict[str, str]:
     """Ids of the recognisers that are meant, and their names; two runs may share one."""
-    every = {id_: id_[:NAME] for id_ in project.recogniser_bytes()}
+    every = {id_: id_[:NAME] for id_ in project.runs.recogniser_bytes()}
     with contextlib.suppress(InputError):  # a damaged one can be removed, too
-        every |= {one.id: one.name for one in project.recognisers()}
+        every |= {one.id: one.name for one in project.runs.recognisers()}
     meant = {}
     for key in keys:
         found = [

@@ -42,13 +42,13 @@ def run(arguments: argparse.Namespace) -> None:
     with Project.open(arguments.project) as project:
         project.refuse_read_only()
         for task in tasks or ():
-            project.check_task(task)
-        if not arguments.yes and (change := project.renaming(*asked)).merges:
+            project.demonstrations.check_task(task)
+        if not arguments.yes and (change := project.actions.preview_rename(*asked)).merges:
             raise InputError(
                 f"Nothing was renamed yet. {change.sentences(done=False)} "
                 f"Give --yes to merge the two."
             )
-        done = project.rename_action(*asked, merge=arguments.yes)
+        done = project.actions.rename(*asked, merge=arguments.yes)
     if not arguments.json:
         print(printable(done.sentences(done=True)))
         return

@@ -67,7 +67,7 @@ def run(arguments: argparse.Namespace) -> None:
     """Play a demonstration through pseudo-terminals until it ends or Ctrl+C."""
     calibration = arguments.calibration or asset("calibrations", "3-axis-40N.toml")
     with Project.open(arguments.project) as project:
-        demonstration = project.load(arguments.demonstration)
+        demonstration = project.demonstrations.load(arguments.demonstration)
     parts: Sequence[Sensor | Board]
     if arguments.kind == "text":
         if arguments.calibration is not None:

@@ -48,8 +48,8 @@ def run(arguments: argparse.Namespace) -> None:
             )
             return
         with project.snapshot():
-            runs, uses = project.run_summaries(), project.run_uses()
-            recognisers, sizes = project.recognisers(), project.recogniser_bytes()
+            runs, uses = project.runs.summaries(), project.runs.uses()
+            recognisers, sizes = project.runs.recognisers(), project.runs.recogniser_bytes()
     if arguments.json:
         print(json_text([_summary(*both) for both in zip(runs, uses, strict=True)]))
         return

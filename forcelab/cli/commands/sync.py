@@ -55,7 +55,7 @@ def run(arguments: argparse.Namespace) -> None:
     if given and arguments.accept:
         raise UsageError("Give either --accept or a clock by --offset and --rate, not both.")
     with Project.open(arguments.project) as project:
-        demonstration = project.load(arguments.demonstration)
+        demonstration = project.demonstrations.load(arguments.demonstration)
         if demonstration.video is None:
             raise InputError(
                 f"Demonstration '{demonstration.name}' has no video; there is nothing to "
@@ -74,7 +74,7 @@ def run(arguments: argparse.Namespace) -> None:
                 raise InputError(_refusal(demonstration, before, proposal))
         stored = bool(given or arguments.accept)
         if stored:
-            project.set_video_clock(demonstration.id, clock)
+            project.media.set_video_clock(demonstration.id, clock)
     if arguments.json:
         print(json_text(_content(demonstration, before, clock, proposal, stored)))
     else:

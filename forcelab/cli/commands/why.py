@@ -38,9 +38,9 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> None:
     """Explain what a run predicted at a time of a demonstration."""
     with Project.open(arguments.project) as project:
-        demonstration = project.load(arguments.demonstration)
+        demonstration = project.demonstrations.load(arguments.demonstration)
         outcome = _outcome(project, demonstration.id, demonstration.task, arguments.run)
-        names = {info.id: info.name for info in project.demonstrations()}
+        names = {info.id: info.name for info in project.demonstrations.infos()}
     with progress_bar() as watch:
         job = why_at(arguments.project, outcome, demonstration.id, arguments.at)
         why = finish(job, watch)
@@ -62,7 +62,7 @@ def _outcome(project: Project, id_: str, task: str, number: int | None) -> Outco
                 f"another run, or evaluate again."
             )
         return outcome
-    for run in reversed(project.run_summaries(KIND)):
+    for run in reversed(project.runs.summaries(KIND)):
         tasks, test_task = tasks_of(run.settings)
         if task in (*tasks, test_task):
             outcome = load(project, run.id)

@@ -352,7 +352,7 @@ class CaptureController(QObject):
         """The next recordings are of a task; its actions can be marked."""
         self.task = task.strip()
         project = self.document.project
-        self.vocabulary = Vocabulary() if project is None else project.vocabulary(self.task)
+        self.vocabulary = Vocabulary() if project is None else project.actions.vocabulary(self.task)
         self.changed.emit()
 
     @property

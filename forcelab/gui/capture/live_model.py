@@ -125,13 +125,13 @@ class LiveModelController(QObject):
         project = self._document.project
         found = []
         if project is not None:
-            for one in reversed(project.recognisers()):
+            for one in reversed(project.runs.recognisers()):
                 when = one.time.astimezone().strftime("%Y-%m-%d %H:%M")
                 tasks = one.settings.get("choice", {}).get("tasks", [])
                 about = " · ".join([*map(str, tasks), when])
                 with suppress(InputError):  # its file is missing: it is not offered
                     found.append(
-                        RecogniserSelection(one.name, project.recogniser_path(one.id), about)
+                        RecogniserSelection(one.name, project.runs.recogniser_path(one.id), about)
                     )
         if self.choice is not None and self.choice.path not in [one.path for one in found]:
             found.append(self.choice)

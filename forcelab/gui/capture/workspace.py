@@ -199,7 +199,9 @@ class NextRecording(QWidget):
         project = self._document.project
         if project is None:
             return ()
-        return tuple(dict.fromkeys((*project.tasks(), *project.vocabularies())))
+        return tuple(
+            dict.fromkeys((*project.demonstrations.tasks(), *project.actions.vocabularies()))
+        )
 
     def list_tasks(self) -> None:
         """Offer the tasks of the project; the one that was chosen stays."""

@@ -495,7 +495,7 @@ class ActionList(SideList):
         if project is None or demonstration is None:
             return False
         try:
-            project.refuse_removing(self.document.author, name, demonstration.task)
+            project.actions.refuse_removing(self.document.author, name, demonstration.task)
         except ForcelabError as error:
             self.document.show_message(str(error), True)
             return False

@@ -182,7 +182,7 @@ class HistoryModel(QAbstractListModel):
         if document.project is None or not document.id:
             return []
         try:
-            edits = document.project.history(
+            edits = document.project.tracks.history(
                 document.id, document.author, latest=latest or PAGE, before=before
             )
         except ForcelabError as error:

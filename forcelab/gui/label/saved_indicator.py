@@ -52,7 +52,7 @@ class SavedIndicator(QWidget):
             self._show_text("", "")
             return
         try:
-            last = document.project.history(document.id, document.author, latest=1)
+            last = document.project.tracks.history(document.id, document.author, latest=1)
         except ForcelabError as error:
             self.fail(str(error))
             return

@@ -47,7 +47,7 @@ from forcelab.gui.text import escape_ampersands, thousands
 from forcelab.gui.theme import colours, themes
 from forcelab.gui.time_panel import TimePanel
 from forcelab.jobs import Progress
-from forcelab.project.loading import DEMONSTRATIONS
+from forcelab.project.files import DEMONSTRATIONS
 from forcelab.signals.channels import channel_map
 
 if TYPE_CHECKING:

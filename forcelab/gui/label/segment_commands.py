@@ -20,7 +20,7 @@ from forcelab.gui.label.track_gestures import SAME_TIME, index_at
 from forcelab.gui.text import escape_ampersands
 from forcelab.labels import Segment
 from forcelab.project import Edit, UndoResult
-from forcelab.project.project import ActionRename
+from forcelab.project.actions import ActionRename
 
 
 def rename_action(document: Document, name: str, new: str, parent: QWidget) -> bool:
@@ -35,11 +35,13 @@ def rename_action(document: Document, name: str, new: str, parent: QWidget) -> b
     task = demonstration.task
     try:
         project.refuse_read_only()  # before anything is asked
-        if name not in project.vocabulary(task) and name not in project.painted_actions(task):
+        if name not in project.actions.vocabulary(task) and name not in project.actions.painted(
+            task
+        ):
             document.show_message(f"'{name}' is only predicted: train again, and it is gone.", True)
             return False
-        here = project.renaming(document.author, name, new, (task,))
-        everywhere = project.renaming(document.author, name, new)
+        here = project.actions.preview_rename(document.author, name, new, (task,))
+        everywhere = project.actions.preview_rename(document.author, name, new)
     except ForcelabError as error:
         document.show_message(str(error), True)
         return False

@@ -21,7 +21,7 @@ from forcelab.gui.document import Document
 from forcelab.gui.figures.text import NAMES, signed
 from forcelab.gui.label.picture_view import PictureView
 from forcelab.gui.label.video_frames import STOP_TIMEOUT, VideoFrames
-from forcelab.project.loading import Camera, said_of_film
+from forcelab.project.media import Camera, name_video
 from forcelab.video.index import last_at
 
 #: Pixels beside a name in its field.
@@ -80,7 +80,7 @@ class CameraSelection(QObject):
         found: tuple[Camera, ...] = ()
         if document.project is not None and document.demonstration is not None:
             try:
-                found = document.project.cameras(document.demonstration)
+                found = document.project.media.cameras(document.demonstration)
             except ForcelabError as error:  # its own video can still be shown
                 document.show_message(str(error), True)
         stays = document.id == self._of and len(found) == len(self.all)
@@ -381,7 +381,7 @@ class VideoPanel(PictureView):
         reference, demonstration = self._reference, self.document.demonstration
         if reference is None or demonstration is None:
             return sentence
-        return said_of_film(sentence, reference.path, demonstration.name)
+        return name_video(sentence, reference.path, demonstration.name)
 
     def _failed(self, sentence: str) -> None:
         self._trouble = self._named(sentence)

@@ -52,7 +52,7 @@ from forcelab.gui.label.video_frames import VideoFrames
 from forcelab.gui.layout import whole_rows
 from forcelab.gui.theme import colours, themes
 from forcelab.jobs import Progress
-from forcelab.project.loading import said_of_film
+from forcelab.project.media import name_video
 from forcelab.signals.sync import Proposal, proposing_for
 from forcelab.video.index import SAME
 
@@ -332,7 +332,7 @@ class VideoPreview(QWidget):
 
     def _show_problem(self, sentence: str) -> None:
         """Tell what stands in the way of a frame."""
-        self.picture.say(said_of_film(sentence, self._film, self._name))
+        self.picture.say(name_video(sentence, self._film, self._name))
 
     def _show_position(self) -> None:
         """Put slider and number where the frame is."""

@@ -173,7 +173,7 @@ class AgreementView(QWidget):
     def _listing(self) -> object:
         """What is known of the demonstrations, but for how far the consensus is."""
         project, made = self.document.project, self.consensus.name
-        assigned = () if project is None else project.assignments(self.document.author)
+        assigned = () if project is None else project.coding.assignments(self.document.author)
         return assigned, [
             (info.id, info.name, info.task, {a: s for a, s in info.labelled.items() if a != made})
             for info in self.document.infos
@@ -263,7 +263,7 @@ def _compare_coders(
 
     yield Progress(0, 1, "")
     with Project.open(path) as project:
-        there = task if task in project.tasks() else None
+        there = task if task in project.demonstrations.tasks() else None
         coded, hidden = coded_demonstrations(project, there, viewer=viewer, without=(made,))
     return (yield from agreement(coded, hidden=hidden))
 

@@ -395,7 +395,7 @@ class ConsensusBar(QWidget):
     def _coders(self) -> tuple[str, ...]:
         """The coders of the project; a consensus that was made is one of them."""
         project = self.document.project
-        return project.coders() if project else ()
+        return project.coding.coders() if project else ()
 
     # What is shown
 
@@ -604,7 +604,7 @@ class ConsensusBar(QWidget):
         menu = QMenu(self)
         project, id_ = self.document.project, self.choice.id
         if project is not None and id_:
-            for name in project.vocabulary(project.info(id_).task).names:
+            for name in project.actions.vocabulary(project.demonstrations.info(id_).task).names:
                 action = menu.addAction(escape_ampersands(name))
                 action.triggered.connect(partial(self._put, name))
         return menu

@@ -18,7 +18,7 @@ from forcelab.gui.figures.tracks import agreed_share
 from forcelab.gui.jobs import Jobs
 from forcelab.labels import Segments, is_model
 from forcelab.project import LabelsUsed, Project
-from forcelab.project.loading import natural_order
+from forcelab.text import natural_order
 
 if TYPE_CHECKING:
     from forcelab.review.differences import Difference
@@ -146,7 +146,7 @@ def current_tracks(
     from forcelab.review.differences import spelt
 
     found = {
-        coder: spelt(project.track(reviewed.id, coder).segments, outcome, reviewed)
+        coder: spelt(project.tracks.get(reviewed.id, coder).segments, outcome, reviewed)
         for coder in coders
     }
     mine = found.get(outcome.author)
@@ -157,10 +157,10 @@ def current_tracks(
 
 def _is_as_evaluated(project: Project, outcome: Outcome, reviewed: Reviewed, now: Segments) -> bool:
     """Whether a track is the one that the run was made from, or came back to it."""
-    head = project.head(reviewed.id, outcome.author)
+    head = project.tracks.head(reviewed.id, outcome.author)
     if LabelsUsed(reviewed.id, outcome.author, head) in outcome.labels:
         return True
-    rates = (project.info(reviewed.id).rate, outcome.settings.rate or math.inf)
+    rates = (project.demonstrations.info(reviewed.id).rate, outcome.settings.rate or math.inf)
     sample = 1 / min(rates)
     return len(now) == len(reviewed.human) and all(
         one.action == other.action

@@ -192,7 +192,7 @@ class VerdictUndo:
         while self._undone and self._counts(self._undone[-1]) != self._undone[-1].withdrawn:
             self._undone.pop()  # redone elsewhere
         if self._undone and project is not None and document.id:
-            latest = project.history(document.id, document.author, latest=1)
+            latest = project.tracks.history(document.id, document.author, latest=1)
             if latest and latest[0].reverts is None and latest[0].time > self._undone[-1].time:
                 self._undone.clear()
         return self._revert(self._undone, self._done, "redo")
@@ -209,7 +209,7 @@ class VerdictUndo:
             return self._revert_edit(kind)
         change = changes[-1]
         places = {document.id, change.verdict.demonstration} - {""}
-        tops = (project.revertible(id_, document.author, kind) for id_ in places)
+        tops = (project.tracks.revertible(id_, document.author, kind) for id_ in places)
         edit = max((top for top in tops if top is not None), key=_time, default=None)
         together = edit is not None and change.edit in (edit.id, edit.reverts)
         if edit is not None and edit.time > change.time and not together:
@@ -241,7 +241,7 @@ class VerdictUndo:
             withdraw(project, change.verdict, document.author)
             document.show_message("The verdict is taken back.")
         else:
-            project.add_verdict(replace(change.verdict, id=0))
+            project.coding.add_verdict(replace(change.verdict, id=0))
             document.show_message("The verdict counts again.")
 
     def _counts(self, change: _VerdictChange) -> bool:
@@ -249,7 +249,7 @@ class VerdictUndo:
         project, verdict = self._document.project, change.verdict
         return project is not None and any(
             (v.place, v.verdict) == (verdict.place, verdict.verdict)
-            for v in project.verdicts(verdict.demonstration)
+            for v in project.coding.verdicts(verdict.demonstration)
         )
 
     def _forget(self) -> None:
@@ -367,11 +367,11 @@ class QueueView(QWidget):
         edit = None
         try:
             if verdict == "model":
-                before = project.head(difference.demonstration, author)
+                before = project.tracks.head(difference.demonstration, author)
                 if not self._repaint(difference, outcome):
                     return False
-                if project.head(difference.demonstration, author) != before:
-                    edit = project.revertible(difference.demonstration, author, "undo")
+                if project.tracks.head(difference.demonstration, author) != before:
+                    edit = project.tracks.revertible(difference.demonstration, author, "undo")
             said = judge(project, outcome, difference, verdict, author, edit)
         except ForcelabError as error:
             self.document.show_message(str(error), True)

@@ -70,7 +70,7 @@ def read_queue(
         If the project cannot be read.
     """
     with Project.open(path) as project:
-        verdicts = project.verdicts()
+        verdicts = project.coding.verdicts()
         if before is None or changed is None:
             tracks = current_tracks(project, outcome)
         else:

@@ -19,7 +19,7 @@ def blind_demonstrations(document: Document) -> frozenset[str]:
     """
     if document.project is None:
         return frozenset()
-    return document.project.blind_to(document.author)
+    return document.project.coding.blind_to(document.author)
 
 
 def visible_outcome(document: Document) -> Outcome | None:

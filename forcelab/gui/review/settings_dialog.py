@@ -94,14 +94,14 @@ def training_facts(document: Document, choice: Choice) -> TrainingFacts:
     if document.project is None:
         return TrainingFacts()
     # From the store: what was painted a moment ago is not in the window's list yet.
-    infos = [info for info in document.project.demonstrations() if info.task in choice.tasks]
+    infos = [info for info in document.project.demonstrations.infos() if info.task in choice.tasks]
     if not infos:
         return TrainingFacts()
     maps = [channel_map(info.channels).names for info in infos]
     common = set.intersection(*map(set, maps))
     author = choice.author or default_author(document, {*choice.tasks, choice.test_task})
     spelt = frozenset[str]().union(
-        *(document.project.painted_actions(task) for task in choice.tasks)
+        *(document.project.actions.painted(task) for task in choice.tasks)
     )
     return TrainingFacts(
         channels=tuple(name for name in maps[0] if name in common),

@@ -178,12 +178,12 @@ class TaskChoiceForm(QWidget):
         document, project = self.document, self.document.project
         if project is None:
             return ()
-        people = project.coders()
+        people = project.coding.coders()
         seen = dict.fromkeys(
             author
             for info in document.infos
             for author in info.labelled
-            if author == document.author or not project.is_blind(info.id, document.author)
+            if author == document.author or not project.coding.is_blind(info.id, document.author)
         )
         return tuple(author for author in seen if author in people)
 

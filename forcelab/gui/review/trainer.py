@@ -165,7 +165,7 @@ class AutomaticRuns:
         """Have the project delete a run, unless it was used."""
         if self._document.project is not None:
             try:
-                self._document.project.forget_run(old.number, old.proposer)
+                self._document.project.runs.forget(old.number, old.proposer)
             except ForcelabError as error:  # it stays, and is told like any other trouble
                 self._document.show_message(str(error), True)
 
@@ -583,7 +583,7 @@ class Trainer(QObject):
         if project is None or outcome is None:
             return False
         try:
-            project.recogniser_path(outcome.recogniser)
+            project.runs.recogniser_path(outcome.recogniser)
         except InputError:
             return False
         return True

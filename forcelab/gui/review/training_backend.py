@@ -57,7 +57,7 @@ def _remove_run(path: Path, number: int) -> Generator[object, None, None]:
 
     yield None
     with Project.open(path) as project:
-        project.remove_run(number)
+        project.runs.remove(number)
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,7 +128,7 @@ def _list_runs(path: Path) -> Generator[object, None, tuple[RunInfo, ...]]:
 
     yield None
     with Project.open(path) as project:
-        runs = project.run_summaries("evaluate")
+        runs = project.runs.summaries("evaluate")
     return tuple(_run_info(run) for run in reversed(runs))
 
 

@@ -116,7 +116,7 @@ class RunComboBox(ElidedComboBox):
         if project is None or number is None:
             return
         try:
-            uses = project.run_uses(number)
+            uses = project.runs.uses(number)
         except ForcelabError as error:
             self.document.show_message(str(error), True)
             return

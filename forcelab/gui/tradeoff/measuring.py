@@ -162,7 +162,7 @@ def _latest(path: Path, task: str, viewer: str) -> Generator[object, None, Measu
 
     yield None
     with Project.open(path) as project:
-        for run in reversed(project.run_summaries(KIND)):
+        for run in reversed(project.runs.summaries(KIND)):
             tasks = run.settings.get("choice", {}).get("tasks")
             if tasks == [task] and _may_see(project, run, viewer):
                 return load(project, run.id)
@@ -173,7 +173,7 @@ def _latest(path: Path, task: str, viewer: str) -> Generator[object, None, Measu
 def _may_see(project: Project, run: RunSummary, viewer: str) -> bool:
     """Whether a run rests on no labels that are hidden from a coder."""
     return not any(
-        used.author != viewer and used.edit and project.is_blind(used.demonstration, viewer)
+        used.author != viewer and used.edit and project.coding.is_blind(used.demonstration, viewer)
         for used in run.labels
     )
 
@@ -265,7 +265,7 @@ class Measuring(QObject):
         if author in (None, own) or project is None:
             return author
         infos = [info for info in self.document.infos if info.task == self.task]
-        hidden = any(author in i.labelled and project.is_blind(i.id, own) for i in infos)
+        hidden = any(author in i.labelled and project.coding.is_blind(i.id, own) for i in infos)
         return own if hidden else author
 
     @property
@@ -429,7 +429,7 @@ class Measuring(QObject):
         if project is None or measured is None:
             return
         try:
-            edits = project.edits_since(measured.labels, (measured.task,))
+            edits = project.tracks.edits_since(measured.labels, (measured.task,))
         except ForcelabError:
             return  # the store is busy; the next edit counts again
         if edits != self.edits:

@@ -58,23 +58,25 @@ def demonstration(seed: int, name: str = "", **more: object) -> Demonstration:
 
 def everything(project: Project) -> dict[str, object]:
     """All that a project tells, with its arrays and files."""
-    infos = project.demonstrations()
-    loaded = [project.load(info.id) for info in infos]
+    infos = project.demonstrations.infos()
+    loaded = [project.demonstrations.load(info.id) for info in infos]
     return {
         "infos": infos,
         "arrays": [(d.times.tobytes(), d.signals.tobytes()) for d in loaded],
         "videos": [d.video and (d.video.path.read_bytes(), d.video.clock) for d in loaded],
-        "authors": project.authors(),
-        "tracks": [project.tracks(info.id) for info in infos],
-        "edits": [project.history(i.id, author) for i in infos for author in i.authors],
-        "vocabularies": project.vocabularies(),
-        "recognisers": project.recognisers(),
-        "files": [project.recogniser_path(r.id).read_bytes() for r in project.recognisers()],
-        "runs": project.runs(),
-        "assignments": project.assignment_events(),
-        "verdicts": project.verdict_events(),
-        "notes": project.note_events(),
-        "origins": [project.origins(i.id, author) for i in infos for author in i.authors],
+        "authors": project.coding.authors(),
+        "tracks": [project.tracks.of(info.id) for info in infos],
+        "edits": [project.tracks.history(i.id, author) for i in infos for author in i.authors],
+        "vocabularies": project.actions.vocabularies(),
+        "recognisers": project.runs.recognisers(),
+        "files": [
+            project.runs.recogniser_path(r.id).read_bytes() for r in project.runs.recognisers()
+        ],
+        "runs": project.runs.all(),
+        "assignments": project.coding.assignment_events(),
+        "verdicts": project.coding.verdict_events(),
+        "notes": project.coding.note_events(),
+        "origins": [project.tracks.origins(i.id, author) for i in infos for author in i.authors],
     }
 
 
@@ -85,36 +87,42 @@ def project(tmp_path):
     film.write_bytes(os.urandom(5000))
     with Project.create(tmp_path / "study.forcelab") as project:
         video = VideoReference(film, ClockMap(-0.1, 1.00001))
-        id_ = project.add(demonstration(1, video=video), [Track("anna", HOLD)], "a.csv").id
-        other = project.add(demonstration(2, grid_rate=250.0)).id
-        project.edit(id_, "mlp 1", (), GRAB, "predicted", kind="predict")
-        project.edit(id_, "anna", HOLD, GRAB, "höld erased")
-        project.undo(id_, "anna")
-        project.edit(other, "bert", (), GRAB, "grab painted")
-        project.undo(other, "bert")
-        project.redo(other, "bert")
-        project.edit(other, "cleo", (), HOLD, "accepted", proposed_by="model mlp 1")
-        project.set_vocabulary("LEGO", project.vocabulary("LEGO").rebound("grab", "q"))
-        project.assign(other, "anna")
-        project.assign(id_, "cäcilie", blind=False)
-        project.set_done(other, "anna")
+        id_ = project.demonstrations.add(
+            demonstration(1, video=video), [Track("anna", HOLD)], "a.csv"
+        ).id
+        other = project.demonstrations.add(demonstration(2, grid_rate=250.0)).id
+        project.tracks.edit(id_, "mlp 1", (), GRAB, "predicted", kind="predict")
+        project.tracks.edit(id_, "anna", HOLD, GRAB, "höld erased")
+        project.tracks.undo(id_, "anna")
+        project.tracks.edit(other, "bert", (), GRAB, "grab painted")
+        project.tracks.undo(other, "bert")
+        project.tracks.redo(other, "bert")
+        project.tracks.edit(other, "cleo", (), HOLD, "accepted", proposed_by="model mlp 1")
+        project.actions.set_vocabulary(
+            "LEGO", project.actions.vocabulary("LEGO").rebound("grab", "q")
+        )
+        project.coding.assign(other, "anna")
+        project.coding.assign(id_, "cäcilie", blind=False)
+        project.coding.set_done(other, "anna")
         made = {
             "settings": {"p": 5, "merge": {"grap": "grab"}},
             "seed": 3,
             "labels": [
-                LabelsUsed(id_, "anna", project.head(id_, "anna")),
+                LabelsUsed(id_, "anna", project.tracks.head(id_, "anna")),
                 LabelsUsed(other, "anna", 0),
             ],
             "versions": {"numpy": "2.4"},
         }
-        project.add_recogniser("mlp 1", b"opaque", **made)
-        project.add_run("evaluate", **made, result={"accuracy": 0.72, "edit": float("nan")})
+        project.runs.add_recogniser("mlp 1", b"opaque", **made)
+        project.runs.add("evaluate", **made, result={"accuracy": 0.72, "edit": float("nan")})
         verdict = Verdict(id_, "bert", "anna", 0.1, 1 / 3, "hold", None, "model", run=1)
-        project.add_verdict(verdict)
-        project.add_verdict(replace(verdict, verdict="withdrawn", run=None, predicted="höld"))
+        project.coding.add_verdict(verdict)
+        project.coding.add_verdict(
+            replace(verdict, verdict="withdrawn", run=None, predicted="höld")
+        )
         for text in ("slipped at 3,2 s", "ausgelassen: höld", ""):
-            project.set_note(id_, "cäcilie", text)
-        project.set_note(id_, "anna", "second try")
+            project.coding.set_note(id_, "cäcilie", text)
+        project.coding.set_note(id_, "anna", "second try")
         yield project
 
 
@@ -181,9 +189,9 @@ def test_an_archive_brings_everything_back(project, whole, tmp_path):
         assert video.path.is_relative_to(tmp_path / "copy.forcelab")
         write_archive(copy, tmp_path / "again.zip")
         bert = copy.load("n2").id
-        assert copy.redo(bert, "bert") is None
-        assert copy.undo(bert, "bert") is not None
-        assert copy.redo(copy.load("n1").id, "anna") is not None
+        assert copy.tracks.redo(bert, "bert") is None
+        assert copy.tracks.undo(bert, "bert") is not None
+        assert copy.tracks.redo(copy.load("n1").id, "anna") is not None
     assert (tmp_path / "again.zip").read_bytes() == whole.read_bytes()
 
 
@@ -208,30 +216,33 @@ def test_an_archive_brings_everything_back(project, whole, tmp_path):
 def test_export_import_export_gives_the_same_bytes(steps, name):
     with folder_in_memory() as root:
         with Project.create(root / "one") as project:
-            ids = [project.add(demonstration(seed, f"{name} {seed}")).id for seed in range(3)]
+            ids = [
+                project.demonstrations.add(demonstration(seed, f"{name} {seed}")).id
+                for seed in range(3)
+            ]
             for verb, which, author, start, length in steps:
                 id_, who = ids[which], f"model of {author}" if verb == "predict" else author
-                track = project.track(id_, who).segments
+                track = project.tracks.get(id_, who).segments
                 if verb == "import":
                     given_ = (Segment(start, start + length, name),)
                     d = demonstration(which, f"{name} {which}")
-                    project.add(d, [Track(author, given_)])
+                    project.demonstrations.add(d, [Track(author, given_)])
                 elif verb == "undo":
-                    project.undo(id_, author)
+                    project.tracks.undo(id_, author)
                 elif verb == "redo":
-                    project.redo(id_, author)
+                    project.tracks.redo(id_, author)
                 elif verb == "judge":
                     said = Verdict(
                         id_, "Bo", author, start, start + length, name, None, "ambiguous"
                     )
-                    project.add_verdict(said)
+                    project.coding.add_verdict(said)
                 else:
                     paints = verb != "erase"
                     action = (name,) if paints else ()
                     after = (paint if paints else erase)(track, start, start + length, *action)
                     kind = "predict" if verb == "predict" else "paint"
                     by = "model x" if verb == "accept" else None
-                    project.edit(id_, who, track, after, verb, kind=kind, proposed_by=by)
+                    project.tracks.edit(id_, who, track, after, verb, kind=kind, proposed_by=by)
             told = everything(project)
             write_archive(project, root / "one.zip")
         with read_archive(root / "one.zip", root / "two") as copy:
@@ -243,7 +254,7 @@ def test_export_import_export_gives_the_same_bytes(steps, name):
 def test_what_runs_found_is_held_one_after_the_other(project, tmp_path):
     made = {"settings": {}, "seed": None, "labels": [], "versions": {}}
     for number in range(4):
-        project.add_run("evaluate", result={"told": f"{number}\n" * 500_000}, **made)
+        project.runs.add("evaluate", result={"told": f"{number}\n" * 500_000}, **made)
     tracemalloc.start()
     write_archive(project, tmp_path / "first.zip")
     _, peak = tracemalloc.get_traced_memory()
@@ -253,12 +264,14 @@ def test_what_runs_found_is_held_one_after_the_other(project, tmp_path):
         text = archive.read("runs.json").decode()
     runs = json.loads(text)
     assert text == json.dumps(runs, ensure_ascii=False, indent=1) + "\n"
-    assert [run["result"] for run in runs[-4:]] == [run.result for run in project.runs()[-4:]]
+    assert [run["result"] for run in runs[-4:]] == [run.result for run in project.runs.all()[-4:]]
     tracemalloc.start()
     with read_archive(tmp_path / "first.zip", tmp_path / "again") as again:
         _, peak = tracemalloc.get_traced_memory()
         tracemalloc.stop()
-        assert [run.result for run in again.runs()] == [run.result for run in project.runs()]
+        assert [run.result for run in again.runs.all()] == [
+            run.result for run in project.runs.all()
+        ]
     assert peak < 16e6  # all four at once took 22 MB
     with Project.create(tmp_path / "empty.forcelab") as empty:
         write_archive(empty, tmp_path / "empty.zip")
@@ -272,7 +285,7 @@ def test_however_a_list_is_laid_out_it_is_read(whole, tmp_path, indent):
     runs = [run | {"result": {"a": f" }}{n}", "b": [{"c": {}}]}} for n in range(2)]
     members = {"runs.json": json.dumps(runs, indent=indent).encode()}
     with read_archive(packed(whole, **members), tmp_path / "read") as project:
-        assert [run.result for run in project.runs()] == [run["result"] for run in runs]
+        assert [run.result for run in project.runs.all()] == [run["result"] for run in runs]
 
 
 @pytest.mark.parametrize(
@@ -323,9 +336,9 @@ def test_the_labels_of_coders_are_read_and_predictions_left(whole, tmp_path):
     assert "models' predictions" in remark
     assert (one.demonstration.task, two.demonstration.grid_rate) == ("LEGO", 250.0)
     with Project.create(tmp_path / "other.forcelab") as other:
-        added = other.add(one.demonstration, one.tracks)
-        assert other.load(added.id).id == one.demonstration.id
-        video = other.load(added.id).video
+        added = other.demonstrations.add(one.demonstration, one.tracks)
+        assert other.demonstrations.load(added.id).id == one.demonstration.id
+        video = other.demonstrations.load(added.id).video
         assert video is not None
         assert video.path.read_bytes() == (tmp_path / "film.mp4").read_bytes()
 
@@ -336,7 +349,7 @@ def test_a_video_that_nobody_has_a_place_for_stays_in_the_archive(whole):
 
 def test_assignments_stay_assigned_and_done(project, whole, tmp_path):
     with read_archive(whole, tmp_path / "copy.forcelab") as copy:
-        assert copy.assignments() == project.assignments() != ()
+        assert copy.coding.assignments() == project.coding.assignments() != ()
     events = loaded(whole, "assignments.json")
     for field, wrong, said in (
         ("kind", "lost", "'lost' is nothing that befalls an assignment"),
@@ -354,8 +367,8 @@ def test_an_archive_of_version_1_knows_no_assignments(whole, tmp_path):
     members = {"forcelab.json": manifest, "assignments.json": None, "verdicts.json": None}
     old = packed(whole, **members)
     with read_archive(old, tmp_path / "copy.forcelab") as copy:
-        assert len(copy.demonstrations()) == 2
-        assert copy.assignments() == ()
+        assert len(copy.demonstrations.infos()) == 2
+        assert copy.coding.assignments() == ()
 
 
 def test_verdicts_stay_as_they_were_given(project, whole, tmp_path):
@@ -381,7 +394,7 @@ def test_verdicts_stay_as_they_were_given(project, whole, tmp_path):
 
 
 def test_notes_stay_with_all_that_was_there_before(project, whole, tmp_path):
-    noted = next(info.id for info in project.demonstrations() if info.name == "n1")
+    noted = next(info.id for info in project.demonstrations.infos() if info.name == "n1")
     name = f"demonstrations/{noted}/demonstration.json"
     record = loaded(whole, name)
     for field, wrong, said in (
@@ -406,7 +419,7 @@ def test_a_program_that_knows_no_notes_reads_the_archive_as_before(project, whol
     assert loaded(whole, "forcelab.json") == {"format": "forcelab archive", "version": 3}
     plain = tmp_path / "plain.zip"
     with Project.create(tmp_path / "plain.forcelab") as other:
-        other.add(demonstration(1))
+        other.demonstrations.add(demonstration(1))
         write_archive(other, plain)
     record = loaded(plain, member(plain, "demonstration.json"))
     assert "notes" not in record  # type: ignore[operator]
@@ -414,15 +427,17 @@ def test_a_program_that_knows_no_notes_reads_the_archive_as_before(project, whol
 
 def test_notes_come_along_into_a_project_that_is_there(project, whole, tmp_path):
     with Project.create(tmp_path / "other.forcelab") as other:
-        other.add(demonstration(1))
-        id_ = other.demonstrations()[0].id
-        other.set_note(id_, "anna", "third try")  # later than that of the archive
+        other.demonstrations.add(demonstration(1))
+        id_ = other.demonstrations.infos()[0].id
+        other.coding.set_note(id_, "anna", "third try")  # later than that of the archive
     for status in ("updated", "unchanged"):
         report = import_files(tmp_path / "other.forcelab", [whole])
         assert {one.added.name: one.added.status for one in report.demonstrations}["n1"] == status
     with Project.open(tmp_path / "other.forcelab") as other:
-        assert [(note.author, note.text) for note in other.notes()] == [("anna", "third try")]
-        assert len(other.note_events(id_)) == len(project.note_events(id_)) + 1
+        assert [(note.author, note.text) for note in other.coding.notes()] == [
+            ("anna", "third try")
+        ]
+        assert len(other.coding.note_events(id_)) == len(project.coding.note_events(id_)) + 1
 
 
 def test_an_archive_of_version_2_knows_neither_verdicts_nor_who_proposed(whole, tmp_path):
@@ -436,9 +451,9 @@ def test_an_archive_of_version_2_knows_neither_verdicts_nor_who_proposed(whole, 
     with read_archive(old, tmp_path / "copy.forcelab") as copy:
         id_ = copy.load("n2").id
         assert copy.track(id_, "cleo").segments == HOLD
-        assert copy.origins(id_, "cleo") == {}
-        assert copy.verdict_events() == ()
-        assert len(copy.assignments()) == 2
+        assert copy.tracks.origins(id_, "cleo") == {}
+        assert copy.coding.verdict_events() == ()
+        assert len(copy.coding.assignments()) == 2
 
 
 def test_runs_name_the_same_edits_where_these_get_other_numbers(project, whole, tmp_path):
@@ -452,8 +467,8 @@ def test_runs_name_the_same_edits_where_these_get_other_numbers(project, whole, 
         thing["labels"][0]["edit"] += 40
     members = {"edits.json": edits, "runs.json": runs, "recognisers.json": recognisers}
     with read_archive(packed(whole, **members), tmp_path / "copy.forcelab") as copy:
-        assert copy.runs()[0].labels == project.runs()[0].labels
-        assert copy.recognisers() == project.recognisers()
+        assert copy.runs.all()[0].labels == project.runs.all()[0].labels
+        assert copy.runs.recognisers() == project.runs.recognisers()
     runs[0]["labels"][0]["edit"] = 99  # type: ignore[index]
     assert "edit 99" in refused(packed(whole, **{"runs.json": runs}), tmp_path)
 
@@ -461,7 +476,7 @@ def test_runs_name_the_same_edits_where_these_get_other_numbers(project, whole, 
 def test_an_archive_goes_only_where_nothing_is(project, whole):
     with pytest.raises(InputError, match="not empty"):
         read_archive(whole, project.path)
-    assert project.load("n1").task == "LEGO"
+    assert project.demonstrations.load("n1").task == "LEGO"
 
 
 EVIL = [
@@ -714,8 +729,8 @@ def fuzzed(tmp_path_factory):
     """A small archive, and what it holds."""
     folder = tmp_path_factory.mktemp("fuzzed")
     with Project.create(folder / "p") as project:
-        id_ = project.add(demonstration(1), [Track("anna", HOLD)]).id
-        project.undo(id_, "anna")
+        id_ = project.demonstrations.add(demonstration(1), [Track("anna", HOLD)]).id
+        project.tracks.undo(id_, "anna")
         write_archive(project, folder / "p.zip")
         return folder / "p.zip", everything(project)
 
@@ -723,12 +738,14 @@ def fuzzed(tmp_path_factory):
 def test_writing_fails_as_a_whole_where_a_file_of_the_project_is_missing(project, tmp_path):
     target = tmp_path / "out.zip"
     target.write_text("before")
-    video = project.load("n1").video
+    video = project.demonstrations.load("n1").video
     video.path.unlink()
     with pytest.raises(InputError, match=r"video-.* is missing"):
         write_archive(project, target)
-    project.add(replace(project.load("n1"), video=VideoReference(tmp_path / "film.mp4")))
-    array = project.path / "demonstrations" / project.load("n2").id / "signals.npy"
+    project.demonstrations.add(
+        replace(project.demonstrations.load("n1"), video=VideoReference(tmp_path / "film.mp4"))
+    )
+    array = project.path / "demonstrations" / project.demonstrations.load("n2").id / "signals.npy"
     data = bytearray(array.read_bytes())
     data[-1] ^= 1
     array.write_bytes(data)

@@ -30,15 +30,17 @@ def archive(tmp_path):
     )
     with Project.create(tmp_path / "study.forcelab") as project:
         track = Track("Ines", (Segment(0.0, 0.05, "grab"),))
-        project.add_all([Incoming(one, (track,), SOURCE, truth=TRUTH), Incoming(other)])
+        project.demonstrations.add_all(
+            [Incoming(one, (track,), SOURCE, truth=TRUTH), Incoming(other)]
+        )
         write_archive(project, tmp_path / "study.zip")
     return tmp_path / "study.zip"
 
 
 def test_an_archive_brings_the_truth_back(archive, tmp_path):
     with read_archive(archive, tmp_path / "copy.forcelab") as copy:
-        assert copy.truth(copy.load("one").id) == TRUTH
-        assert copy.truth(copy.load("other").id) is None
+        assert copy.demonstrations.truth(copy.load("one").id) == TRUTH
+        assert copy.demonstrations.truth(copy.load("other").id) is None
         write_archive(copy, tmp_path / "again.zip")
     assert (tmp_path / "again.zip").read_bytes() == archive.read_bytes()
 
@@ -49,13 +51,13 @@ def test_truth_and_source_come_along_into_a_project_that_is_there(archive, tmp_p
         report = import_files(tmp_path / "lab.forcelab", [archive])
         assert report.count(status) == 2
     with Project.open(tmp_path / "lab.forcelab") as project:
-        sources = {info.name: info.source for info in project.demonstrations()}
+        sources = {info.name: info.source for info in project.demonstrations.infos()}
         assert sources == {"one": SOURCE, "other": "study.zip"}
-        id_ = project.load("one").id
-        assert project.truth(id_) == TRUTH
-        assert project.truth(project.load("other").id) is None
+        id_ = project.demonstrations.load("one").id
+        assert project.demonstrations.truth(id_) == TRUTH
+        assert project.demonstrations.truth(project.demonstrations.load("other").id) is None
         # The labels are the archive's; a simulation's source says nothing about them.
-        (edit,) = project.history(id_, "Ines")
+        (edit,) = project.tracks.history(id_, "Ines")
         assert "imported from study.zip" in edit.what
 
 

@@ -22,7 +22,7 @@ def source(times):
 def study(tmp_path):
     path = tmp_path / "study.forcelab"
     with Project.create(path) as project:
-        project.set_vocabulary("LEGO", Vocabulary().with_actions("grab", "pull"))
+        project.actions.set_vocabulary("LEGO", Vocabulary().with_actions("grab", "pull"))
     return path
 
 

@@ -57,7 +57,7 @@ def recording(study):
 
 def names(study):
     with Project.open(study) as project:
-        return [one.name for one in project.demonstrations()]
+        return [one.name for one in project.demonstrations.infos()]
 
 
 def lost(step):
@@ -122,7 +122,7 @@ def test_the_track_sees_the_last_sample_of_a_recording_and_none_after_it(recordi
     kept = finish(recording.stopping())
     assert len(follower.values) == kept.samples
     with Project.open(study) as project:
-        values = project.load("LEGO 01").signals
+        values = project.demonstrations.load("LEGO 01").signals
     assert follower.values[-1, 0] == values[-1, 0]
 
 

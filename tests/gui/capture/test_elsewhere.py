@@ -77,7 +77,7 @@ def test_who_closes_the_window_while_recording_is_asked(window, recording, study
     window.close()
     assert not window.isVisible()
     with Project.open(study) as project:
-        assert [info.name for info in project.demonstrations()] == ["LEGO 01"]
+        assert [info.name for info in project.demonstrations.infos()] == ["LEGO 01"]
 
 
 def test_who_closes_the_window_on_what_could_not_be_kept_is_told_so(
@@ -105,7 +105,7 @@ def test_who_closes_the_window_on_what_could_not_be_kept_is_told_so(
     window.commands["quit"].trigger()
     assert not window.isVisible()
     with Project.open(study) as project:
-        assert [info.name for info in project.demonstrations()] == ["LEGO 01"]
+        assert [info.name for info in project.demonstrations.infos()] == ["LEGO 01"]
 
 
 def test_who_closes_the_window_on_a_disk_that_stays_away_is_told_where_the_recording_is(

@@ -39,7 +39,7 @@ def _few_frequencies(monkeypatch):
 def study(study, recogniser):
     """The project with a recogniser in it."""
     with Project.open(study) as project:
-        project.add_recogniser(
+        project.runs.add_recogniser(
             "tiny", dump(recogniser), settings={}, seed=0, labels=[], versions={}
         )
     return study
@@ -89,10 +89,10 @@ def test_the_stream_is_labelled_and_the_track_is_kept_as_a_prediction(
     said = " ".join(sentence for sentence, _ in page.session.sentences)
     assert "Recognised by 'model tiny'" in said
     with Project.open(study) as project:
-        (info,) = project.demonstrations()
-        (track,) = project.tracks(info.id)
-        (edit,) = project.history(info.id, track.author)
-        seconds = project.load(info.id).duration
+        (info,) = project.demonstrations.infos()
+        (track,) = project.tracks.of(info.id)
+        (edit,) = project.tracks.history(info.id, track.author)
+        seconds = project.demonstrations.load(info.id).duration
     assert (track.author, edit.kind) == ("model tiny", "predict")
     covered = sum(segment.duration for segment in track.segments)
     assert covered >= 0.9 * seconds
@@ -102,7 +102,7 @@ def test_the_stream_is_labelled_and_the_track_is_kept_as_a_prediction(
     window.commands["discard_recording"].trigger()
     until(lambda: page.session.phase is CaptureState.READY)
     with Project.open(study) as project:
-        assert project.demonstrations() == ()
+        assert project.demonstrations.infos() == ()
 
 
 def test_a_recogniser_that_learnt_newtons_says_so_of_raw_counts(window, connected, until):
@@ -224,7 +224,7 @@ def test_a_project_without_a_recogniser_says_how_to_get_one_and_offers_it_once_t
         assert "train one in Review" in choice.nothing.text()
         assert not choice.latency.isEnabled()
         window.document.review.set_training(True)  # while one looks
-        window.document.project.add_recogniser(
+        window.document.project.runs.add_recogniser(
             "tiny", b"tiny", settings={}, seed=0, labels=[], versions={}
         )
         window.document.review.set_training(False)

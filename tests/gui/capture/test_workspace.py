@@ -71,8 +71,8 @@ def test_a_recording_with_a_live_mark_is_in_the_project_without_the_mouse(
     assert page.fields.name.placeholderText() == "LEGO 02"
     assert not list((study / CAPTURES).iterdir())
     with Project.open(study) as project:
-        [info] = project.demonstrations()
-        [track] = project.tracks(info.id)
+        [info] = project.demonstrations.infos()
+        [track] = project.tracks.of(info.id)
         assert info.task == "LEGO"
         assert track.author == "Ann"
         [segment] = track.segments
@@ -111,14 +111,14 @@ def test_the_last_one_is_discarded_when_asked_for_twice_and_not_once_it_is_label
     recorded(window, page, until)
     keep(window, page, until)
     with Project.open(study) as project:
-        id_ = project.demonstrations()[0].id
-        project.edit(id_, "Ann", (), (Segment(0.0, 0.05, "grab"),), "painted")
+        id_ = project.demonstrations.infos()[0].id
+        project.tracks.edit(id_, "Ann", (), (Segment(0.0, 0.05, "grab"),), "painted")
     discard.trigger()
     discard.trigger()
     until(lambda: page.session.phase is CaptureState.READY)
     assert "was labelled since it was recorded; it stays" in page.standing.sentences.text()
     with Project.open(study) as project:
-        assert len(project.demonstrations()) == 1
+        assert len(project.demonstrations.infos()) == 1
 
 
 def test_unplugging_is_an_alarm_and_what_could_not_be_kept_can_be_kept_later(
@@ -171,8 +171,8 @@ def test_esc_ends_a_countdown_and_forgets_the_mark_that_a_tap_began(
     assert page.session.recording, "Esc ends no recording"
     keep(window, page, until)
     with Project.open(study) as project:
-        [info] = project.demonstrations()
-        assert project.tracks(info.id) == ()
+        [info] = project.demonstrations.infos()
+        assert project.tracks.of(info.id) == ()
 
 
 def test_record_can_be_pressed_in_a_window_that_is_too_low_for_all_fields(
@@ -194,7 +194,7 @@ def test_record_can_be_pressed_in_a_window_that_is_too_low_for_all_fields(
 @pytest.mark.parametrize(("answer", "task"), [(0, "L e g o"), (1, "L E G O")])
 def test_a_task_that_is_nearly_one_there_is_is_asked_about_once(window, monkeypatch, answer, task):
     page, asked = window.capture.workspace, []
-    window.document.project.set_vocabulary("L e g o", Vocabulary())
+    window.document.project.actions.set_vocabulary("L e g o", Vocabulary())
 
     def press(box):
         asked.append(box.text())
@@ -236,8 +236,8 @@ def test_what_the_disk_refuses_is_an_alarm_and_is_kept(window, connected, until,
     assert "can be written again" in page.standing.sentences.text()
     keep(window, page, until)
     with Project.open(study) as project:
-        [info] = project.demonstrations()
-        d = project.load(info.id)
+        [info] = project.demonstrations.infos()
+        d = project.demonstrations.load(info.id)
         assert len(d.times) > before + 200
         assert d.gaps == ()
 
@@ -249,8 +249,8 @@ def test_a_window_that_is_closed_while_recording_keeps_the_recording(
     window.close()
     assert unfinished(study) == ()
     with Project.open(study) as project:
-        [info] = project.demonstrations()
-        assert len(project.load(info.id).times) > 100
+        [info] = project.demonstrations.infos()
+        assert len(project.demonstrations.load(info.id).times) > 100
 
 
 def test_a_window_that_is_closed_while_connecting_leaves_nothing_open(window, tongs):
@@ -282,7 +282,7 @@ def test_a_project_that_is_left_while_recording_gets_the_recording(
     until(lambda: connected.session.phase is CaptureState.APART)
     assert window.document.infos == ()
     with Project.open(study) as project:
-        assert len(project.demonstrations()) == 1
+        assert len(project.demonstrations.infos()) == 1
 
 
 def test_what_cannot_be_opened_is_one_sentence_and_can_be_tried_again(window, until, tmp_path):
@@ -335,7 +335,7 @@ def test_the_tab_loads_no_driver_before_it_is_shown():
 
 def test_long_names_of_tasks_and_actions_are_cut_where_that_is_seen(window, until):
     page, long = window.capture.workspace, "slip_transition_of_the_pen_against_the_paper_" * 3
-    window.document.project.set_vocabulary(long, Vocabulary().with_actions("grab", long))
+    window.document.project.actions.set_vocabulary(long, Vocabulary().with_actions("grab", long))
     page.fields.list_tasks()
     page.fields.task.setCurrentText(long)
     page.fields.take_task()

@@ -9,7 +9,7 @@ from forcelab.demonstration import Channel, Demonstration, VideoReference
 from forcelab.gui.document import Document
 from forcelab.gui.label.video import CameraChoice, CameraSelection, VideoPanel
 from forcelab.project import Project
-from forcelab.project.loading import STAMPS, Camera, camera_stamps
+from forcelab.project.media import STAMPS, Camera, camera_stamps
 
 TIMES = np.arange(0, 4, 0.01)
 FIRST, SECOND = np.arange(80) / 20, np.arange(40) / 10
@@ -28,12 +28,12 @@ def folder(tmp_path_factory):
             signal = TIMES[:, None] + shift
             video = VideoReference(paths[0], ClockMap(0.1))
             d = Demonstration(name, "t", TIMES, signal, (Channel("f"),), video=video)
-            project.add(d)
-        two = project.load("two")
-        other = VideoReference(project.attach_beside(two.id, paths[1]), ClockMap(0.25))
+            project.demonstrations.add(d)
+        two = project.demonstrations.load("two")
+        other = VideoReference(project.media.attach_file(two.id, paths[1]), ClockMap(0.25))
         filmed = (Camera("left", two.video), Camera("right", other))
-        project.attach_stamps(two.id, camera_stamps(filmed))
-        project.set_video_clock(two.id, ClockMap(0.1))
+        project.media.attach_stamps(two.id, camera_stamps(filmed))
+        project.media.set_video_clock(two.id, ClockMap(0.1))
     return home / "lab.forcelab"
 
 
@@ -118,7 +118,7 @@ def test_a_new_clock_of_the_first_camera_leaves_the_choice(document):
 def test_damaged_stamps_leave_the_first_video(document, folder):
     said = []
     document.message_shown.connect(lambda sentence, trouble: said.append((sentence, trouble)))
-    two = document.project.load("two")
+    two = document.project.demonstrations.load("two")
     stamps = folder / "demonstrations" / two.id / STAMPS
     whole = stamps.read_bytes()
     stamps.write_bytes(b"junk")

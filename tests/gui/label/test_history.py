@@ -9,7 +9,7 @@ from PySide6.QtTest import QTest
 
 from forcelab.gui.label import history as history_module
 from forcelab.gui.label.history import EditState, HistoryView, clock, edit_states
-from forcelab.project import Project
+from forcelab.project.tracks import TrackStore
 
 DONE, UNDONE, ABANDONED = EditState.DONE, EditState.UNDONE, EditState.ABANDONED
 
@@ -136,9 +136,9 @@ def test_buttons_say_what_they_would_do(document, view, until):
 
 def test_hidden_it_reads_nothing(app, document, monkeypatch):
     asked = []
-    history = Project.history
+    history = TrackStore.history
     monkeypatch.setattr(
-        Project, "history", lambda *given, **more: asked.append(more) or history(*given, **more)
+        TrackStore, "history", lambda *given, **more: asked.append(more) or history(*given, **more)
     )
     view = HistoryView(document)
     paint(document, 2)
@@ -195,11 +195,11 @@ def test_time_of_day_today_and_else_the_date(document):
 def test_the_store_gives_the_latest_and_those_before(document):
     paint(document, 6)
     project, key = document.project, (document.id, "Ada")
-    every = project.history(*key)
-    assert project.history(*key, latest=2) == every[-2:]
-    assert project.history(*key, latest=2, before=every[3].id) == every[1:3]
-    assert project.history(*key, before=every[0].id) == ()
-    assert project.history(*key, latest=0) == ()
+    every = project.tracks.history(*key)
+    assert project.tracks.history(*key, latest=2) == every[-2:]
+    assert project.tracks.history(*key, latest=2, before=every[3].id) == every[1:3]
+    assert project.tracks.history(*key, before=every[0].id) == ()
+    assert project.tracks.history(*key, latest=0) == ()
 
 
 def test_more_undos_than_a_page_holds_can_all_be_redone(document, view, monkeypatch):

@@ -24,7 +24,7 @@ def study(path):
     signals = np.stack([np.sin(times), np.full(len(times), -3.0)], axis=1)
     with Project.create(path) as project:
         track = Track("Ann", (Segment(2.0, 6.0, "grab"), Segment(6.0, 10.0, "hold")))
-        project.add(Demonstration("one", "foam", times, signals, CHANNELS), (track,))
+        project.demonstrations.add(Demonstration("one", "foam", times, signals, CHANNELS), (track,))
 
 
 @pytest.fixture

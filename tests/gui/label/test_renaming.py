@@ -25,8 +25,8 @@ def actions(document):
 
 def paint(project, demonstration, action):
     """Ada paints on what need not be open."""
-    before = project.track(demonstration, "Ada").segments
-    project.edit(demonstration, "Ada", before, (*before, Segment(8, 9, action)), "painted")
+    before = project.tracks.get(demonstration, "Ada").segments
+    project.tracks.edit(demonstration, "Ada", before, (*before, Segment(8, 9, action)), "painted")
 
 
 def rename(view, name, new, press=None):
@@ -96,25 +96,25 @@ def test_merging_is_asked_with_how_much_it_changes(view, document, press, merged
 def test_other_tasks_are_asked_about(view, document, press, also):
     project = document.project
     other = next(info.id for info in document.infos if info.name == "02")
-    project.set_task(other, "sponge")
-    project.edit(other, "Ada", (), (Segment(0, 1, "hold"),), "painted")
-    project.add_actions("sponge", ["hold"])
+    project.demonstrations.set_task(other, "sponge")
+    project.tracks.edit(other, "Ada", (), (Segment(0, 1, "hold"),), "painted")
+    project.actions.add("sponge", ["hold"])
     (asked,) = rename(view, "hold", "grip", press)
     assert "in 2 segments of Ada, in 2 demonstrations of foam, sponge." in asked
     assert actions(document)[1] == "grip"
-    assert (project.track(other, "Ada").segments[0].action == "grip") is also
-    assert ("grip" in project.vocabulary("sponge")) is also
+    assert (project.tracks.get(other, "Ada").segments[0].action == "grip") is also
+    assert ("grip" in project.actions.vocabulary("sponge")) is also
 
 
 def test_who_codes_blind_is_not_told_who_else_labelled(view, document):
-    document.project.edit(document.id, "Ben", (), TRACK[:1], "painted")
-    document.project.assign(document.id, "Ada", blind=True)
+    document.project.tracks.edit(document.id, "Ben", (), TRACK[:1], "painted")
+    document.project.coding.assign(document.id, "Ada", blind=True)
     document.reread()
     (asked,) = rename(view, "grab", "hold", "Merge")
     for told in (asked, document.told[-1][0]):
         assert "Ben" not in told
         assert "'grab' stays in the list, as others may use it." in told
-    assert document.project.track(document.id, "Ben").segments == TRACK[:1]
+    assert document.project.tracks.get(document.id, "Ben").segments == TRACK[:1]
 
 
 def test_what_is_only_predicted_is_not_renamed(view, document):
@@ -156,20 +156,20 @@ def test_what_is_taken_back_looks_as_it_did_and_so_does_what_is_done_again(docum
         (document.editor.redo_everywhere, again),
     ):
         assert verb()
-        assert document.vocabulary == document.project.vocabulary("foam") == expected
+        assert document.vocabulary == document.project.actions.vocabulary("foam") == expected
 
 
 def test_a_merged_action_that_is_taken_back_has_its_key_again(document):
     before = document.vocabulary
     assert document.rename_action("grab", "hold", merge=True)
     document.editor.undo_everywhere()
-    assert document.vocabulary == document.project.vocabulary("foam") == before
+    assert document.vocabulary == document.project.actions.vocabulary("foam") == before
 
 
 def test_what_the_task_still_needs_stays_when_a_renaming_is_taken_back(document):
     project = document.project
     other = next(info.id for info in document.infos if info.name == "02")
-    project.edit(other, "Ada", (), (Segment(0, 1, "hold"),), "painted")
+    project.tracks.edit(other, "Ada", (), (Segment(0, 1, "hold"),), "painted")
     assert document.rename_action("hold", "grip")
     paint(project, other, "grab")
     grip = document.vocabulary["grip"]
@@ -178,9 +178,9 @@ def test_what_the_task_still_needs_stays_when_a_renaming_is_taken_back(document)
     assert document.vocabulary.names == ("grab", "grip", "release", "hold")
     assert document.rename_action("hold", "slip")
     with Project.open(project.path) as elsewhere:
-        elsewhere.add_actions("foam", ["twist"])
+        elsewhere.actions.add("foam", ["twist"])
     document.editor.undo_everywhere()
-    assert {"hold", "grip", "slip", "twist"} <= {*project.vocabulary("foam").names}
+    assert {"hold", "grip", "slip", "twist"} <= {*project.actions.vocabulary("foam").names}
 
 
 @pytest.fixture
@@ -188,12 +188,12 @@ def other(document):
     """Another demonstration, in which Ada held twice."""
     id_ = next(info.id for info in document.infos if info.name == "02")
     before, held = (), (Segment(0, 1, "hold"), Segment(2, 3, "hold"))
-    document.project.edit(id_, "Ada", before, held, "painted")
+    document.project.tracks.edit(id_, "Ada", before, held, "painted")
     return id_
 
 
 def of(document, id_):
-    return [segment.action for segment in document.project.track(id_, "Ada").segments]
+    return [segment.action for segment in document.project.tracks.get(id_, "Ada").segments]
 
 
 def test_a_renaming_is_undone_and_redone_in_every_demonstration_as_one_step(document, other):
@@ -202,13 +202,13 @@ def test_a_renaming_is_undone_and_redone_in_every_demonstration_as_one_step(docu
     assert document.editor.undo_everywhere()
     assert document.editor.segments == TRACK
     assert of(document, other) == ["hold", "hold"]
-    assert document.vocabulary == document.project.vocabulary("foam") == before
+    assert document.vocabulary == document.project.actions.vocabulary("foam") == before
     undone = "undo: hold is now grip in 3 segments of 2 demonstrations"
     assert document.told[-1] == (undone, False)
     assert document.editor.redo_everywhere()
     assert actions(document) == ["grab", "grip", "grab", "release"]
     assert of(document, other) == ["grip", "grip"]
-    assert "hold" not in document.project.vocabulary("foam")
+    assert "hold" not in document.project.actions.vocabulary("foam")
     assert document.told[-1] == (f"redo: {undone}".replace("undo: ", ""), False)
 
 
@@ -240,48 +240,48 @@ def test_going_back_past_a_renaming_tells_where_else_it_was_undone(app, document
 
 def test_other_tasks_have_their_actions_again_when_a_renaming_is_undone(document, other):
     project = document.project
-    project.set_task(other, "sponge")
-    before = project.vocabularies()
+    project.demonstrations.set_task(other, "sponge")
+    before = project.actions.vocabularies()
     document.rename_action("hold", "grip")
     document.editor.undo_everywhere()
-    assert project.vocabularies() == before
+    assert project.actions.vocabularies() == before
     with Project.open(project.path) as again:  # as after a restart: no look is remembered
-        again.rename_action("Ada", "hold", "grip")
+        again.actions.rename("Ada", "hold", "grip")
     document.editor.undo_everywhere()
-    assert "hold" in project.vocabulary("sponge")
-    assert "hold" in project.vocabulary("foam")
+    assert "hold" in project.actions.vocabulary("sponge")
+    assert "hold" in project.actions.vocabulary("foam")
 
 
 def test_what_undo_brings_back_is_an_action_again_though_it_was_renamed_elsewhere(document):
     project, before = document.project, document.vocabulary
     with Project.open(project.path) as elsewhere:
-        elsewhere.rename_action("Ada", "hold", "grip")
+        elsewhere.actions.rename("Ada", "hold", "grip")
     assert document.vocabulary == before  # the window has not looked yet
     document.editor.undo_everywhere()
     assert document.editor.segments == TRACK
-    assert "hold" in project.vocabulary("foam")
-    assert document.vocabulary == project.vocabulary("foam")
+    assert "hold" in project.actions.vocabulary("foam")
+    assert document.vocabulary == project.actions.vocabulary("foam")
 
 
 def test_the_new_name_leaves_the_actions_on_undo_where_others_kept_the_old_one(document, other):
-    document.project.edit(other, "Ben", (), (Segment(0, 1, "hold"),), "painted")
+    document.project.tracks.edit(other, "Ben", (), (Segment(0, 1, "hold"),), "painted")
     before = document.vocabulary
     document.rename_action("hold", "grip")
     renamed = document.vocabulary
     assert {"hold", "grip"} < {*renamed.names}
     document.editor.undo_everywhere()
-    assert document.vocabulary == document.project.vocabulary("foam") == before
+    assert document.vocabulary == document.project.actions.vocabulary("foam") == before
     document.editor.redo_everywhere()
-    assert document.vocabulary == document.project.vocabulary("foam") == renamed
+    assert document.vocabulary == document.project.actions.vocabulary("foam") == renamed
 
 
 @pytest.mark.parametrize("used", [False, True])
 def test_who_codes_blind_does_not_find_out_by_undoing_a_renaming(document, other, used):
     project = document.project
-    project.assign(other, "Ada", blind=True)
+    project.coding.assign(other, "Ada", blind=True)
     document.rename_action("hold", "grip")
     if used:
-        project.edit(other, "Ben", (), (Segment(0, 1, "grip"),), "painted")
+        project.tracks.edit(other, "Ben", (), (Segment(0, 1, "grip"),), "painted")
     document.editor.undo_everywhere()
     assert document.editor.segments == TRACK
     assert {"hold", "grip"} < {*document.vocabulary.names}
@@ -291,7 +291,9 @@ def test_only_undoing_takes_a_renaming_back(document):
     predicted = (
         Segment(document.editor.segments[1].start, document.editor.segments[1].end, "hold"),
     )
-    document.project.edit(document.id, "model one", (), predicted, "predicted", kind="predict")
+    document.project.tracks.edit(
+        document.id, "model one", (), predicted, "predicted", kind="predict"
+    )
     document.rename_action("hold", "grip")
     assert document.editor.copy_from("model one", predicted[0].start, predicted[0].end)
     assert {"hold", "grip"} <= {*document.vocabulary.names}

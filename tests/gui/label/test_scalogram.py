@@ -337,8 +337,8 @@ def test_the_legend_is_short(value, text):
 def in_project(app, tmp_path):
     """Begins sessions in which the same long recording of a project is open."""
     with Project.create(tmp_path / "p.forcelab") as project:
-        project.add(tone(60_000), [])
-        path, (info,) = project.path, project.demonstrations()
+        project.demonstrations.add(tone(60_000), [])
+        path, (info,) = project.path, project.demonstrations.infos()
     sessions = []
 
     def begin():

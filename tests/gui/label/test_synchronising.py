@@ -23,7 +23,7 @@ def filmed(tmp_path_factory):
 def document(app, tmp_path, filmed):
     folder = tmp_path / "lab.forcelab"
     with Project.create(folder) as project:
-        project.add(filmed)
+        project.demonstrations.add(filmed)
     document = Document("Ines")
     document.open_project(folder)
     document.open_demonstration(document.infos[0].id)
@@ -170,7 +170,7 @@ def test_a_proposal_is_shown_and_accepted(document, dialog, until):
     press(dialog.accept_button)
     assert document.demonstration.video.clock == dialog.candidate
     with Project.open(document.project.path) as project:
-        assert project.load(document.id).video.clock == dialog.candidate
+        assert project.demonstrations.load(document.id).video.clock == dialog.candidate
 
 
 def test_cancelling_while_it_searches_stores_nothing(document, dialog, until):

@@ -243,7 +243,7 @@ def test_what_to_do_with_a_marked_range_is_said_and_an_action_can_be_new(documen
 def test_the_first_drag_of_all_paints_though_there_is_no_action_yet(app):
     with opened(()) as document:
         path, name = document.project.path, document.id
-        document.project.set_vocabulary(document.demonstration.task, Vocabulary())
+        document.project.actions.set_vocabulary(document.demonstration.task, Vocabulary())
         document.open_project(path)
         assert document.open_demonstration(name)
         assert not document.vocabulary.names

@@ -199,7 +199,7 @@ def test_a_run_of_nudges_ends_with_a_pause_another_kind_or_another_edit(document
     now[0] += 1.5
     do("start_earlier")
     assert rows() == 3
-    document.project.edit(
+    document.project.tracks.edit(
         document.id, document.author, document.editor.segments, TRACK, "elsewhere"
     )
     document.reread()

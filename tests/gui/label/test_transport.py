@@ -12,6 +12,7 @@ from forcelab.errors import InputError
 from forcelab.gui import settings, theme
 from forcelab.gui.label.playback import SPEEDS, Player, Transport
 from forcelab.project import Project
+from forcelab.project.tracks import TrackStore
 
 
 @pytest.fixture
@@ -139,7 +140,7 @@ def test_an_edit_that_the_disk_refused_is_told_until_one_is_stored(
         raise InputError("The disk is full.") from sqlite3.OperationalError("full")
 
     with monkeypatch.context() as patched:
-        patched.setattr(Project, "edit", full)
+        patched.setattr(TrackStore, "edit", full)
         assert not document.editor.paint(9.0, 9.5, "grab")
     assert (bar.stored.text, bar.stored.trouble) == ("Not stored", "The disk is full.")
     assert bar.stored.toolTip() == "The disk is full."
@@ -153,7 +154,7 @@ def test_trouble_stays_when_others_paint_and_not_the_coder(app, bar, document, u
     until(lambda: bar.stored.text.startswith("Stored "))
     document.store_failed.emit("The disk is full.")
     with Project.open(document.project.path) as other:
-        other.edit(document.id, "Ben", (), document.editor.segments, "painted")
+        other.tracks.edit(document.id, "Ben", (), document.editor.segments, "painted")
     document.refresh()
     bar.stored.look()
     assert bar.stored.trouble == "The disk is full."

@@ -26,7 +26,7 @@ def click(view, row):
 
 def stored(document):
     with Project.open(document.project.path) as project:
-        return project.vocabulary("foam")
+        return project.actions.vocabulary("foam")
 
 
 def test_a_row_for_each_action_with_what_the_track_has_of_it(view, document, until):
@@ -142,18 +142,18 @@ def test_an_action_that_has_segments_stays(view, document):
 
 @pytest.mark.parametrize("used", [False, True])
 def test_who_codes_blind_does_not_learn_by_removing_what_others_use(view, document, used):
-    id_ = document.project.id_of("02")
+    id_ = document.project.demonstrations.id_of("02")
     view.add("twist")
     if used:
         segment = (Segment(0.1, 0.2, "twist"),)
-        document.project.edit(id_, "Ben", (), segment, "painted")
-    document.project.assign(id_, "Ada", blind=True)
+        document.project.tracks.edit(id_, "Ben", (), segment, "painted")
+    document.project.coding.assign(id_, "Ada", blind=True)
     assert not view.remove("twist")
     told = (
         "'twist' stays in the list, as others may use it: Ada codes demonstrations of foam blind."
     )
     assert document.told[-1][0].startswith(told)
-    document.project.set_done(id_, "Ada")
+    document.project.coding.set_done(id_, "Ada")
     assert view.remove("twist") is not used
 
 

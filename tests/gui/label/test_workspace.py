@@ -21,8 +21,8 @@ def touch(name, at):
 def path(tmp_path):
     path = tmp_path / "study.forcelab"
     with Project.create(path) as project:
-        project.add(touch("early", 0.5))
-        project.add(touch("late", 1.5))
+        project.demonstrations.add(touch("early", 0.5))
+        project.demonstrations.add(touch("late", 1.5))
     return path
 
 

@@ -19,8 +19,8 @@ def document(kept):
     kept.told.clear()
     yield kept
     kept.review.set_run(None)
-    for assignment in kept.project.assignments():
-        kept.project.unassign(assignment.demonstration, assignment.author)
+    for assignment in kept.project.coding.assignments():
+        kept.project.coding.unassign(assignment.demonstration, assignment.author)
 
 
 @pytest.fixture

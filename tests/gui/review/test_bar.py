@@ -99,7 +99,7 @@ def test_whose_labels_are_trained_on_stands_beside_the_button_among_several(
     document.editor.paint(0, 3, "grab")
     assert bar.author.text == "Labels of Ann"  # of one demonstration, while Ann has more
     other = next(i for i in document.infos if i.task == "foam" and i.id != document.id)
-    document.project.edit(other.id, "Root", (), (Segment(0.0, 3.0, "grab"),), "made")
+    document.project.tracks.edit(other.id, "Root", (), (Segment(0.0, 3.0, "grab"),), "made")
     document.refresh_listing()
     until(lambda: bar.author.text == "Labels of Root")
     assert bar.author.isVisible()
@@ -206,10 +206,10 @@ def test_the_run_that_is_reviewed_is_removed_once_that_is_agreed_to(
     bar, learning, work, document, until, app
 ):
     project, made = document.project, {"settings": {}, "seed": None, "labels": [], "versions": {}}
-    numbers = [project.add_run("evaluate", result={"n": n}, **made) for n in range(3)]
-    id_ = project.demonstrations("foam")[0].id
+    numbers = [project.runs.add("evaluate", result={"n": n}, **made) for n in range(3)]
+    id_ = project.demonstrations.infos("foam")[0].id
     said = Verdict(id_, "Bob", "Ann", 0.0, 1.0, "grab", "hold", "model", run=numbers[2])
-    project.add_verdict(said)
+    project.coding.add_verdict(said)
     work.kept = tuple(kept(n) for n in reversed(numbers))
     work.outcomes = {n: outcome_of(project, n) for n in numbers}
     learning.list_runs()
@@ -232,13 +232,13 @@ def test_the_run_that_is_reviewed_is_removed_once_that_is_agreed_to(
     assert "Verdicts were given on it (1)" in dialog.text.text()
     dialog.reject()
     until(lambda: not learning.jobs.busy)
-    assert [run.id for run in project.run_summaries()] == numbers
+    assert [run.id for run in project.runs.summaries()] == numbers
     asked().remove.click()
     until(lambda: document.review.run is not None and document.review.run.number == numbers[1])
     until(lambda: bar.runs.currentData() == numbers[1])
     assert bar.runs.count() == 2
-    assert [run.id for run in project.run_summaries()] == numbers[:2]
-    assert [verdict.run for verdict in project.verdicts()] == [None]
+    assert [run.id for run in project.runs.summaries()] == numbers[:2]
+    assert [verdict.run for verdict in project.coding.verdicts()] == [None]
     assert "accepted" not in asked().text.text()
     assert "Verdicts" not in asked().text.text()
 

@@ -48,7 +48,7 @@ class Bench:
         with Project.open(self.path) as project:
             return [
                 (round(s.start, 6), round(s.end, 6), s.action)
-                for s in project.track(self.ids[0], author).segments
+                for s in project.tracks.get(self.ids[0], author).segments
             ]
 
 
@@ -66,9 +66,9 @@ def bench(app, until, *tracks, blind=()):
             for i, each in enumerate(tracks)
         ]
         with Project.create(path) as project:
-            ids = tuple(added.id for added in project.add_all(incoming))
+            ids = tuple(added.id for added in project.demonstrations.add_all(incoming))
             for i in blind:
-                project.assign(ids[i], "Ann")
+                project.coding.assign(ids[i], "Ann")
         document, jobs = Document("Ann"), Jobs()
         document.open_project(path)
         document.open_demonstration(ids[0])
@@ -154,7 +154,7 @@ def test_what_is_to_be_labelled_blind_is_neither_compared_nor_offered(app, until
         assert len(b.view.found.pair("Ann", "Ben").demonstrations) == 1
         assert b.bar.choice.demonstration.count() == 1
         with Project.open(b.path) as project:
-            project.set_done(b.ids[1], "Ann")
+            project.coding.set_done(b.ids[1], "Ann")
         b.document.reread()
         until(lambda: len(b.view.found.pairs[0].demonstrations) == 2)
         assert b.view.note.isHidden()
@@ -170,7 +170,7 @@ def test_who_looks_next_sees_at_once_nothing_that_he_codes_blind(app, until, vis
         b.view.pages.setCurrentIndex(1)
         assert b.bar.consensus is not None
         for id_ in b.ids:
-            b.document.project.assign(id_, "Cleo")
+            b.document.project.coding.assign(id_, "Cleo")
         b.view.setVisible(visible)
         b.document.set_author("Cleo")
         b.view.show()
@@ -322,10 +322,10 @@ def test_what_comes_back_by_itself_leaves_the_keyboard_where_it_is(app, until):
         field = QLineEdit(b.view)
         field.show()
         field.setFocus()
-        b.document.project.assign(b.ids[0], "Ann", blind=True)
+        b.document.project.coding.assign(b.ids[0], "Ann", blind=True)
         b.document.refresh_listing()
         until(lambda: not b.bar.isVisible())
-        b.document.project.unassign(b.ids[0], "Ann")
+        b.document.project.coding.unassign(b.ids[0], "Ann")
         b.document.refresh_listing()
         until(b.bar.isVisible)
         assert field.hasFocus()

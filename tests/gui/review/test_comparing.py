@@ -159,11 +159,11 @@ def test_the_chosen_metric_is_shown_for_each_demonstration(dialog, document, run
 
 def test_blind_demonstrations_are_not_listed(dialog, document):
     two = document.infos[1].id
-    document.project.assign(two, "Ada", blind=True)
+    document.project.coding.assign(two, "Ada", blind=True)
     dialog.stage.setCurrentIndex(1)
     assert f"foam {two}" not in [row.cells[0] for row in dialog.each_model.rows]
     assert len(dialog.each_model.rows) == 3
-    document.project.unassign(two, "Ada")
+    document.project.coding.unassign(two, "Ada")
 
 
 def test_one_run_is_not_enough(document, jobs, runs, until):

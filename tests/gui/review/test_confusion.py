@@ -166,7 +166,7 @@ def test_a_wrong_suffix_is_told(view, document, until, tmp_path):
 
 def test_blind_demonstrations_are_neither_counted_nor_listed(view, document, until):
     two = document.infos[1].id
-    document.project.assign(two, "Ada", blind=True)
+    document.project.coding.assign(two, "Ada", blind=True)
     document.refresh_listing()
     until(lambda: view.cells is not None and len(view.cells.demonstrations) == 1)
     assert view.canvas.figure.counts[0].tolist() == [1, 2, 0, 0]

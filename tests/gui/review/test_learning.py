@@ -129,12 +129,12 @@ def test_edits_of_labels_that_are_hidden_are_not_counted(learning, document, unt
     learning.train()
     until(lambda: not learning.training)
     project, id_ = document.project, document.review.run.tested[0].id
-    project.edit(id_, "Ann", project.track(id_, "Ann").segments, (), "began anew")
-    project.assign(id_, "Bob", blind=True)
+    project.tracks.edit(id_, "Ann", project.tracks.get(id_, "Ann").segments, (), "began anew")
+    project.coding.assign(id_, "Bob", blind=True)
     document.set_author("Bob")
     learning._counter.count()
     assert learning.edits == 0
-    project.set_done(id_, "Bob", True)
+    project.coding.set_done(id_, "Bob", True)
     learning._counter.count()
     assert learning.edits == 1
 
@@ -180,20 +180,20 @@ def test_of_runs_that_came_by_themselves_the_last_ones_stay_and_those_that_were_
     made = {"settings": {}, "seed": None, "labels": [], "versions": {}}
     learning._quiet.setInterval(1)
     learning.set_automatic(True)
-    asked = project.add_run("evaluate", **made, result={})
+    asked = project.runs.add("evaluate", **made, result={})
     for number in range(6):
-        work.result = outcome_of(project, project.add_run("evaluate", **made, result={}))
+        work.result = outcome_of(project, project.runs.add("evaluate", **made, result={}))
         document.editor.paint(6.0, 7.0 + number / 10, "grab")
         until(lambda: document.review.run is work.result and not learning.training)
         if number == 1:
             judged = work.result.number
-            project.add_verdict(
+            project.coding.add_verdict(
                 Verdict(document.id, "Bea", "Ann", 6.0, 7.0, "grab", "hold", "human", judged)
             )
-    there = [run.id for run in project.run_summaries()]
+    there = [run.id for run in project.runs.summaries()]
     assert there[:2] == [asked, judged]
     assert there[2:] == list(range(work.result.number - 2, work.result.number + 1))
-    assert [verdict.run for verdict in project.verdicts()] == [judged]
+    assert [verdict.run for verdict in project.coding.verdicts()] == [judged]
 
 
 def test_a_run_that_somebody_asked_for_while_it_was_made_by_itself_stays(
@@ -205,7 +205,7 @@ def test_a_run_that_somebody_asked_for_while_it_was_made_by_itself_stays(
     learning.set_automatic(True)
     for number in range(5):
         work.gate = number != 0
-        work.result = outcome_of(project, project.add_run("evaluate", **made, result={}))
+        work.result = outcome_of(project, project.runs.add("evaluate", **made, result={}))
         document.editor.paint(6.0, 7.0 + number / 10, "grab")
         if number == 0:
             wanted = work.result.number
@@ -213,7 +213,7 @@ def test_a_run_that_somebody_asked_for_while_it_was_made_by_itself_stays(
             assert not learning.train()  # Train is pressed
             work.gate = True
         until(lambda: document.review.run is work.result and not learning.training)
-    there = [run.id for run in project.run_summaries()]
+    there = [run.id for run in project.runs.summaries()]
     assert there[0] == wanted
     assert len(there) == 4  # the last three that came by themselves besides
 
@@ -304,20 +304,26 @@ def test_a_run_of_another_task_that_is_chosen_turns_to_that_task(
 def test_of_two_runs_that_are_removed_at_once_both_go(learning, document, until):
     project = document.project
     plain = {"settings": {}, "seed": None, "labels": (), "versions": {}, "result": {}}
-    numbers = [project.add_run("evaluate", **plain) for _ in range(2)]
+    numbers = [project.runs.add("evaluate", **plain) for _ in range(2)]
     document.review.set_run(outcome_of(project, numbers[0]))
     for number in numbers:
         learning.remove_run(number)
     until(lambda: not learning.jobs.busy)
     until(lambda: document.review.run is None)
-    assert not project.runs()
+    assert not project.runs.all()
 
 
 def test_a_removed_demonstration_leaves_the_review_at_once(learning, document, work, until):
     project = document.project
     document.review.set_run(outcome_of(project, 4))
     first, *others = [one.id for one in document.review.run.tested]
-    project.remove_all({first: {a: project.head(first, a) for a in project.info(first).authors}})
+    project.demonstrations.remove_all(
+        {
+            first: {
+                a: project.tracks.head(first, a) for a in project.demonstrations.info(first).authors
+            }
+        }
+    )
     work.outcomes = {4: outcome_of(project, 4)}
     document.reread()
     until(lambda: document.review.run is work.outcomes[4])
@@ -338,8 +344,10 @@ def test_where_all_that_was_tested_is_removed_nothing_is_reviewed(
     project = document.project
     document.review.set_run(outcome_of(project, 4))
     for one in (*document.review.run.tested, *document.review.run.proposals):
-        heads = {a: project.head(one.id, a) for a in project.info(one.id).authors}
-        project.remove_all({one.id: heads})
+        heads = {
+            a: project.tracks.head(one.id, a) for a in project.demonstrations.info(one.id).authors
+        }
+        project.demonstrations.remove_all({one.id: heads})
     document.reread()
     until(lambda: document.review.run is None)
     assert "removed" in learning.trouble
@@ -445,7 +453,7 @@ def test_where_no_recogniser_is_kept_none_is_said_to_be_up_to_date(
     """Of what was only evaluated, or where it was removed: Capture says that there is none."""
     line, bar = TrainingIndicator(learning), TrainingBar(document, learning)
     if removed:
-        document.project.remove_recogniser(work.result.recogniser)
+        document.project.runs.remove_recogniser(work.result.recogniser)
     else:
         work.result = replace(work.result, recogniser="")
     document.review.set_run(work.result)
@@ -481,18 +489,22 @@ def test_who_labelled_most_is_trained_on(document):
     project = document.project
     other = [info for info in document.infos if info.task == "foam"][:1]
     for info in other:
-        project.edit(info.id, "Cleo", (), project.track(info.id, "Ann").segments, "made")
+        project.tracks.edit(
+            info.id, "Cleo", (), project.tracks.get(info.id, "Ann").segments, "made"
+        )
     document.set_author("Ben")
     document.refresh_listing()
     assert default_author(document, {"foam"}) == "Ann"
     document.set_author("Cleo")  # a single one, as after accepting a proposal, is no training
     assert default_author(document, {"foam"}) == "Ann"
     another = next(i for i in document.infos if i.task == "foam" and i.id != other[0].id)
-    begun = project.track(another.id, "Ann").segments[:1]
-    project.edit(another.id, "Cleo", (), begun, "made")
+    begun = project.tracks.get(another.id, "Ann").segments[:1]
+    project.tracks.edit(another.id, "Cleo", (), begun, "made")
     document.refresh_listing()
     assert default_author(document, {"foam"}) == "Ann"  # the second one was only begun
-    project.edit(another.id, "Cleo", begun, project.track(another.id, "Ann").segments, "made")
+    project.tracks.edit(
+        another.id, "Cleo", begun, project.tracks.get(another.id, "Ann").segments, "made"
+    )
     document.refresh_listing()
     assert default_author(document, {"foam"}) == "Cleo"
     assert default_author(document, {"no such task"}) is None
@@ -500,8 +512,8 @@ def test_who_labelled_most_is_trained_on(document):
 
 def test_who_alone_has_labelled_trains_on_a_single_demonstration(document):
     for info in document.infos:
-        before = document.project.track(info.id, "Ann").segments
-        document.project.edit(info.id, "Ann", before, (), "began anew")
+        before = document.project.tracks.get(info.id, "Ann").segments
+        document.project.tracks.edit(info.id, "Ann", before, (), "began anew")
     document.refresh_listing()
     document.set_author("Cleo")
     assert default_author(document, {"foam"}) is None
@@ -519,8 +531,8 @@ def test_what_was_trained_on_another_coder_is_not_up_to_date(learning, document,
     learning.set_automatic(True)
     document.set_author("Nora")
     for info in document.infos:
-        labels = document.project.track(info.id, "Ann").segments
-        document.project.edit(info.id, "Nora", (), labels, "made")
+        labels = document.project.tracks.get(info.id, "Ann").segments
+        document.project.tracks.edit(info.id, "Nora", (), labels, "made")
     document.refresh_listing()
     document.editor.paint(2.0, 3.0, "hold")
     assert learning.reviewed_author == "Ann"

@@ -95,9 +95,9 @@ def test_what_a_run_says_of_labels_that_are_hidden_is_hidden(view, until):
     until(lambda: not view.learning.training)
     assert view.remarks.text() == "Something was left out."
     labelled = document.review.run.tested[0].id
-    document.project.assign(labelled, "Bob", blind=True)
+    document.project.coding.assign(labelled, "Bob", blind=True)
     document.set_author("Bob")
     assert not view.remarks.text()
-    document.project.set_done(labelled, "Bob", True)
+    document.project.coding.set_done(labelled, "Bob", True)
     document.refresh_listing()
     assert view.remarks.text() == "Something was left out."

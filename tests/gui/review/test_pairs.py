@@ -25,6 +25,7 @@ from forcelab.gui.review.reviewed_run import with_keys
 from forcelab.label_map import MergeMap
 from forcelab.labels import Segment
 from forcelab.project import Project
+from forcelab.project.tracks import TrackStore
 from forcelab.recognition.probability_trace import Certainty
 from forcelab.recognition.settings import Settings
 from forcelab.review.differences import Interval
@@ -68,14 +69,14 @@ def outcome(*tested, **changes):
 def project(path):
     """Three demonstrations of 10 s that Ann and Bob have labelled."""
     with Project.create(path) as project:
-        project.set_vocabulary("foam", VOCABULARY)
+        project.actions.set_vocabulary("foam", VOCABULARY)
         for number in (1, 2, 10):
             times = np.arange(100) / 10
             signals = np.sin(times + number)[:, np.newaxis]
             made = Demonstration(f"d {number}", "foam", times, signals, (Channel("fz", "N"),))
-            project.add(made)
-            project.edit(made.id, "Ann", (), HUMAN, "made")
-            project.edit(made.id, "Bob", (), HUMAN[:1], "made")
+            project.demonstrations.add(made)
+            project.tracks.edit(made.id, "Ann", (), HUMAN, "made")
+            project.tracks.edit(made.id, "Bob", (), HUMAN[:1], "made")
 
 
 @pytest.fixture
@@ -425,13 +426,13 @@ def test_an_edit_reads_and_paints_the_open_row_alone(shown, study, monkeypatch):
     study.open_demonstration(study.infos[1].id)
     shown.settle(view)
     QTest.qWait(20)
-    read, painted, track = [], view.area.pictures.painted, Project.track
+    read, painted, track = [], view.area.pictures.painted, TrackStore.get
 
     def counted(project, id_, author):
         read.append(id_)
         return track(project, id_, author)
 
-    monkeypatch.setattr(Project, "track", counted)
+    monkeypatch.setattr(TrackStore, "get", counted)
     study.editor.erase(4.0, 7.0)
     shown.settle(view)
     assert set(read) == {study.id}
@@ -465,13 +466,13 @@ def test_without_an_outcome_it_says_what_to_do(shown, study):
 
 
 def test_what_is_coded_blind_is_left_out_and_counted(shown, study):
-    study.project.assign(study.infos[0].id, "Ann", blind=True)
+    study.project.coding.assign(study.infos[0].id, "Ann", blind=True)
     study.refresh_listing()
     view = shown()
     assert [entry.id for entry in view.area.entries] == [i.id for i in study.infos[1:]]
     assert view.note.text().endswith(": 1.")
     assert view.note.isVisible()
-    study.project.set_done(study.infos[0].id, "Ann", True)
+    study.project.coding.set_done(study.infos[0].id, "Ann", True)
     study.refresh_listing()
     assert len(view.area.entries) == 3
     assert not view.note.isVisible()
@@ -479,7 +480,7 @@ def test_what_is_coded_blind_is_left_out_and_counted(shown, study):
 
 def test_who_looks_next_sees_nothing_that_he_codes_blind(shown, study):
     """Also where the coder changed while another workspace was in front."""
-    study.project.assign(study.infos[1].id, "Bob", blind=True)
+    study.project.coding.assign(study.infos[1].id, "Bob", blind=True)
     view = shown()
     assert len(view.area.entries) == 3
     view.hide()
@@ -624,9 +625,9 @@ def test_only_the_open_demonstration_looks_open(shown, study):
 
 
 def test_an_action_has_the_colour_of_the_task_that_is_tested(shown, study):
-    foam = study.project.vocabulary("foam")
+    foam = study.project.actions.vocabulary("foam")
     other = Vocabulary().with_actions("hold", "push", "grab")
-    study.project.set_vocabulary("LEGO", other)
+    study.project.actions.set_vocabulary("LEGO", other)
     both = vocabulary_of(study.project, replace(outcome(), tasks=("LEGO",), test_task="foam"))
     assert all(both[name].look == foam[name].look for name in foam.names)
     # Its colour is taken already: it keeps it, with a texture.

@@ -126,7 +126,7 @@ def test_a_click_leads_to_its_most_uncertain_stretch(view, document, until):
 
 def test_what_is_coded_blind_is_not_listed(view, document, until):
     outcome = proposed(document)
-    document.project.assign(outcome.proposals[0].id, "Ann", blind=True)
+    document.project.coding.assign(outcome.proposals[0].id, "Ann", blind=True)
     document.review.set_run(outcome)
     until(lambda: len(view.rows) == 2)
     assert all(row.id != outcome.proposals[0].id for row in view.rows)
@@ -216,7 +216,7 @@ def test_what_is_accepted_has_no_suffix_of_its_task(view, document):
     document.open_demonstration(one.id)
     view.accepting.in_view.click()
     assert document.editor.segments == one.predicted
-    stored = document.project.vocabulary(one.task).names
+    stored = document.project.actions.vocabulary(one.task).names
     assert not any(name.endswith(one.task) for name in stored)
 
 
@@ -258,7 +258,7 @@ def test_who_codes_blind_is_not_told_to_train(document):
     said = []
     document.review.set_run(outcome_of(document.project))
     third = document.review.run.proposals[0].id
-    document.project.assign(third, document.author, blind=True)
+    document.project.coding.assign(third, document.author, blind=True)
     document.open_demonstration(third)
     document.message_shown.connect(lambda text, *_: said.append(text))
     assert not document.review.accept_in_view()
@@ -309,7 +309,7 @@ def test_an_empty_list_says_why(view, document, until):
     assert "Train again" in view._pages.note.text()  # as of the command line, which tests only
     bare = [info.id for info in document.infos if "Ann" not in info.labelled]
     for id_ in bare:
-        document.project.edit(id_, "Ann", (), (Segment(0.0, 1.0, "grab"),), "made")
+        document.project.tracks.edit(id_, "Ann", (), (Segment(0.0, 1.0, "grab"),), "made")
     document.refresh_listing()
     until(lambda: "nothing to propose" in view._pages.note.text())
 
@@ -320,11 +320,11 @@ def test_who_codes_blind_does_not_learn_whether_others_have_labelled_it(view, do
     told = []
     for info in document.infos:
         if info.task in document.review.run.tasks:
-            document.project.assign(info.id, "Bob", blind=True)
+            document.project.coding.assign(info.id, "Bob", blind=True)
             document.refresh_listing()
             until(lambda: "may be seen" in view._pages.note.text())
             told.append((view._pages.note.text(), bool(info.labelled)))
-            document.project.unassign(info.id, "Bob")
+            document.project.coding.unassign(info.id, "Bob")
             document.refresh_listing()
     assert {labelled for _, labelled in told} == {False, True}
     assert len({text for text, _ in told}) == 1

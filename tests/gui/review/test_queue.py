@@ -160,7 +160,7 @@ def test_next_works_while_the_queue_is_hidden_and_nothing_was_compared_yet(bench
 def test_who_looks_next_sees_at_once_nothing_that_he_codes_blind(bench, until, visible):
     with bench() as view:
         document = view.document
-        document.project.assign(document.id, "Bob", blind=True)
+        document.project.coding.assign(document.id, "Bob", blind=True)
         view.setVisible(visible)
         document.set_author("Bob")
         assert kinds(view) == []
@@ -175,7 +175,7 @@ def test_no_place_stays_marked_for_who_looks_next_and_codes_blind(bench):
         document = view.document
         view.step(1)
         place, marked = document.review.examined, document.view.range
-        document.project.assign(document.id, "Bob", blind=True)
+        document.project.coding.assign(document.id, "Bob", blind=True)
         document.set_author("Cleo")  # who may see it
         assert (document.review.examined, document.view.range) == (place, marked)
         document.set_author("Bob")
@@ -191,7 +191,7 @@ def test_what_was_compared_for_another_coder_is_not_shown(bench, until, app, vis
         for thread in threading.enumerate():  # it ends; the window has not heard of it yet
             if thread.name.startswith("forcelab"):
                 thread.join(0.5)
-        document.project.assign(document.id, "Bob", blind=True)
+        document.project.coding.assign(document.id, "Bob", blind=True)
         view.setVisible(visible)
         document.set_author("Bob")
         for _ in range(5):
@@ -208,7 +208,7 @@ def test_human_right_keeps_the_label_and_goes_on(bench, until):
         assert examined(view) == MISSED
         until(lambda: not view.reader.stale)
         assert kinds(view) == [("missed", 1), ("boundaries", 1), ("invented", 1), ("judged", 1)]
-        (verdict,) = view.document.project.verdicts()
+        (verdict,) = view.document.project.coding.verdicts()
         assert (verdict.verdict, verdict.author, verdict.coder) == ("human", "Ann", "Ann")
         assert shown(view.document) == before
 
@@ -230,7 +230,7 @@ def test_model_right_repaints_as_one_edit_and_undo_opens_it_again(bench, until):
 
 
 def verdicts(view):
-    return [(v.start, v.verdict) for v in view.document.project.verdicts()]
+    return [(v.start, v.verdict) for v in view.document.project.coding.verdicts()]
 
 
 @pytest.mark.parametrize("in_the_queue", [True, False])
@@ -257,8 +257,10 @@ def test_undo_takes_back_verdicts_and_edits_in_their_order_and_shows_where(bench
         document = view.document
         project, first = document.project, document.id
         recording = painting_bench.demonstration()
-        second = project.add(replace(recording, name="02", signals=recording.signals + 1)).id
-        project.edit(second, "Ann", (), HUMAN, "painted")
+        second = project.demonstrations.add(
+            replace(recording, name="02", signals=recording.signals + 1)
+        ).id
+        project.tracks.edit(second, "Ann", (), HUMAN, "painted")
         document.refresh_listing()
         document.review.set_run(outcome_of(reviewed(first), reviewed(second, "02")))
         until(lambda: not view.reader.stale and len(view.queue.actions) == 2)
@@ -271,27 +273,27 @@ def test_undo_takes_back_verdicts_and_edits_in_their_order_and_shows_where(bench
         until(lambda: not view.reader.stale)
         assert view.judge("human")
         document.review.examine(places[first])
-        labels = [project.track(id_, "Ann").segments for id_ in (first, second)]
+        labels = [project.tracks.get(id_, "Ann").segments for id_ in (first, second)]
 
         assert view.undo()  # the verdict that was given last, and no label
         assert (document.id, examined(view)) == (second, (3, 4.5, "hold", "release"))
-        assert [v.verdict for v in project.verdicts()] == ["model"]
-        assert [project.track(id_, "Ann").segments for id_ in (first, second)] == labels
+        assert [v.verdict for v in project.coding.verdicts()] == ["model"]
+        assert [project.tracks.get(id_, "Ann").segments for id_ in (first, second)] == labels
         assert view.undo()  # what was painted before it
         assert (document.id, shown(document)[-1]) == (second, (6, 8, "release"))
-        assert len(project.verdicts()) == 1
+        assert len(project.coding.verdicts()) == 1
         assert view.undo()  # the first verdict, with its edit, in the other demonstration
         assert document.id == first
-        assert project.verdicts() == ()
-        assert project.track(first, "Ann").segments == HUMAN
+        assert project.coding.verdicts() == ()
+        assert project.tracks.get(first, "Ann").segments == HUMAN
 
         assert view.redo()
-        assert [v.verdict for v in project.verdicts()] == ["model"]
-        assert project.track(first, "Ann").segments == labels[0]
+        assert [v.verdict for v in project.coding.verdicts()] == ["model"]
+        assert project.tracks.get(first, "Ann").segments == labels[0]
         assert view.redo()
-        assert project.track(second, "Ann").segments == labels[1]
+        assert project.tracks.get(second, "Ann").segments == labels[1]
         assert view.redo()
-        assert {(v.demonstration, v.verdict) for v in project.verdicts()} == {
+        assert {(v.demonstration, v.verdict) for v in project.coding.verdicts()} == {
             (first, "model"),
             (second, "human"),
         }
@@ -327,7 +329,7 @@ def test_nobody_changes_the_labels_of_another_coder(bench, until):
         view.step(1)
         assert view.judge("model")
         assert "only Bob can change Bob's labels" in view.told[-1]
-        with_bob = view.document.project.track(view.document.id, "Bob").segments
+        with_bob = view.document.project.tracks.get(view.document.id, "Bob").segments
         assert with_bob == HUMAN
         assert shown(view.document) == []
         until(lambda: not view.reader.stale)
@@ -335,7 +337,7 @@ def test_nobody_changes_the_labels_of_another_coder(bench, until):
         count = len(view.told)
         view.judge("human")
         assert view.told[count] == ""  # what was said of the verdict before is gone
-        assert view.document.project.verdicts()[0].coder == "Bob"
+        assert view.document.project.coding.verdicts()[0].coder == "Bob"
 
 
 def test_a_verdict_is_withdrawn_and_the_place_is_open_again(bench, until):
@@ -348,7 +350,7 @@ def test_a_verdict_is_withdrawn_and_the_place_is_open_again(bench, until):
         assert view.withdraw()
         until(lambda: not view.reader.stale)
         assert kinds(view)[0] == ("actions", 1)
-        assert view.document.project.verdicts() == ()
+        assert view.document.project.coding.verdicts() == ()
 
 
 def test_delete_in_the_queue_withdraws_the_verdict_and_erases_no_label(bench, until):
@@ -366,12 +368,12 @@ def test_delete_in_the_queue_withdraws_the_verdict_and_erases_no_label(bench, un
         view.list.setFocus()
         QTest.keyClick(view.list, Qt.Key.Key_Delete)
         assert document.editor.segments == before
-        assert len(document.project.verdicts()) == 1  # an open place has none to withdraw
+        assert len(document.project.coding.verdicts()) == 1  # an open place has none to withdraw
         document.review.examine(view.model.sections[-1].item(0).place)
         QTest.keyClick(view.list, Qt.Key.Key_Delete)
         until(lambda: not view.reader.stale)
         assert document.editor.segments == before
-        assert document.project.verdicts() == ()
+        assert document.project.coding.verdicts() == ()
 
 
 def test_painting_brings_the_queue_up_to_date(bench, until):
@@ -386,7 +388,7 @@ def test_only_what_is_examined_is_judged(bench):
         view.step(1)
         view.document.review.examine(Interval(view.document.id, 7, 7.5))  # clicked in another view
         assert not view.judge("human")
-        assert view.document.project.verdicts() == ()
+        assert view.document.project.coding.verdicts() == ()
         assert not view.buttons.verdicts["human"].isEnabled()
 
 
@@ -484,7 +486,7 @@ def test_where_nothing_could_be_tested_it_says_why(bench, until):
 def test_what_is_coded_blind_is_not_listed(bench, until):
     with bench() as view:
         document = view.document
-        document.project.assign(document.id, "Ann", blind=True)
+        document.project.coding.assign(document.id, "Ann", blind=True)
         document.reread()
         until(lambda: not view.reader.stale)
         assert kinds(view) == []

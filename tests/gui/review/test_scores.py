@@ -146,7 +146,7 @@ def test_the_table_is_copied_for_a_spreadsheet(view):
 
 def test_blind_demonstrations_have_no_row(view, document):
     two = document.infos[1].id
-    document.project.assign(two, "Ada", blind=True)
+    document.project.coding.assign(two, "Ada", blind=True)
     document.refresh_listing()
     assert f"foam {two}" not in names(view)
     assert f"foam {document.infos[0].id}" in names(view)
@@ -154,11 +154,11 @@ def test_blind_demonstrations_have_no_row(view, document):
 
 def test_rows_come_when_the_last_blind_demonstration_is_done(view, document, until):
     one = document.infos[0].id
-    document.project.assign(one, "Ada", blind=True)
+    document.project.coding.assign(one, "Ada", blind=True)
     document.review.set_run(drawn_outcome([one], ACTIONS, number=3))
     until(lambda: view.intervals)
     assert len(view.model.rows) == 2
-    document.project.set_done(one, "Ada", True)
+    document.project.coding.set_done(one, "Ada", True)
     document.refresh_listing()
     assert names(view)[2:] == [f"foam {one}"]
 

@@ -102,7 +102,7 @@ def test_what_nobody_labelled_cannot_be_trained(up):
 
 
 def test_whose_labels_is_asked_where_several_labelled(document, ask):
-    document.project.edit(document.id, "Ben", (), (Segment(0, 1, "grab"),), "made")
+    document.project.tracks.edit(document.id, "Ben", (), (Segment(0, 1, "grab"),), "made")
     document.refresh_listing()
     form = ask(Choice(("foam",)))
     assert form.coder.isVisible()
@@ -111,8 +111,8 @@ def test_whose_labels_is_asked_where_several_labelled(document, ask):
 
 
 def test_one_that_codes_blind_does_not_learn_who_else_labelled(document, ask):
-    document.project.edit(document.id, "Ben", (), (Segment(0, 1, "grab"),), "made")
-    document.project.assign(document.id, "Ann", blind=True)
+    document.project.tracks.edit(document.id, "Ben", (), (Segment(0, 1, "grab"),), "made")
+    document.project.coding.assign(document.id, "Ann", blind=True)
     document.refresh_listing()
     form = ask(Choice(("foam",)))
     assert form.coder.findData("Ben") == -1
@@ -121,8 +121,8 @@ def test_one_that_codes_blind_does_not_learn_who_else_labelled(document, ask):
 @pytest.mark.parametrize("own", [OWN_MINIMUM - 1, OWN_MINIMUM])
 def test_whose_labels_are_taken_unless_somebody_is_chosen_is_told_as_it_is(document, ask, own):
     for info in document.infos[:own]:
-        labels = document.project.track(info.id, "Ann").segments
-        document.project.edit(info.id, "Cleo", (), labels, "made")
+        labels = document.project.tracks.get(info.id, "Ann").segments
+        document.project.tracks.edit(info.id, "Cleo", (), labels, "made")
     document.set_author("Cleo")
     document.refresh_listing()
     tasks = {info.task for info in document.infos}

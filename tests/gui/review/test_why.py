@@ -126,7 +126,7 @@ def test_it_says_what_is_missing(view, document, study, until):
 def test_whoever_codes_blind_is_told_nothing(view, document, study, until, trainings):
     one = study[1].tested[0]
     document.review.set_run(study[1])
-    document.project.assign(one.id, "Bob", blind=True)
+    document.project.coding.assign(one.id, "Bob", blind=True)
     try:
         view.show()
         document.review.examine(place_in(study))
@@ -134,14 +134,14 @@ def test_whoever_codes_blind_is_told_nothing(view, document, study, until, train
         assert view.why is None
         assert not trainings.asked
     finally:
-        document.project.unassign(one.id, "Bob")
+        document.project.coding.unassign(one.id, "Bob")
 
 
 def test_neighbours_in_a_demonstration_that_is_coded_blind_are_left_out(
     view, document, study, until
 ):
     other = study[1].tested[1].id
-    document.project.assign(other, "Bob", blind=True)
+    document.project.coding.assign(other, "Bob", blind=True)
     try:
         document.review.set_run(study[1])
         view.show()
@@ -150,7 +150,7 @@ def test_neighbours_in_a_demonstration_that_is_coded_blind_are_left_out(
         shown = {card.neighbour.place.demonstration for card in view.page.neighbours.cards}
         assert shown == {study[1].tested[2].id}
     finally:
-        document.project.unassign(other, "Bob")
+        document.project.coding.unassign(other, "Bob")
 
 
 @pytest.mark.parametrize("visible", [True, False])
@@ -159,7 +159,7 @@ def test_neighbours_go_when_whoever_looks_next_codes_them_blind(
 ):
     view, other = explained, study[1].tested[1].id
     assert other in {card.neighbour.place.demonstration for card in view.page.neighbours.cards}
-    document.project.assign(other, "Cleo", blind=True)
+    document.project.coding.assign(other, "Cleo", blind=True)
     try:
         view.setVisible(visible)
         document.set_author("Cleo")
@@ -168,7 +168,7 @@ def test_neighbours_go_when_whoever_looks_next_codes_them_blind(
         shown = {card.neighbour.place.demonstration for card in view.page.neighbours.cards}
         assert shown == {study[1].tested[2].id}
     finally:
-        document.project.unassign(other, "Cleo")
+        document.project.coding.unassign(other, "Cleo")
         document.set_author("Bob")
 
 

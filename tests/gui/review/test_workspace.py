@@ -43,7 +43,7 @@ def made(tmp_path_factory):
             task = "foam" if number < 4 else "soft"
             video = VideoReference(film, ClockMap()) if number == 0 else None
             tracks = [Track("Ada", segments)] if number != 3 else []
-            project.add(replace(demonstration, task=task, video=video), tracks)
+            project.demonstrations.add(replace(demonstration, task=task, video=video), tracks)
     finish(reviewing(path, FAST.replace(seed=1), Choice(("foam",)), "foam"))
     return path
 
@@ -111,7 +111,7 @@ def test_the_pairs_on_screen_are_those_of_evaluate(study, windows, until, tmp_pa
     assert not main(["evaluate", str(study), *asked, "--json", str(tmp_path / "scores.json")])
     scores = json.loads((tmp_path / "scores.json").read_text())
     with Project.open(study) as project:
-        evaluated = project.runs()[-1].result
+        evaluated = project.runs.all()[-1].result
     assert {which: evaluated[which] for which in ("raw", "filtered")} == {
         which: scores[which] for which in ("raw", "filtered")
     }
@@ -224,7 +224,7 @@ def test_undo_goes_back_to_the_last_verdict_and_then_to_what_was_painted_here(
     first, second = (one.id for one in document.review.run.tested[:2])
 
     def stored():
-        return [rows(document.project.track(id_, "Ada").segments) for id_ in (first, second)]
+        return [rows(document.project.tracks.get(id_, "Ada").segments) for id_ in (first, second)]
 
     document.open_demonstration(second)
     document.editor.paint(0.0, 0.3, "hold")  # something that is not to be undone
@@ -264,7 +264,7 @@ end = time.monotonic() + 30
 while not (window.settled and window.document.review.run) and time.monotonic() < end:
     app.processEvents()
     time.sleep(0.001)
-runs = len(window.document.project.runs())
+runs = len(window.document.project.runs.all())
 assert window.document.review.run is not None, (runs, window.statusBar().currentMessage())
 threads = [thread.name for thread in threading.enumerate()]
 shown = window.label.video.isVisible()
@@ -312,10 +312,10 @@ def test_who_comes_back_to_the_review_has_the_keyboard_where_it_was(study, windo
 def test_keys_that_decide_a_consensus_paint_nothing(study, windows, until, elsewhere):
     """Nor where another demonstration was open, whose track has the keyboard when it opens."""
     with Project.open(study) as project:
-        one, another = project.demonstrations("foam")[:2]
-        track = project.track(one.id, "Ada").segments
+        one, another = project.demonstrations.infos("foam")[:2]
+        track = project.tracks.get(one.id, "Ada").segments
         other = (replace(track[0], action="release"), *track[1:])
-        project.edit(one.id, "Ben", (), other, "made")
+        project.tracks.edit(one.id, "Ben", (), other, "made")
     window = windows(study, "review", (another if elsewhere else one).name)
     workspace = window.review.workspace
     window.label.tracks.setFocus()
@@ -343,8 +343,8 @@ def test_keys_that_decide_a_consensus_paint_nothing(study, windows, until, elsew
     QTest.keyClick(keyboard, Qt.Key.Key_2)
     assert document.stroke is None
     assert document.editor.segments == before
-    assert document.project.track(one.id, "Ada").segments == before
-    decided = document.project.track(one.id, "consensus").segments
+    assert document.project.tracks.get(one.id, "Ada").segments == before
+    decided = document.project.tracks.get(one.id, "consensus").segments
     assert (place.start, "release") in [(s.start, s.action) for s in decided]
     # Anywhere else the same key paints as ever.
     window.label.tracks.setFocus()
@@ -361,7 +361,7 @@ def test_without_recordings_it_says_what_comes_first(tmp_path, windows, until):
     assert "Import" in workspace._nothing.text()
     assert not workspace.queue.isVisible()  # which would say "Train"
     (demonstration, segments), *_ = synthetic_set(1, 100.0)
-    window.document.project.add(demonstration, [Track("Ada", segments)])
+    window.document.project.demonstrations.add(demonstration, [Track("Ada", segments)])
     window.document.refresh_listing()
     assert workspace.queue.isVisible()
     assert not workspace._nothing.isVisible()

@@ -47,13 +47,13 @@ def measured_of(project, task="foam", author="Ann", number=1, extra=()):
     from forcelab.measure.recognition_settings import Variant
     from forcelab.measure.rows import with_front
 
-    infos = project.demonstrations(task)
+    infos = project.demonstrations.infos(task)
     return Measured(
         number=number,
         time=datetime(2026, 3, 1, 12, tzinfo=timezone.utc),
         task=task,
         author=author,
-        labels=tuple(LabelsUsed(i.id, author, project.head(i.id, author)) for i in infos),
+        labels=tuple(LabelsUsed(i.id, author, project.tracks.head(i.id, author)) for i in infos),
         variants=(
             *(Variant(kind, setting, settings) for kind, setting, *_, settings in FIGURES),
             *(Variant(row.name, row.setting, PAPER.replace(stride=3)) for row in extra),

@@ -116,7 +116,7 @@ def test_edits_since_are_counted(measuring, document, until):
     measuring.set_front(True)
     until(lambda: measuring.measured is not None)
     with Project.open(document.project.path) as another:
-        another.edit(document.id, "Ann", TRACK, TRACK[:1], "deleted")
+        another.tracks.edit(document.id, "Ann", TRACK, TRACK[:1], "deleted")
     document.refresh()
     until(lambda: measuring.edits == 1)
 
@@ -156,7 +156,7 @@ def test_a_coder_who_is_blind_measures_on_his_own_labels_alone(measuring, docume
     document.set_author("Bo")
     assert measuring.author == "Ann"  # whoever looks at a project of others can measure at once
     assert measuring.labelled == 2
-    document.project.assign(document.infos[0].id, "Bo", blind=True)
+    document.project.coding.assign(document.infos[0].id, "Bo", blind=True)
     assert measuring.author == "Bo"
     assert measuring.labelled == 0
 
@@ -171,7 +171,7 @@ def study(tmp_path_factory):
     with Project.create(path) as project:
         for number, (demonstration, segments) in enumerate(synthetic_set(2, 100.0)):
             own = [Track("Bo", (Segment(0.0, 1.0, "grab"),))] if number else []
-            project.add(demonstration, [Track("Ada", segments), *own])
+            project.demonstrations.add(demonstration, [Track("Ada", segments), *own])
     finish(keeping(path, "foam", "Ada", FAST, [Variant("classifier", "naive-bayes", FAST)]))
     return path
 
@@ -187,9 +187,9 @@ def test_the_latest_measurement_that_a_coder_may_see_is_found(study):
     assert latest(study, "Bo").author == "Ada"
     assert latest(study, "Ada", "pen") is None
     with Project.open(study) as project:
-        one = project.demonstrations()[0].id
-        project.assign(one, "Bo", blind=True)
-        assert project.is_blind(one, "Bo")
+        one = project.demonstrations.infos()[0].id
+        project.coding.assign(one, "Bo", blind=True)
+        assert project.coding.is_blind(one, "Bo")
     # What a model makes of hidden labels says something about them.
     assert latest(study, "Bo") is None
     assert latest(study, "Ada") is not None

@@ -127,7 +127,7 @@ def test_without_a_measurement_it_says_what_to_do(workspace, measuring, until):
 
 
 def test_without_labels_or_project_it_says_what_is_missing(workspace, measuring, document, until):
-    document.project.assign(document.infos[0].id, "Bo", blind=True)
+    document.project.coding.assign(document.infos[0].id, "Bo", blind=True)
     document.set_author("Bo")
     until(lambda: not measuring.reading)
     measuring._show(None)
