@@ -193,8 +193,8 @@ def test_painting_past_the_end_is_not_more_than_everything():
 
 def test_what_is_painted_is_soon_in_the_list(listing, document, until):
     document.open_demonstration(id_of(document, "pen-10"))
-    before = document.project.demonstrations
-    document.project.demonstrations = lambda: pytest.fail("the whole list was read")
+    store = document.project.demonstrations
+    store.infos = lambda: pytest.fail("the whole list was read")
     assert document.editor.paint(0.0, 2.0, "grab")
     until(lambda: row(listing, "pen-10").share == pytest.approx(0.2))
     assert document.editor.undo_everywhere()
@@ -204,7 +204,7 @@ def test_what_is_painted_is_soon_in_the_list(listing, document, until):
     document.open_demonstration(id_of(document, "pen-2"))
     document.listing_changed.emit()
     assert row(listing, "pen-10").share == pytest.approx(0.3)
-    document.project.demonstrations = before
+    del store.infos
 
 
 def test_a_click_opens_and_a_click_on_a_task_folds_it(listing, document):
@@ -541,11 +541,9 @@ def test_several_are_removed_at_once_or_none_of_them(listing, document, said, mo
     assert "the labels of bert (on 1)" in asked[0].text.text()
     assert "bert" in asked[0].others.text()
     assert {one.id for one in document.infos} >= set(ids)
-    project, head = document.project, type(document.project).head
+    tracks, head = document.project.tracks, document.project.tracks.head
     with monkeypatch.context() as stale:  # bert has gone on labelling one of them meanwhile
-        stale.setattr(
-            type(project), "head", lambda self, *at: head(self, *at) - (at == (ids[0], "bert"))
-        )
+        stale.setattr(tracks, "head", lambda *at: head(*at) - (at == (ids[0], "bert")))
         action.trigger()
     assert len(asked) == 2
     assert {one.id for one in document.infos} >= set(ids)

@@ -142,11 +142,11 @@ def test_a_list_of_coders_that_cannot_be_read_stays_as_it_was(document, monkeypa
     choice, faults = AuthorChoice(document), []
     there = [choice._box.itemText(at) for at in range(choice._box.count())]
 
-    def fail(_):
+    def fail():
         raise ForcelabError("the disk is gone")
 
     monkeypatch.setattr("sys.excepthook", lambda *fault: faults.append(fault))
-    monkeypatch.setattr(type(document.project), "assignments", fail)
+    monkeypatch.setattr(document.project.coding, "assignments", fail)
     document.refresh_listing()
     assert [choice._box.itemText(at) for at in range(choice._box.count())] == there
     choice.deleteLater()

@@ -82,7 +82,7 @@ def test_a_brush_that_the_next_task_has_is_kept(window):
 
 def test_who_cannot_be_labelled_as_is_not_shown_as_the_coder(window, monkeypatch):
     document = window()
-    monkeypatch.setattr(document.project, "track", broken)
+    monkeypatch.setattr(document.project.tracks, "get", broken)
     document.set_author("Ben")
     assert document.author == "Ada"
     monkeypatch.undo()
@@ -104,7 +104,7 @@ def test_a_demonstration_that_cannot_be_read_leaves_the_open_one(window, monkeyp
     document = window()
     told = []
     document.message_shown.connect(lambda sentence, trouble: told.append((sentence, trouble)))
-    monkeypatch.setattr(document.project, "tracks", broken)
+    monkeypatch.setattr(document.project.tracks, "of", broken)
     assert not document.open_demonstration("brick")
     assert told == [("The disk is gone.", True)]
     assert document.demonstration.name == "pen"
@@ -244,8 +244,8 @@ def test_what_the_store_refuses_can_be_asked_once_more(window, monkeypatch):
     for action in ("grab", "slip"):  # known, and new
         document.begin_stroke(action, 7)
         with monkeypatch.context() as patched:
-            patched.setattr(document.project, "edit", broken)
-            patched.setattr(document.project, "add_actions", broken)
+            patched.setattr(document.project.tracks, "edit", broken)
+            patched.setattr(document.project.actions, "add", broken)
             assert not document.end_stroke(7.5)
             document.view.set_range(1, 2)
             assert not erase_range(document)
